@@ -1,1 +1,1 @@
-"""Providers that ship with the package; they stand behind the provider contract like those of third parties."""
+"""Built-in providers; they implement the same provider contract as third-party plugins."""

@@ -1,6 +1,6 @@
-"""Parameters of the atmosphere, sea, optics and radiance providers: what a scenario can set under ``parameters``.
+"""Parameters that a scenario can set for the atmosphere, sea, optics and radiance providers.
 
-Imports nothing heavy, so that listing the providers stays fast.
+This module imports no heavy packages, so that listing the providers stays fast.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class BandModelParameters(BaseModel):
 
     aerosol: Aerosol = Field(
         "maritime",
-        description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; 'none' leaves all out.",
+        description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; 'none' omits all aerosol.",
     )
     visibility_km: float = Field(
         23.0, ge=2.0, le=50.0, description="Meteorological range at the surface in km, 2 to 50."
@@ -44,15 +44,15 @@ class BandModelParameters(BaseModel):
         6_371_230.0,
         ge=6.3e6,
         le=6.4e6,
-        description="Radius of the Earth in m; LOWTRAN7 takes 6378390 for tropical and 6356910 for subarctic air.",
+        description="Radius of the Earth in m; LOWTRAN7 uses 6378390 for tropical and 6356910 for subarctic air.",
     )
     file: str = Field(
-        "lowtran7-band-model", description="Coefficients: a catalog name or a NetCDF file of the same format."
+        "lowtran7-band-model", description="Coefficients: a catalog name or a NetCDF file in the same format."
     )
 
 
 class CoxMunkParameters(BaseModel):
-    """What a scenario can choose for the Cox-Munk sea."""
+    """Parameters of the ``cox-munk`` sea model."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -65,7 +65,7 @@ class CoxMunkParameters(BaseModel):
 
 
 class RoughSeaParameters(BaseModel):
-    """What a scenario can choose for the rough sea."""
+    """Parameters of the ``rough-sea`` model."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -77,36 +77,35 @@ class RoughSeaParameters(BaseModel):
     )
     water_temperature: bool = Field(
         default=True,
-        description="Whether the refractive index follows the sea's temperature (-10 to 45 degC, from 0.67 um).",
+        description="Whether the refractive index depends on the sea temperature (-10 to 45 degC, from 0.67 um).",
     )
     salinity_psu: float = Field(default=35.0, ge=0.0, le=45.0, description="Salinity; 0 is fresh water.")
     slopes: Literal["isotropic", "upwind-crosswind", "gram-charlier"] = Field(
         default="isotropic",
-        description="Statistics of slopes (Cox and Munk): the same in all directions, wider along the wind, or "
-        "also skewed and peaked (to 20 m/s). The latter two depend on the bearing of view and sun to the wind.",
+        description="Slope statistics (Cox and Munk): the same in all directions, wider along the wind, or "
+        "also skewed and peaked (to 20 m/s). The latter two depend on the view and sun azimuths relative to wind.",
     )
     shadowing: Literal["none", "separable", "height-correlated"] = Field(
-        default="height-correlated", description="How waves hide facets from sensor and source (Smith)."
+        default="height-correlated", description="Model of how waves hide facets from sensor and source (Smith)."
     )
     re_reflection: bool = Field(
         default=True,
-        description="Whether light that one facet reflects can come from another facet; it raises emissivity "
+        description="Whether light reflected by one facet can come from another facet; this raises emissivity "
         "toward the horizon.",
     )
-    foam: bool = Field(default=True, description="Whether part of the sea is under foam.")
+    foam: bool = Field(default=True, description="Whether foam covers part of the sea.")
     foam_law: Literal["monahan-1980", "monahan-1980-least-squares", "monahan-1986"] = Field(
         default="monahan-1980-least-squares",
-        description="Foam coverage by wind: 3.84e-6 U^3.41, 2.95e-6 U^3.52 or 1.95e-5 U^2.55, at most 1.",
+        description="Foam coverage from wind speed U: 3.84e-6 U^3.41, 2.95e-6 U^3.52 or 1.95e-5 U^2.55, at most 1.",
     )
     foam_emissivity: float = Field(
-        default=0.98, ge=0.0, le=1.0, description="Emissivity of foam in the thermal infrared, all directions."
+        default=0.98, ge=0.0, le=1.0, description="Emissivity of foam in the thermal infrared, isotropic."
     )
     spectrum: Literal["pierson-moskowitz", "jonswap"] = Field(
-        default="pierson-moskowitz",
-        description="Spectrum of the waves, from which the significant wave height follows.",
+        default="pierson-moskowitz", description="Wave spectrum, which determines the significant wave height."
     )
     fetch_m: float = Field(
-        default=100e3, ge=1e3, le=2e6, description="Fetch of the JONSWAP spectrum, upwind distance to the coast."
+        default=100e3, ge=1e3, le=2e6, description="Fetch of the JONSWAP spectrum: the upwind distance to the coast."
     )
 
 
@@ -124,7 +123,7 @@ class MieParameters(BaseModel):
         default=None,
         ge=200.0,
         le=330.0,
-        description="Temperature of the droplets, interpolated between the tables water-<T>K; instead of water_index",
+        description="Droplet temperature, an alternative to water_index: interpolates between the tables water-<T>K",
     )
     ice_index: str = Field(
         default="ice",
@@ -132,14 +131,14 @@ class MieParameters(BaseModel):
         description="Refractive index of ice clouds: a name in catalogs/optical_constants or a CSV file",
     )
     phase_function: Literal["mie", "henyey-greenstein"] = Field(
-        default="mie", description="Phase function of spheres: of Mie theory, or eq 13 with the same asymmetry"
+        default="mie", description="Phase function of spheres: from Mie theory, or eq 13 with the same asymmetry"
     )
     moments: int = Field(default=128, ge=3, le=2048, description="Legendre moments of the Mie phase function")
     radius_nodes: int = Field(
         default=250,
         ge=50,
         le=4000,
-        description="Radii of the quadrature over sizes; up to 16 times as many where absorption is weak",
+        description="Number of radii in the size quadrature; up to 16 times as many where absorption is weak",
     )
     spectral_step: float = Field(
         default=0.01,
@@ -160,17 +159,17 @@ class BulkParameters(MieParameters):
     ice_table: str = Field(
         default="ice-yang-2013",
         min_length=1,
-        description="Bulk optics of ice crystals: a name in catalogs/optics or a NetCDF file of that form",
+        description="Bulk optics of ice crystals: a name in catalogs/optics or a NetCDF file in that format",
     )
     roughness: Literal["smooth", "moderate", "severe"] = Field(
-        default="severe", description="Roughness of the crystals' faces"
+        default="severe", description="Surface roughness of the crystals"
     )
 
 
 class AsPrintedParameters(BaseModel):
     """Parameters of the ``as-printed`` model.
 
-    The four ``literal_...`` switches restore forms of the HCSS paper that its own tables exclude.
+    The four ``literal_...`` switches restore printed equations of the HCSS paper that its own tables contradict.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -187,24 +186,24 @@ class AsPrintedParameters(BaseModel):
         le=10,
         description="Factor on the sunlight reflected by the cloud; 0 fits Tables II and IV, 1 is eq 16.",
     )
-    literal_eq14: bool = Field(False, description="Scattering angle with the printed sign of eq 14.")
-    literal_eq18: bool = Field(False, description="Sunlight on the sea crosses the air once, from sea to sensor.")
-    literal_eq19: bool = Field(False, description="Path radiance of the full column over clouds.")
-    literal_eq20: bool = Field(False, description="Adds the sea unattenuated by the cloud as well as through it.")
+    literal_eq14: bool = Field(False, description="Use the printed sign of eq 14 in the scattering angle.")
+    literal_eq18: bool = Field(False, description="Attenuate sunlight on the sea only once, from sea to sensor.")
+    literal_eq19: bool = Field(False, description="Use the path radiance of the full column over clouds.")
+    literal_eq20: bool = Field(False, description="Add the sea radiance both unattenuated and attenuated by the cloud.")
 
 
 class PhysicalParameters(BaseModel):
-    """Parameters of the ``physical`` models: how accurate, and what to leave out."""
+    """Parameters of the ``physical`` models: accuracy, and terms to leave out."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    streams: int = Field(8, ge=2, le=32, description="Gauss streams per hemisphere, for diffuse light and the sky.")
+    streams: int = Field(8, ge=2, le=32, description="Gauss streams per hemisphere for diffuse light and sky radiance.")
     closure_order: int = Field(
         1,
         ge=0,
         le=2,
-        description="Changes of direction up to which the absorption of whole paths is exact; later ones see gas as "
-        "along the view.",
+        description="Scattering and reflection order up to which gas absorption is exact; higher orders use that "
+        "along the line of sight.",
     )
     sun_streams: int = Field(
         8, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
@@ -217,10 +216,10 @@ class PhysicalParameters(BaseModel):
     )
     cloud_temperature: Literal["profile", "isothermal-top"] = Field(
         "profile",
-        description='"profile": from the air\'s at base and top; "isothermal-top": that of the top throughout.',
+        description='"profile": air temperature at base and top; "isothermal-top": that of the top throughout.',
     )
     space_temperature: float = Field(
-        2.725, ge=0.0, le=400.0, allow_inf_nan=False, description="Kelvin of the sky beyond the atmosphere."
+        2.725, ge=0.0, le=400.0, allow_inf_nan=False, description="Temperature of the sky beyond the atmosphere, K."
     )
     leave_out: tuple[
         Literal[

@@ -15,7 +15,7 @@ from hcss_twin.core.errors import CatalogError
 
 @dataclass(frozen=True, eq=False)
 class RefractiveIndex:
-    """Tabulated n + ik; n and ln k are linear in ln wavelength between the rows.
+    """Tabulated n + ik; n and ln k are interpolated linearly in ln wavelength.
 
     Attributes
     ----------
@@ -60,12 +60,12 @@ class RefractiveIndex:
 
 
 def load_refractive_index(catalog: Catalog, name: str) -> RefractiveIndex:
-    """Read ``optical_constants/<name>.csv`` (columns wavelength_um, n, k) or a user's file of that form.
+    """Read ``optical_constants/<name>.csv`` (columns wavelength_um, n, k) or a user file in that format.
 
     Raises
     ------
     CatalogError
-        If the file is missing, lacks a column, does not ascend, or has n or k that are not above 0.
+        If the file is missing or lacks a column, the wavelengths do not ascend, or an n or k is not above 0.
     """
     path = catalog.find(name, "optical_constants", ".csv")
     columns = catalog.columns(path)
@@ -81,16 +81,16 @@ def load_refractive_index(catalog: Catalog, name: str) -> RefractiveIndex:
 
 
 def load_water_at(catalog: Catalog, temperature_K: float) -> RefractiveIndex:
-    """Refractive index of liquid water at a temperature between those of the tables ``water-<T>K``.
+    """Interpolate the refractive index of liquid water in temperature between the tables ``water-<T>K``.
 
-    n and ln k are linear in temperature between the two nearest tables, which must have the same wavelengths.
+    n and ln k are interpolated linearly between the two nearest tables, which must have the same wavelengths.
 
     Raises
     ------
     ValueError
         If the temperature lies outside the tables.
     CatalogError
-        If there are no tables, or two neighbours differ in their wavelengths.
+        If there are no tables, or two neighbouring tables have different wavelengths.
     """
     matches = (re.fullmatch(r"water-(\d+)K", name) for name in catalog.names("optical_constants", ".csv"))
     known = sorted(int(match[1]) for match in matches if match)

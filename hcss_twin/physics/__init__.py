@@ -1,1 +1,1 @@
-"""Pure functions of physics; imports nothing of ours."""
+"""Pure physics functions; this package imports no other package of hcss_twin."""

@@ -32,7 +32,7 @@ def unpolarised_reflectance(index: NDArray[np.complex128] | complex, cos_inciden
 
 
 def _power_ratio(real: Array, imaginary: Array | float, u: NDArray[np.complex128]) -> Array:
-    """Return |z - u|^2 / |z + u|^2 of z by its parts: complex quotients and moduli take several times as long."""
+    """Return |z - u|^2 / |z + u|^2 from real parts: complex quotients and moduli take several times as long."""
     minus = (real - u.real) ** 2 + (imaginary - u.imag) ** 2
     plus = (real + u.real) ** 2 + (imaginary + u.imag) ** 2
     return np.asarray(minus / plus)

@@ -1,4 +1,4 @@
-"""The ellipsoid WGS 84: positions in space, altitudes, geodesics, and the image plane on the globe.
+"""WGS 84 ellipsoid: positions in space, altitudes, geodesics, and the image plane on the globe.
 
 Ellipsoid: NIMA TR8350.2, "Department of Defense World Geodetic System 1984", 3rd edition (2000), table 3.1, section 4.
 
@@ -112,7 +112,7 @@ def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[
     Returns
     -------
     latitude_deg, longitude_deg, bearing_rad : ndarray (...)
-        Of the end; longitude relative to the start, -180 to 180, and the direction in which the geodesic goes on there.
+        Of the end; longitude relative to the start, -180 to 180, and the forward bearing of the geodesic there.
     """
     phi = np.radians(latitude_deg)
     start = np.arctan2((1.0 - FLATTENING) * np.sin(phi), np.cos(phi))
@@ -133,7 +133,7 @@ def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[
         twice = np.cos(2.0 * first + sigma)
         inner = cos_s * (2.0 * twice**2 - 1.0) - b / 6.0 * twice * (4.0 * sin_s**2 - 3.0) * (4.0 * twice**2 - 3.0)
         before = sigma
-        # Every point stops by itself, so that its result does not depend on the points beside it.
+        # Every point converges separately, so that its result does not depend on other points.
         sigma = np.where(moves, straight + b * sin_s * (twice + 0.25 * b * inner), sigma)
         moves = moves & (np.abs(sigma - before) > _CLOSE_RAD)
         if not np.any(moves):

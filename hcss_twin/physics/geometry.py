@@ -8,7 +8,7 @@ import math
 def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> float:
     """Angle between the bearings toward sensor and sun, folded into [0, pi].
 
-    0 has the sensor on the sun's side (back-scattering); pi looks toward the sun's glint.
+    0: sensor on the sun's side (backscattering); pi: view toward the sun glint.
     """
     difference = math.radians(view_azimuth_deg - sun_azimuth_deg) % math.tau
     return min(difference, math.tau - difference)
@@ -17,8 +17,8 @@ def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> flo
 def wind_azimuths(sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float) -> tuple[float, float]:
     """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
 
-    Slope statistics are mirror-symmetric about the wind. So the sense of counting may be chosen such that the sun lies
-    at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
+    Slope statistics are mirror-symmetric about the wind, so the rotation sense can be chosen such that the sun is at
+    wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
     """
     difference = _turn_deg(sensor_azimuth_deg, sun_azimuth_deg)
     bearing = wind_sense(sensor_azimuth_deg, sun_azimuth_deg) * (sensor_azimuth_deg - wind_from_deg)
@@ -40,7 +40,7 @@ def sun_zenith_along(
 ) -> float:
     """Zenith angle of the sun where a straight line of sight from the surface reaches an altitude, degrees.
 
-    That point is above another place of the Earth, nearer to the sensor.
+    That point is above a different place on the Earth, nearer to the sensor.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ Compute = Callable[[Iterable[Leg], dict[Leg, Array]], None]
 """Computes the values (K,) of some legs and stores them in the dictionary."""
 
 _MAX_LEGS = 100_000
-"""Legs whose values are remembered: columns with cloud tops at many heights share the legs between levels."""
+"""Number of legs with cached values: columns with many cloud-top heights share the legs between levels."""
 
 
 class LegSums:

@@ -1,4 +1,4 @@
-"""Black-body radiance, and the constants of nature in it.
+"""Black-body radiance and its physical constants.
 
 The constants define the SI since 2019 and are exact (BIPM, *The International System of Units*, 9th edition).
 """

@@ -11,7 +11,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.physics.paths import Leg, Path
 
 EARTH_RADIUS_M = 6_371_230.0
-"""Radius LOWTRAN7 uses for mid-latitude and US standard atmospheres, so that paths agree with it."""
+"""Earth radius of LOWTRAN7 for mid-latitude and US standard atmospheres, so that paths agree."""
 
 GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
 
@@ -32,7 +32,7 @@ class Profile:
         Mole fraction of each gas (mole per mole of moist air) at the levels, under the names of ``GASES``: h2o, co2,
         o3, n2o, co, ch4, o2. A gas may be missing.
     notes : tuple of str
-        What a user should know: what was computed, filled in or scaled; copied into plan and cube.
+        Notes for the user on computed, filled or scaled values; copied into plan and cube.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Profile:
     def airmass(self, path: Path) -> Array:
         """Slant length over vertical thickness of each layer, summed over the legs of a path.
 
-        A layer crossed in part counts in part (by pressure). Straight rays in spherical shells; the
+        A partly crossed layer contributes in proportion (by pressure). Straight rays in spherical shells; the
         local zenith angle follows from sin(theta) (R + z) = sin(theta_surface) R.
 
         Returns

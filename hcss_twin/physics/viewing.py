@@ -1,7 +1,7 @@
 """Lines of sight from the ground to a sensor.
 
-The first functions take the Earth as a sphere: the triangle of its centre, the ground point and the sensor, solved by
-the laws of sines and cosines, and a circular orbit. :class:`LinesOfSight` takes it as the ellipsoid WGS 84.
+The first functions assume a spherical Earth and a circular orbit; they solve the triangle of Earth centre, ground point
+and sensor. :class:`LinesOfSight` uses the WGS 84 ellipsoid.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from hcss_twin.physics.geodesy import (
 
 
 def view_zenith_deg(off_nadir_deg: float, altitude_m: float) -> float:
-    """Return the zenith angle at the ground of a look angle at the sensor; infinite if it misses the Earth."""
+    """Return the zenith angle at the ground for a look angle at the sensor; infinite if it misses the Earth."""
     sine = (1.0 + altitude_m / MEAN_EARTH_RADIUS_M) * math.sin(math.radians(off_nadir_deg))
     return math.degrees(math.asin(sine)) if sine <= 1.0 else math.inf
 
 
 def off_nadir_deg(view_zenith_deg: float, altitude_m: float) -> float:
-    """Return the look angle at the sensor, between nadir and the line of sight, of a zenith angle at the ground."""
+    """Return the look angle at the sensor, from nadir to the line of sight, for a zenith angle at the ground."""
     sine = math.sin(math.radians(view_zenith_deg)) / (1.0 + altitude_m / MEAN_EARTH_RADIUS_M)
     return math.degrees(math.asin(sine))
 
@@ -37,7 +37,7 @@ def slant_range_m(view_zenith_deg: float, altitude_m: float) -> float:
     """Return the distance from the ground to the sensor."""
     zenith, radius = math.radians(view_zenith_deg), MEAN_EARTH_RADIUS_M
     down = radius * math.cos(zenith)
-    # As a quotient: the difference of the two lengths would lose the digits of low altitudes.
+    # As a quotient: the difference of the two lengths would lose precision at low altitudes.
     return (
         altitude_m
         * (2.0 * radius + altitude_m)

@@ -1,1 +1,1 @@
-"""The gas between sea, clouds and sensor: profile, paths, transmittance, path radiance."""
+"""Atmosphere models: profiles, transmittance and path radiance between sea, clouds and sensor."""

@@ -1,7 +1,7 @@
 """Monthly climatology of the sea surface and the air above it, by place and date (COADS, 1946-1989).
 
-Linear in time between the middles of the months, bilinear in space over the cells that have reports. Linear
-interpolation flattens the extremes of the year by up to a tenth of the seasonal range.
+Interpolation is linear in time between mid-month values and bilinear in space over cells that have reports. Linear
+interpolation flattens the annual extremes by up to a tenth of the seasonal range.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from hcss_twin.core.files import open_format
 
 NAME = "COADS 1946-1989"
 MAX_DISTANCE_KM = 500.0
-"""How far away the reports may lie that stand for a place at sea without any around it."""
+"""Maximum distance of the reports used for a place at sea that has none around it."""
 
 LAND_REACH_DEG = 1.0
-"""A place is on land if no cell of the 1 degree land mask within this reach is sea."""
+"""A place is on land if the 1 degree land mask has no sea cell within this distance."""
 
 _MEAN_EARTH_RADIUS_KM = 6371.0
 _FORMAT = ("hcss-climatology", 1)
@@ -31,14 +31,14 @@ _FORMAT = ("hcss-climatology", 1)
 
 @dataclass(frozen=True)
 class Climate:
-    """A climatological value at one place and time.
+    """Climatological value at one place and time.
 
     Attributes
     ----------
     value : float
         In the unit of the quantity.
     distance_km : float
-        0 where cells with reports surround the place, otherwise the distance of the nearest one used.
+        0 where cells with reports surround the place, otherwise the distance of the nearest cell used.
     """
 
     value: float
@@ -46,27 +46,27 @@ class Climate:
 
 
 class Climatology:
-    """Interpolates in the shipped climatology, which is read once.
+    """Interpolates the built-in climatology, which is read once.
 
     Parameters
     ----------
     catalog : Catalog
-        Finds and records the file, which is opened when first needed.
+        Locates and records the file, which is opened when first needed.
     """
 
     def __init__(self, catalog: Catalog) -> None:
         self._catalog = catalog
 
     def look_up(self, quantity: str, latitude_deg: float, longitude_deg: float, time: datetime) -> Climate:
-        """Interpolate one quantity of the file, in the file's unit.
+        """Interpolate one quantity, in the unit of the file.
 
         Parameters
         ----------
         quantity : {"sea_surface_temperature", "air_temperature", "wind_speed", "specific_humidity"}
         latitude_deg, longitude_deg : float
-            Degrees north and east; longitude in any turn.
+            Degrees north and east; any multiple of 360 may be added to the longitude.
         time : datetime
-            With zone.
+            With a time zone.
 
         Raises
         ------
@@ -94,14 +94,14 @@ class Climatology:
         return Climate(value, max(before.distance_km, after.distance_km))
 
     def is_land(self, latitude_deg: float, longitude_deg: float) -> bool:
-        """Whether a place lies a degree or more from the sea, by the 1 degree mask of the file."""
+        """Whether a place is a degree or more from the sea, according to the 1 degree mask of the file."""
         fields = self._fields
         rows = np.abs(fields["sea_latitude"] - latitude_deg) <= LAND_REACH_DEG + 0.5
         away = np.abs(_turn(fields["sea_longitude"] - longitude_deg))
         return not np.any(fields["sea"][np.ix_(rows, away <= LAND_REACH_DEG + 0.5)])
 
     def _in_month(self, quantity: str, month: int, latitude: float, longitude: float) -> Climate | None:
-        """Bilinear over the surrounding cells with reports; failing these, the nearest cell."""
+        """Interpolate bilinearly over the surrounding cells with reports; without any, use the nearest cell."""
         fields = self._fields
         values = fields[quantity][month]
         rows, row_weights = _neighbours(fields["latitude"], latitude)
@@ -127,7 +127,7 @@ class Climatology:
 
 
 def _year_fraction(time: datetime) -> float:
-    """Fraction of its year that has passed, in UTC; 0 to below 1."""
+    """Return the elapsed fraction of the year, in UTC; 0 to below 1."""
     instant = time.astimezone(UTC)
     start = instant.replace(month=1, day=1, hour=0, minute=0, second=0, microsecond=0)
     days = 366 if _is_leap(instant.year) else 365
@@ -139,9 +139,9 @@ def _is_leap(year: int) -> bool:
 
 
 def _neighbours(nodes: Array, at: float, turn: float = 0.0) -> tuple[list[int], Array]:
-    """Indices of the two evenly spaced nodes around a point and their weights.
+    """Return the indices and weights of the two evenly spaced nodes around a point.
 
-    With ``turn`` the axis is closed; without, the first or last node stands alone beyond it.
+    With ``turn`` the axis is periodic; otherwise the first or last node is used beyond the ends.
     """
     step = float(nodes[1] - nodes[0])
     position = ((at - nodes[0]) % turn if turn else at - nodes[0]) / step
@@ -154,13 +154,13 @@ def _neighbours(nodes: Array, at: float, turn: float = 0.0) -> tuple[list[int], 
 
 
 def _turn(degrees: Array) -> Array:
-    """Differences of longitude in [-180, 180)."""
+    """Map longitude differences to [-180, 180)."""
     result: Array = (degrees + 180.0) % 360.0 - 180.0
     return result
 
 
 def _distance_km(latitude: Array, longitude: Array, to_latitude: float, to_longitude: float) -> Array:
-    """Great-circle distance by the haversine formula, broadcast over the first two arguments."""
+    """Return the great-circle distance (haversine formula), broadcast over the first two arguments."""
     north, to_north = np.radians(latitude), math.radians(to_latitude)
     half_height = np.sin((north - to_north) / 2)
     half_width = np.sin(np.radians(longitude - to_longitude) / 2)

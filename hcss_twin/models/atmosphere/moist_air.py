@@ -1,4 +1,4 @@
-"""Moist air: saturation, forms of humidity, the column of water vapour and its scaling, and hydrostatic balance."""
+"""Moist air: saturation, humidity conversions, column water vapour and its scaling, and hydrostatic balance."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ AVOGADRO = 6.02214076e23
 MASS_RATIO = MOLAR_MASS_WATER / MOLAR_MASS_DRY_AIR
 
 MAX_RELATIVE_HUMIDITY = 1.05
-"""Relative humidity over liquid water above which a profile is refused.
+"""Relative humidity over liquid water above which a profile is rejected.
 
-Over liquid water at all temperatures, as radiosondes report it: vapour above an ice cloud may exceed ice saturation by
-half, but below about -38 degC drops freeze on their own before water saturation is reached. """
+Over liquid water at all temperatures, as radiosondes report it. Humidity may exceed ice saturation by half, but below
+about -38 degC droplets freeze homogeneously before water saturation is reached."""
 
 MIN_SATURATION_K = 123.0
-"""Below, the formula of saturation is not valid."""
+"""The saturation formula is not valid below this temperature."""
 
 
 def saturation_pressure_Pa(temperature_K: Array | float) -> Array:
-    """Vapour pressure in equilibrium with liquid water, supercooled below 0 degC.
+    """Return the saturation vapour pressure over liquid water, supercooled below 0 degC.
 
     D. M. Murphy and T. Koop, Q. J. R. Meteorol. Soc. 131, 1539 (2005), eq. 10; valid 123 to 332 K.
     """
@@ -45,34 +45,34 @@ def saturation_pressure_Pa(temperature_K: Array | float) -> Array:
 
 
 def from_relative_humidity(relative_humidity: Array, pressure_Pa: Array, temperature_K: Array) -> Array:
-    """Mole fraction from relative humidity (0 to 1) over liquid water, all of shape (L,)."""
+    """Return the mole fraction for relative humidity (0 to 1) over liquid water, all of shape (L,)."""
     return relative_humidity * saturation_pressure_Pa(temperature_K) / pressure_Pa
 
 
 def from_dewpoint(dewpoint_K: Array, pressure_Pa: Array) -> Array:
-    """Mole fraction from the dew point over liquid water, both of shape (L,)."""
+    """Return the mole fraction for the dew point over liquid water, both of shape (L,)."""
     return saturation_pressure_Pa(dewpoint_K) / pressure_Pa
 
 
 def from_mixing_ratio(mass_ratio: Array) -> Array:
-    """Mole fraction from the mass of vapour per mass of dry air."""
+    """Return the mole fraction for the mass of vapour per mass of dry air."""
     return mass_ratio / (mass_ratio + MASS_RATIO)
 
 
 def from_specific_humidity(specific_humidity: Array) -> Array:
-    """Mole fraction from the mass of vapour per mass of moist air."""
+    """Return the mole fraction for the mass of vapour per mass of moist air."""
     return specific_humidity / (MASS_RATIO + (1.0 - MASS_RATIO) * specific_humidity)
 
 
 def relative_humidity(h2o: Array, pressure_Pa: Array, temperature_K: Array) -> Array:
-    """Relative humidity (0 to 1) over liquid water; 0 where it is too cold or hot for the formula."""
+    """Return relative humidity (0 to 1) over liquid water; 0 at temperatures outside the range of the formula."""
     saturation = saturation_pressure_Pa(np.clip(temperature_K, MIN_SATURATION_K, 332.0))
     inside = (temperature_K >= MIN_SATURATION_K) & (temperature_K <= 332.0)
     return np.where(inside, h2o * pressure_Pa / saturation, 0.0)
 
 
 def water_vapour_column_kg_m2(profile: Profile) -> float:
-    """Mass of vapour above one square metre; its density is exponential in altitude between levels.
+    """Return the water vapour column; density is exponential in altitude between levels.
 
     Raises
     ------
@@ -88,27 +88,27 @@ def water_vapour_column_kg_m2(profile: Profile) -> float:
 
 
 def largest_factor(profile: Profile) -> float:
-    """Factor on the water vapour at which the first level reaches the largest relative humidity."""
+    """Return the factor on water vapour at which the first level reaches the maximum relative humidity."""
     humidity = relative_humidity(_vapour(profile), profile.pressure_Pa, profile.temperature_K)
     most = float(np.max(humidity))
     return np.inf if most == 0.0 else MAX_RELATIVE_HUMIDITY / most
 
 
 def with_water_vapour(profile: Profile, *, factor: float | None = None, column_kg_m2: float | None = None) -> Profile:
-    """Multiply the water vapour at all levels; pressure, temperature and other gases stay.
+    """Scale the water vapour at all levels; pressure, temperature and other gases are unchanged.
 
     Parameters
     ----------
     profile : Profile
     factor : float, optional
-        What to multiply with.
+        Factor on the water vapour.
     column_kg_m2 : float, optional
-        Column amount to reach instead; one of the two must be given.
+        Target column amount instead of a factor; one of the two must be given.
 
     Raises
     ------
     CatalogError
-        If a level would exceed the largest relative humidity, naming the largest factor or column allowed.
+        If a level would exceed the maximum relative humidity; the message gives the largest factor or column allowed.
     """
     if (factor is None) == (column_kg_m2 is None):
         raise ValueError("factor, column_kg_m2: give one of them")
@@ -145,28 +145,28 @@ def _vapour(profile: Profile) -> Array:
 
 
 def _floor(value: float) -> str:
-    """Four digits, rounded down, so that what is suggested is allowed."""
+    """Round down to four digits, so that the suggested value is allowed."""
     step = 10.0 ** (np.floor(np.log10(value)) - 3)
     return f"{np.floor(value / step) * step:.4g}"
 
 
 GRAVITY_M_S2 = 9.80665
 EARTH_RADIUS_M = 6_356_766.0
-"""Radius that belongs to the standard gravity in the geopotential of the 1976 US Standard Atmosphere."""
+"""Earth radius in the geopotential of the 1976 US Standard Atmosphere."""
 
 GAS_CONSTANT = BOLTZMANN_J_K * AVOGADRO
 
 
 def altitude_of_pressure(pressure_Pa: Array, temperature_K: Array, h2o: Array, lowest_m: float = 0.0) -> Array:
-    """Altitudes of levels in hydrostatic balance.
+    """Return the altitudes of levels in hydrostatic balance.
 
     dH = R T / (M g0) d(-ln p) with T and the molar mass M (of moist air) linear in ln p between levels;
-    the geopotential height H becomes altitude by z = r H / (r - H) (U.S. Standard Atmosphere, 1976, eq. 19).
+    the geopotential height H is converted to altitude by z = r H / (r - H) (U.S. Standard Atmosphere, 1976, eq. 19).
 
     Parameters
     ----------
     pressure_Pa, temperature_K, h2o : ndarray (L,)
-        Pressure falls; h2o is the mole fraction of water vapour.
+        Pressure decreases; h2o is the mole fraction of water vapour.
     lowest_m : float
         Altitude of the first level.
 
@@ -183,14 +183,14 @@ def altitude_of_pressure(pressure_Pa: Array, temperature_K: Array, h2o: Array, l
 
 
 def geometric_altitude(geopotential_m: Array) -> Array:
-    """Altitude of a geopotential height (U.S. Standard Atmosphere, 1976, eq. 19)."""
+    """Convert geopotential height to altitude (U.S. Standard Atmosphere, 1976, eq. 19)."""
     return EARTH_RADIUS_M * geopotential_m / (EARTH_RADIUS_M - geopotential_m)
 
 
 def pressure_beyond(
     pressure_Pa: float, temperature_K: float, altitude_m: float, other_temperature_K: float, other_m: float
 ) -> float:
-    """Pressure at another altitude in hydrostatic balance, dry, with the mean of both temperatures between."""
+    """Return the pressure at another altitude: hydrostatic balance of dry air at the mean of both temperatures."""
     geopotential = [EARTH_RADIUS_M * height / (EARTH_RADIUS_M + height) for height in (altitude_m, other_m)]
     mean = 0.5 * (temperature_K + other_temperature_K)
     scale = GAS_CONSTANT * mean / (MOLAR_MASS_DRY_AIR * GRAVITY_M_S2)

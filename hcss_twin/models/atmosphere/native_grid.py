@@ -1,4 +1,4 @@
-"""From a provider's own wavenumbers to those the engine asks for."""
+"""Interpolation from a provider's native wavenumbers to the requested ones."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from hcss_twin.core.errors import ProviderError
 def native_nodes(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NDArray[np.intp]:
     """Return the indices (M,) of the native wavenumbers that enclose the requested ones, and no others.
 
-    Both neighbours of a wavenumber between two, itself alone where it is native; both grids ascend. Raises
-    ProviderError, in the name of ``provider``, if the request leaves the native grid.
+    A native wavenumber needs only itself, any other its two neighbours; both grids ascend. Raises ProviderError, which
+    names ``provider``, if the request leaves the native grid.
     """
     low, high = native_cm1[0], native_cm1[-1]
     if wavenumber_cm1[0] < low or wavenumber_cm1[-1] > high:
@@ -31,18 +31,18 @@ def native_nodes(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NDA
 
 @dataclass(frozen=True)
 class NativeWindow:
-    """Native wavenumbers around a request, and how to interpolate linearly from them to it.
+    """Native wavenumbers that enclose a request, and weights for linear interpolation to it.
 
     Attributes
     ----------
     nodes : ndarray of int (M,)
-        Indices of the native wavenumbers, as :func:`native_nodes` gives them.
+        Indices of the native wavenumbers, from :func:`native_nodes`.
     lower : ndarray of int (V,)
-        For each requested wavenumber, its lower neighbour among these.
+        Index into ``nodes`` of the lower neighbour of each requested wavenumber.
     fraction : ndarray (V,)
-        Weight of the neighbour above.
+        Weight of the upper neighbour.
     is_native : bool
-        Whether the request is the native wavenumbers themselves.
+        Whether all requested wavenumbers are native.
     """
 
     nodes: NDArray[np.intp]
@@ -55,7 +55,7 @@ class NativeWindow:
         if self.is_native:
             return values
         result: Array = np.take(values, self.lower, axis=1)
-        # Most are native, all but the edges of bands.
+        # Most are native, except at band edges.
         between = np.flatnonzero(self.fraction)
         above, share = self.lower[between] + 1, self.fraction[between]
         result[:, between] = result[:, between] * (1.0 - share) + values[:, above] * share
@@ -63,7 +63,7 @@ class NativeWindow:
 
 
 def native_window(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NativeWindow:
-    """Return the native wavenumbers that a request needs; arguments and errors as :func:`native_nodes`."""
+    """Return the native wavenumbers that a request needs; arguments and errors as for :func:`native_nodes`."""
     nodes = native_nodes(native_cm1, wavenumber_cm1, provider)
     some = native_cm1[nodes]
     if np.array_equal(some, wavenumber_cm1):

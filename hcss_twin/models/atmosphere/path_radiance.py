@@ -22,13 +22,13 @@ def path_radiance(
 ) -> Array:
     """Path radiance (P, V) seen from space, W m-2 sr-1 (cm-1)-1: L_atm in eq 19 and eq 20 of the HCSS paper.
 
-    A provider may compute its own path radiance. For every other one the layers' Planck radiances are weighted with
-    differences of transmittance,
+    A provider may compute its own path radiance. For other providers the Planck radiances of the layers are weighted
+    with transmittance differences,
 
         L = sum_n B(T_n) [T(top of n -> space) - T(bottom of n -> space)],
 
-    so that an isothermal atmosphere gives (1 - T) B exactly. Paths begin at altitudes ``target_m`` (P,) and have a
-    zenith angle at the surface point.
+    so that an isothermal atmosphere gives (1 - T) B exactly. Paths begin at altitudes ``target_m`` (P,); the zenith
+    angle is that at the surface point.
     """
     own = getattr(provider, "path_radiance", None)
     if own is not None:
@@ -42,7 +42,7 @@ def _from_layers(
 ) -> Array:
     levels = np.concatenate(([target_m], profile.altitude_m[profile.altitude_m > target_m]))
     paths = [to_space(float(level), zenith_deg) for level in levels[:-1]]
-    # Above the last level there is no air: transmittance 1.
+    # There is no air above the last level: transmittance 1.
     transmittance = provider.transmittance(wavenumber_cm1, [*paths, Path()])
     temperature = profile.temperature_at(levels)
     layer_temperature = 0.5 * (temperature[1:] + temperature[:-1])

@@ -11,7 +11,7 @@ from hcss_twin.core.errors import closest
 from hcss_twin.physics.profile import GASES
 
 Unit = tuple[float, float]
-"""(factor, offset): SI value = factor * value + offset."""
+"""(factor, offset) with SI value = factor * value + offset."""
 
 
 @dataclass(frozen=True)
@@ -21,15 +21,15 @@ class ProfileQuantity:
     Attributes
     ----------
     name : str
-        Name inside the program and first spelling.
+        Internal name and first spelling.
     spellings : tuple of str
-        Accepted names, lower case; a hyphen or blank counts as an underscore.
+        Accepted names, lower case; a hyphen or blank is equivalent to an underscore.
     units : mapping of str to (factor, offset)
-        Accepted units as :func:`folded` writes them; the first is the SI unit.
+        Accepted units, normalised by :func:`folded`; the first is the SI unit.
     low, high : float
-        Physical limits in SI, both allowed.
+        Physical limits in SI units, inclusive.
     needs_unit : bool
-        Whether a column without unit is refused.
+        Whether a column without a unit is rejected.
     """
 
     name: str
@@ -41,7 +41,7 @@ class ProfileQuantity:
 
     @property
     def si_unit(self) -> str:
-        """Unit of the limits."""
+        """SI unit."""
         return next(iter(self.units))
 
 
@@ -73,7 +73,7 @@ _GAS_NAMES = {
 }
 
 HUMIDITIES = ("h2o", "mixing_ratio", "specific_humidity", "dewpoint", "relative_humidity")
-"""Ways of giving water vapour; the first one present is used."""
+"""Quantities that specify water vapour; the first one present is used."""
 
 QUANTITIES: Mapping[str, ProfileQuantity] = MappingProxyType(
     {
@@ -125,18 +125,18 @@ PASSED_OVER = (
     "wind_from_direction", "wind_from", "u_wind", "v_wind", "eastward_wind", "northward_wind", "ascent_rate",
     "frost_point", "potential_temperature",
 )  # fmt: skip
-"""Columns that soundings have and a profile does not need, with any unit."""
+"""Sounding columns that a profile does not need, in any unit."""
 
 _BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]")
 
 
 def folded(unit: str) -> str:
-    """Return a unit in the form of these tables: lower case, blanks and slashes as underscores."""
+    """Normalise a unit for these tables: lower case, with underscores for blanks and slashes."""
     return re.sub(r"[\s/·_]+", "_", unit.strip().lower())
 
 
 def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
-    """Return quantity and unit of a CSV column from its name.
+    """Return the quantity and unit of a CSV column from its name.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
     Returns
     -------
     tuple or None
-        The quantity and its unit; None for a column that is passed over.
+        The quantity and its unit; None for an ignored column.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
         if bracket is not None and text == spelling:
             return quantity, unit_of(quantity, bracket["unit"], header)
         if bracket is None and (text == spelling or text.startswith(f"{spelling}_")):
-            # The unit is taken from the text before hyphens became underscores: there a hyphen is a minus sign.
+            # The unit is read before hyphens are replaced by underscores: in a unit, a hyphen is a minus sign.
             return quantity, unit_of(quantity, folded(header)[len(spelling) + 1 :], header)
     if any(text == each or text.startswith(f"{each}_") for each in PASSED_OVER):
         return None
@@ -170,7 +170,7 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
 
 
 def named(names: Iterable[str]) -> ProfileQuantity | None:
-    """ProfileQuantity that one of a NetCDF variable's names stands for, None where none does."""
+    """Return the ProfileQuantity that matches a name of a NetCDF variable, or None."""
     for name in names:
         for quantity in QUANTITIES.values():
             if _folded_name(name) in quantity.spellings:
@@ -179,12 +179,12 @@ def named(names: Iterable[str]) -> ProfileQuantity | None:
 
 
 def unit_of(quantity: ProfileQuantity, unit: str, label: str) -> Unit:
-    """Look up a unit.
+    """Return the conversion of a unit.
 
     Raises
     ------
     ValueError
-        If it is missing or not one of the quantity's.
+        If it is missing or not a unit of the quantity.
     """
     allowed = ", ".join(quantity.units)
     if not unit.strip():
@@ -206,6 +206,6 @@ def _folded_name(name: str) -> str:
 
 
 def _by_length() -> list[tuple[str, ProfileQuantity]]:
-    """Every spelling, the longest first, so that 'temperature_K' is not taken for 't'."""
+    """Return all spellings, the longest first, so that 'temperature_K' is not taken for 't'."""
     pairs = [(spelling, quantity) for quantity in QUANTITIES.values() for spelling in quantity.spellings]
     return sorted(pairs, key=lambda pair: -len(pair[0]))

@@ -1,6 +1,6 @@
-"""Profiles from files or the catalog: levels checked, completed from the sea to space, and thinned.
+"""Profiles from files or the catalog: check levels, complete them from the sea to space, and thin them.
 
-Also which of the six AFGL model atmospheres suits a place and date.
+The module also selects one of the six AFGL model atmospheres for a place and date.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from hcss_twin.models.atmosphere.sounding import Sounding, read_sounding
 from hcss_twin.physics.profile import GASES, Profile
 
 FEW_LEVELS = 150
-"""Profiles of at most this many levels are left as they are."""
+"""Profiles with at most this many levels are not thinned."""
 
 TOLERANCES = {"temperature": 0.2, "relative_humidity": 0.02, "ln_pressure": 2e-4}
-"""Largest departure (K, 1, 1) of a dropped level from the line between the levels that are kept."""
+"""Maximum deviation (K, 1, 1) of a dropped level from the line between the remaining levels."""
 
 
 def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str, Array]:
-    """Drop levels that lie on the line between others, and say so.
+    """Drop levels that interpolation between other levels reproduces, and add a note.
 
-    The level farthest from the line is kept, and both halves are treated alike (D. H. Douglas and
-    T. K. Peucker, Cartographica 10, 112 (1973)); temperature and relative humidity count linear in
-    altitude, pressure by its logarithm.
+    The method keeps the level farthest from the line and repeats on both halves (D. H. Douglas and T. K. Peucker,
+    Cartographica 10, 112 (1973)); temperature, relative humidity and the logarithm of pressure are taken as linear in
+    altitude.
 
     Parameters
     ----------
     columns : dict of str to ndarray (L,)
-        With altitude, pressure, temperature and h2o.
+        Including altitude, pressure, temperature and h2o.
     name : str
-        Of the profile, for the note.
+        Name of the profile, for the note.
     notes : list of str
-        Gets a note where levels are dropped.
+        Receives a note if levels are dropped.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str,
     altitude = columns["altitude"]
     if altitude.size <= FEW_LEVELS:
         return columns
-    # Above 332 K the formula of saturation ends; there is no humidity to keep either.
+    # Above 332 K the saturation formula is not valid; there is no humidity to preserve either.
     saturation = saturation_pressure_Pa(np.clip(columns["temperature"], 123.0, 332.0))
     scaled = np.stack(
         (
@@ -95,46 +95,46 @@ def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str,
 Columns = dict[str, Array]
 
 COMPLETE_M = 100_000.0
-"""Profiles that end lower are completed from a model."""
+"""Profiles that end below this altitude are completed from a model."""
 
 CLEARANCE_M = 1000.0
-"""Distance of the model's first level above the last of the profile."""
+"""Distance between the last level of the profile and the first model level above it."""
 
 LOWEST_LEVEL_M = 200.0
-"""A profile that begins at most this high is continued down to the sea."""
+"""A profile that begins below this altitude is extended down to the sea."""
 
 LAPSE_RATE_K_M = 0.0065
-"""Of the 1976 US Standard Atmosphere, for that continuation."""
+"""Lapse rate of the 1976 US Standard Atmosphere, for that extension."""
 
 DENSE_BELOW_M = 15_000.0
 WIDEST_GAP_M = 5_000.0
 SURFACE_PRESSURE_PA = (85_000.0, 110_000.0)
 HYDROSTATIC_ABOVE_PA = 1.0
-"""Below this pressure (80 km) air is no longer well mixed, and heights do not follow from pressure."""
+"""Below this pressure (80 km) air is not well mixed, and altitudes cannot be computed from pressure."""
 
 HEIGHT_TOLERANCE = (200.0, 0.03)
-"""How far altitudes may differ from those of hydrostatic balance: metres, and share of the altitude."""
+"""Tolerance of altitudes relative to hydrostatic balance: metres, and fraction of the altitude."""
 
 
 def build_profile(sounding: Sounding, model: Callable[[], Profile]) -> Profile:
-    """Check a sounding and complete it.
+    """Check and complete a sounding.
 
     Parameters
     ----------
     sounding : Sounding
     model : callable
-        Returns the model that gives missing gases and the air above; called only if it is needed.
+        Returns the model profile for missing gases and the air above; called only if needed.
 
     Returns
     -------
     Profile
-        From altitude 0 up; its notes say what was computed or taken from the model.
+        Profile from altitude 0 upward; its notes list what was computed or taken from the model.
 
     Raises
     ------
     CatalogError
-        If the levels are not sorted, leave a gap of more than 5 km below 15 km, are supersaturated, or
-        contradict themselves; with the line or level of the file.
+        If the levels are not sorted, have a gap of more than 5 km below 15 km, are supersaturated, or contradict each
+        other; the message names the line or level in the file.
     """
     columns, notes = dict(sounding.columns), list(sounding.notes)
     _require_falling_pressure(sounding, columns["pressure"])
@@ -319,7 +319,7 @@ def _log_interpolated(at: Array, altitude: Array, ratio: Array) -> Array:
 
 
 STANDARD = "us-standard-1976"
-"""Model that completes profiles where nothing else is asked for."""
+"""Model that completes profiles by default."""
 
 
 def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
@@ -331,13 +331,13 @@ def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
         Catalog name or path.
     catalog : Catalog
     above : str
-        Profile, by name or path, that gives the gases a file leaves out and the air above its last level;
-        it must reach 100 km.
+        Name or path of the profile that provides gases missing from a file and the air above its last level; it must
+        reach 100 km.
 
     Raises
     ------
     CatalogError
-        If a file is missing or malformed, or its levels are not physical; with the line or level.
+        If a file is missing or malformed, or its levels are not physical; the message names the line or level.
     """
 
     def model() -> Profile:
@@ -359,20 +359,20 @@ SURFACE_TEMPERATURE_K: Mapping[str, float] = MappingProxyType(
         "subarctic-winter": 257.2,
     }
 )
-"""Temperature of each model at the surface (AFGL-TR-86-0110, tables 1a to 1f)."""
+"""Surface temperature of each model (AFGL-TR-86-0110, tables 1a to 1f)."""
 
 TROPIC_DEG = 23.5
 SUBARCTIC_DEG = 50.0
 
 WARM_MONTHS = range(4, 10)
-"""April to September: the warm half of the northern year."""
+"""April to September: the warm half of the year in the northern hemisphere."""
 
 
 def candidates(latitude_deg: float) -> tuple[str, ...]:
-    """Model atmospheres that occur in a belt of latitude.
+    """Return the model atmospheres that apply in a latitude belt.
 
-    Tropical and midlatitude summer up to 23.5 degrees; all but the subarctic ones up to 50; beyond that all but the
-    tropical and the midlatitude summer one.
+    Up to 23.5 degrees: tropical and midlatitude summer; up to 50: all except the subarctic models; above: all except
+    tropical and midlatitude summer.
     """
     if abs(latitude_deg) <= TROPIC_DEG:
         return ("tropical", "midlatitude-summer")
@@ -382,12 +382,12 @@ def candidates(latitude_deg: float) -> tuple[str, ...]:
 
 
 def closest_model(latitude_deg: float, air_temperature_K: float) -> str:
-    """Candidate of the belt whose surface temperature is closest to that of the air."""
+    """Return the candidate of the latitude belt whose surface temperature is closest to the air temperature."""
     return min(candidates(latitude_deg), key=lambda name: abs(SURFACE_TEMPERATURE_K[name] - air_temperature_K))
 
 
 def calendar_model(latitude_deg: float, month: int) -> str:
-    """Model by latitude and half of the year alone, for places without a climatological air temperature.
+    """Return the model for a latitude and half-year, for places without a climatological air temperature.
 
     Parameters
     ----------

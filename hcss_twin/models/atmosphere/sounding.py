@@ -1,4 +1,4 @@
-"""Reader of a user's profile or radiosonde ascent, CSV or NetCDF; docs/how-to/atmospheres.md."""
+"""Reader for user profiles and radiosonde soundings in CSV or NetCDF; see docs/how-to/atmospheres.md."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ MAX_LEVELS = 100_000
 
 @dataclass(frozen=True)
 class Sounding:
-    """Levels as a file gives them, in SI.
+    """Levels of a profile file, in SI units.
 
     Attributes
     ----------
     name : str
-        The user's name of the file, for messages.
+        Name of the file as the user gave it, for messages.
     where : tuple of str (L,)
-        Where each level stands in the file, for messages: ``line 12`` or ``level 3``.
+        Position of each level in the file, for messages: ``line 12`` or ``level 3``.
     columns : mapping of str to ndarray (L,)
         ProfileQuantity (``profile_columns``) to values; every value finite and within its physical limits.
     notes : tuple of str
-        Columns that are not used.
+        Notes on unused columns.
     """
 
     name: str
@@ -54,14 +54,15 @@ def read_sounding(path: Path, name: str) -> Sounding:
     Parameters
     ----------
     path : Path
-        A NetCDF file by its suffix, otherwise comma-separated text.
+        NetCDF according to its suffix, otherwise comma-separated text.
     name : str
         For messages.
 
     Raises
     ------
     CatalogError
-        If the file is malformed, a quantity is missing, or a value is missing or impossible; with the line or level.
+        If the file is malformed, a quantity is missing, or a value is missing or impossible; the message names the line
+        or level.
     """
     read = _read_netcdf if path.suffix.lower() in NETCDF_SUFFIXES else _read_csv
     where, columns = read(path, name)
@@ -207,7 +208,7 @@ def _in_si(
 
 
 def _set_aside(columns: dict[str, Array], name: str) -> list[str]:
-    """Delete all but one column of humidity and one of height; return a note on the others."""
+    """Delete all but one humidity and one height column; return a note on the others."""
     present = [each for each in HUMIDITIES if each in columns]
     if not present:
         listed = ", ".join(HUMIDITIES)

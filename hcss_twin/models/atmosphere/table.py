@@ -1,7 +1,7 @@
 """Transmittance provider ``table``: interpolation of tabulated transmittance and path radiance.
 
 A composite path is looked up by its *total* air mass above its lowest point: absorber amounts add along the legs, so
-sun -> sea -> sensor is one long path, not the product of two transmittances (which would be too small wherever lines
+that sun -> sea -> sensor is one long path, not the product of two transmittances (which would be too small where lines
 are saturated).
 """
 
@@ -30,10 +30,10 @@ _MIN_TRANSMITTANCE = 1e-30
 _MAX_TRANSMITTANCE = 1.0 - 1e-7
 
 PROVIDER = "atmosphere table"
-"""How messages call this provider."""
+"""Name of this provider in messages."""
 
 CATALOG_PROFILES = {"us-standard-1976-lowtran7": "us-standard-1976"}
-"""Profiles of shipped tables by catalog name; other tables have their levels alone."""
+"""Profiles of built-in tables by catalog name; other tables contain only their own levels."""
 
 
 class TableTransmittance:
@@ -42,7 +42,7 @@ class TableTransmittance:
     Parameters
     ----------
     inputs : AtmosphereInputs
-        The profile gives cloud temperatures; it must be the one the table was computed with
+        The profile gives cloud temperatures; it must be the profile of the table
         (temperatures within 2 K at the table's levels up to 20 km).
     parameters : TableParameters
         Which table.
@@ -52,14 +52,14 @@ class TableTransmittance:
     CatalogError
         If the table cannot be read.
     ProviderError
-        If the scenario's profile is not the table's.
+        If the profile of the scenario is not that of the table.
 
     Notes
     -----
-    ln(-ln T) and path radiance / (1 - T) by monotone cubics: first in ln(pressure) of the target at the table's zenith
-    angles, then in ln(air mass). Between the nodes of the shipped table this is within 4e-4 of LOWTRAN7 at every
-    wavenumber and 2e-4 in band means; path radiance within 0.25 %. A path that crosses the air above its lowest point
-    with a height-dependent slant (two legs of different zenith) is treated as the slant path of equal air mass.
+    ln(-ln T) and path radiance / (1 - T) are interpolated by monotone cubics: first in ln(pressure) of the target at
+    the table's zenith angles, then in ln(air mass). Between the nodes of the built-in table this is within 4e-4 of
+    LOWTRAN7 at every wavenumber and 2e-4 in band means; path radiance within 0.25 %. A path with two legs of different
+    zenith angles is treated as the slant path of equal air mass.
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:
@@ -96,19 +96,19 @@ class TableTransmittance:
 
     @staticmethod
     def bound_profile(parameters: TableParameters, catalog: Catalog) -> Profile:
-        """Return the profile the table was computed with; raises CatalogError."""
+        """Return the profile that the table was computed with; raises CatalogError."""
         known = CATALOG_PROFILES.get(parameters.file)
         if known is not None:
             return load_profile(known, catalog)
         return read_atmosphere_table(catalog.find(parameters.file, "atmospheres", ".nc")).profile
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
-        """Return transmittance (P, V) of composite paths whose legs all reach from one target to space.
+        """Return transmittance (P, V) of composite paths whose legs all run from one target to space.
 
         Raises
         ------
         ProviderError
-            If a path is not of that form or lies outside the table.
+            If a path has another form or lies outside the table.
         """
         ln_depth, _ = self._look_up(wavenumber_cm1, paths)
         return self._to_requested(wavenumber_cm1, np.exp(-np.exp(ln_depth)))
@@ -133,12 +133,12 @@ class TableTransmittance:
         nodes = np.log([self._profile.mean_airmass(target, self._zenith) for target in unique])[which]
         airmass = np.log([self._airmass(paths[row], target) for row, target in zip(rows, targets, strict=True)])
         height = -np.log(self._profile.pressure_at(targets))
-        # Four nodes of each, or all where the table has fewer.
+        # Four nodes of each, or all if the table has fewer.
         heights = np.arange(min(WINDOW, self._ln_pressure.size))
         angles = np.arange(min(WINDOW, self._zenith.size))
         at_height = window_start(self._ln_pressure, height)[:, None] + heights
         at_angle = window_start(nodes, airmass)[:, None] + angles
-        # (P, heights, 2, angles, N): only what surrounds each path.
+        # (P, heights, 2, angles, N): only the nodes around each path.
         fields = self._fields_at(chosen.tobytes())
         around = fields[at_height[:, :, None], :, at_angle[:, None, :]].swapaxes(2, 3)
         at_target = pchip_in_window(self._ln_pressure[at_height], around, height)
@@ -161,7 +161,7 @@ class TableTransmittance:
         return target
 
     def _airmass(self, path: Path, target: float) -> float:
-        """Total air mass of a composite path, relative to the vertical above its target."""
+        """Return the total air mass of a composite path, relative to the vertical path above its target."""
         angles = np.array([leg.zenith_deg for leg in path.legs])
         airmass = float(np.sum(self._profile.mean_airmass(target, angles)))
         ends = self._profile.mean_airmass(target, self._zenith[[0, -1]])
@@ -197,7 +197,7 @@ class TableTransmittance:
 
 
 def _unverified(table: AtmosphereTable) -> tuple[str, ...]:
-    """Return a note on the unknown error of interpolation, where the file does not state it."""
+    """Return a note on the unknown interpolation error, if the file does not state it."""
     if table.interpolation_error is not None:
         return ()
     heights, angles = table.target_altitude_m.size, table.zenith_deg.size

@@ -22,7 +22,7 @@ LEVELS = ("level_altitude_m", "level_pressure_Pa", "level_temperature_K")
 
 @dataclass(frozen=True)
 class AtmosphereTable:
-    """Transmittance and path radiance from targets to space, and the profile they belong to.
+    """Transmittance and path radiance from targets to space, and the profile that they were computed with.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class AtmosphereTable:
     resolution_cm1 : float
     source : str
     interpolation_error : float or None
-        Largest measured error of transmittance between the nodes; None where it was not measured.
+        Largest measured error of transmittance between the nodes; None if not measured.
     """
 
     target_altitude_m: Array
@@ -56,7 +56,7 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
     Raises
     ------
     CatalogError
-        If the file is not of the format, lacks a variable, or holds impossible values.
+        If the file is not in this format, lacks a variable, or has impossible values.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
         names = (*DIMENSIONS, "transmittance", "path_radiance", *LEVELS)
@@ -90,7 +90,7 @@ def _check(path: Path, values: dict[str, Array]) -> None:
         if not np.all(np.isfinite(array)):
             raise CatalogError(f"{path}: {name} has missing or infinite values")
     for name in (*DIMENSIONS, "level_altitude_m"):
-        # One height or angle is enough for a table that is used there only.
+        # One height or angle is enough for a table that is used only there.
         fewest = 1 if name in ("target_altitude_m", "zenith_deg") else 2
         if values[name].size < fewest or np.any(np.diff(values[name]) <= 0):
             raise CatalogError(f"{path}: {name} must ascend strictly over at least {fewest} nodes")
@@ -123,14 +123,14 @@ _UNITS = {
 
 
 def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mapping[str, str]) -> None:
-    """Write a table; a partial file never takes the place of an existing one.
+    """Write a table; an existing file is never replaced by a partial one.
 
     Parameters
     ----------
     path : Path
         File to write.
     table : AtmosphereTable
-        What to write; the tables in single precision, coordinates in double.
+        Table to write: data in single precision, coordinates in double.
     attributes : mapping of str to str
         Further global attributes, for example ``title`` and ``origin``.
     """

@@ -1,11 +1,11 @@
 """Cloud fraction value and exact coverage: which pixels of a frame are cloudy (eq 5 of the HCSS paper).
 
-The pixels with the greatest field values are cloudy, exactly as many as the coverage demands. The paper sorts the
-pixels; counting their values in bins gives the same threshold in less time. The quantile of the normal distribution
-would give the coverage only on average over realisations: with large cells that of single frames scatters by 0.04.
+The pixels with the highest field values are cloudy, exactly as many as the coverage requires. The paper sorts the
+pixels; a histogram of their values gives the same threshold faster. The quantile of the normal distribution would give
+the coverage only on average over realisations: with large cells, the coverage of single frames scatters by 0.04.
 
 A window of a frame therefore depends on the rest of the frame. :func:`summarise` reduces this dependence to three
-numbers, in bounded memory: it counts the values of the field strip by strip.
+numbers in bounded memory, by counting the field values strip by strip.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _f4, _i4 = np.float32, np.int32
 Field = NDArray[np.float32]
 
 _LARGEST_VALUE = 9.0
-"""At greater |V| the exceedance of 9, 1e-19, is used."""
+"""For |V| above 9, the exceedance at 9, 1e-19, is used."""
 
 _HALF_WORDS = 1 << 16
-"""Values of the upper, and of the lower, 16 bits of a single-precision number."""
+"""Number of values of the upper (or lower) 16 bits of a single-precision number."""
 
 
 def cloud_fraction_value(field: Array) -> Array:
@@ -45,9 +45,10 @@ def cloud_fraction_value(field: Array) -> Array:
 def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
     """Write Q(V) = 1 - p = (1 - erf(V / sqrt 2)) / 2 of ``field`` (N,) into ``share`` (N,); p is that of eq 5.
 
-    Q and not p, because clouds are the high values: in single precision p is exactly 1 above V = 5.4, where Q still has
-    all its digits. exp(-V^2 / 2) times a rational function, a minimax fit of our own; relative error below 8e-6 up
-    to V = 9. Only additions, multiplications and divisions occur, so that the bits are the same on every machine.
+    Q is used because clouds are the high values: in single precision p is exactly 1 above V = 5.4, where Q still has
+    full precision. Q is exp(-V^2 / 2) times a rational function, our own minimax fit, with a relative error below 8e-6
+    up to V = 9. It needs only additions, multiplications and divisions, so that results are bit-identical on all
+    machines.
     """
     scale = share.view(np.int32)
     for i in range(field.size):
@@ -85,9 +86,9 @@ def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
 
 
 def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[np.bool_]:
-    """Return the mask of the pixels with the greatest field values, exactly as many as the coverage demands (eq 5).
+    """Return the mask of the pixels with the highest field values, exactly as many as the coverage requires (eq 5).
 
-    Sorting the field and sorting p are the same, because eq 5 is monotonic; the field does not saturate.
+    Sorting the field is equivalent to sorting p, because eq 5 is monotonic, and the field does not saturate.
 
     Parameters
     ----------
@@ -99,8 +100,8 @@ def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[
     Returns
     -------
     ndarray of bool (rows, columns)
-        True in ``round(coverage * field.size)`` pixels (halves go to the even number). Of pixels with equal values
-        those with the smaller flat index come first.
+        True in ``round(coverage * field.size)`` pixels (halves round to even). Pixels with equal values are ordered by
+        flat index.
 
     Raises
     ------
@@ -118,9 +119,9 @@ def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[
 def highest_values(
     field: NDArray[np.floating[Any]], coverage: float
 ) -> tuple[np.floating[Any] | None, NDArray[np.intp]]:
-    """Return the lowest cloudy value, None without cloud, and the flat indices of surplus pixels with this value.
+    """Return the lowest cloudy value (None without cloud) and the flat indices of surplus pixels with this value.
 
-    Parameters and errors are those of :func:`cloudy_pixels`.
+    Parameters and errors are as for :func:`cloudy_pixels`.
     """
     if not 0.0 <= coverage <= 1.0:
         raise ValueError(f"coverage: {coverage} given, allowed 0 to 1; closest is {1.0 if coverage > 1.0 else 0.0}")
@@ -141,16 +142,17 @@ def highest_values(
 
 @dataclass(frozen=True)
 class FrameSummary:
-    """Three numbers that say which pixels of a frame are cloudy.
+    """Three numbers that determine which pixels of a frame are cloudy.
 
     Attributes
     ----------
     lowest : float or None
         Lowest field value of a cloudy pixel; None without cloud.
     highest : float
-        Greatest field value.
+        Highest field value.
     last : int
-        Flat index of the last cloudy pixel with the lowest value: of pixels with equal values the first are cloudy.
+        Flat index of the last cloudy pixel with the lowest value; pixels with equal values become cloudy in index
+        order.
     """
 
     lowest: float | None
@@ -159,7 +161,7 @@ class FrameSummary:
 
 
 def summarise(strips: Callable[[], Iterator[Field]], size: int, coverage: float) -> FrameSummary:
-    """Find which pixels of a frame are cloudy, in two or three passes over its field.
+    """Determine which pixels of a frame are cloudy, in two or three passes over its field.
 
     Parameters
     ----------
@@ -198,7 +200,7 @@ def _counted_upper(strips: Iterable[Field]) -> NDArray[np.int64]:
 
 
 def _order_statistic(strips: Iterable[Field], half: int, rank: int) -> tuple[float, int, int]:
-    """Return the value of a rank among those with the upper bits ``half``, its rank among equals, and their number."""
+    """Return the value at a rank among values with upper bits ``half``, its rank among equal ones, and their number."""
     counts = np.zeros(_HALF_WORDS, dtype=np.int64)
     for strip in strips:
         _count_lower(strip.view(np.int32).reshape(-1), half, counts)
@@ -229,7 +231,7 @@ def _index_of(strips: Iterable[Field], value: np.float32, number: int) -> int:
 
 @njit(cache=True, nogil=True, inline="always")
 def _order(word: Any) -> Any:
-    """Map the bits of a single-precision number to 0 to 2**32 - 1 in the order of the numbers; both zeros are one."""
+    """Map the bits of a single-precision number to an ordered 32-bit integer; both zeros map to the same one."""
     if word == -2147483648:
         return 2147483648
     return word + 2147483648 if word >= 0 else -1 - word

@@ -1,8 +1,8 @@
-"""The cloud database: clouds that were cut out of images beforehand, one NetCDF file for each image.
+"""The cloud database: clouds extracted from images, one NetCDF file per image.
 
 An entry is a file of the format ``hcss-cloud-entry`` (NetCDF-4, CF-1.11): grey levels, mask and labels of the single
-clouds, and where they come from. A folder of such files is the database. ``hcss import`` writes entries, so that a
-person can look at the clouds before a scenario uses them.
+clouds, and their origin. A folder of such files is the database. ``hcss import`` writes entries, so that you can
+inspect the clouds before a scenario uses them.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.files import atomic_write, open_format
 
 FOLDER = "clouds"
-"""Name of the folder of entries: in the catalog, beside a scenario, and where ``hcss import`` writes."""
+"""Name of the folder of entries in the catalog, next to a scenario, and in the output of ``hcss import``."""
 
 SUFFIX = ".nc"
 
 NOT_STATED = "not stated"
-"""Value of a text that neither the image nor the user gives."""
+"""Text for facts that neither the image nor the user gives."""
 
 FORMAT, FORMAT_VERSION = "hcss-cloud-entry", 1
 
@@ -47,7 +47,7 @@ _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 
 @dataclass(frozen=True)
 class EntryFacts:
-    """Source and processing of an entry; each is an attribute of its file.
+    """Source and processing of an entry; each fact is an attribute of its file.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class EntryFacts:
     pixel_size_m : float
         Side of a pixel on the ground.
     pixel_size_is_nominal : bool
-        True where it holds below a geostationary satellite only; elsewhere pixels are larger.
+        True if it applies only at the sub-satellite point of a geostationary satellite; elsewhere pixels are larger.
     pixel_size_from : str
         ``file`` or ``user``.
     units, cloud_is : str
@@ -68,11 +68,11 @@ class EntryFacts:
     window_pixels : int
         Side of the averaging window of method ``local``; 0 for the others.
     threshold_lowest, threshold_highest : float
-        Thresholds in the image's units; they differ for method ``local`` only. Lowest means least cloudy.
+        Thresholds in image units; they differ only for method ``local``. Lowest means least cloudy.
     closing, opening, largest_hole, min_area : int
-        Sizes of the cleaning in pixels (:class:`hcss_twin.models.clouds.segmentation.Cleaning`).
+        Parameters of the mask cleaning in pixels (:class:`hcss_twin.models.clouds.segmentation.Cleaning`).
     holes_filled, hole_pixels, clouds_dropped : int
-        Counts of what the cleaning changed.
+        Number of changes made by the cleaning.
     coverage : float
         Fraction of cloudy pixels.
     clouds : int
@@ -80,11 +80,11 @@ class EntryFacts:
     missing_pixels : int
         Pixels without a value.
     fractal_dimension, fractal_dimension_error : float
-        Of the image's values in the cloudy pixels, and its standard error; NaN where not known.
+        Of the image values in the cloudy pixels, and its standard error; NaN if unknown.
     box_counting_dimension, box_counting_error : float
-        Of the grey levels of the whole scene, clear sky being 0.
+        Of the grey levels of the whole scene, with clear sky as 0.
     fractal_dimension_method, box_counting_method : str
-        How each was estimated, or why it was not.
+        Method of each estimate, or why there is none.
     created, created_with : str
         Time of the import, and version of this package.
     """
@@ -138,7 +138,7 @@ class CloudEntry:
     missing : ndarray of bool (rows, columns)
         Where the image has no value.
     image : ndarray of uint8 (rows, columns)
-        The whole image for people to look at, cloud bright; 0 where missing.
+        The whole image for visual inspection, cloud bright; 0 where missing.
     facts : EntryFacts
         Source and processing.
     """
@@ -156,7 +156,7 @@ class CloudEntry:
 
 
 def write_entry(path: Path, entry: CloudEntry) -> None:
-    """Write an entry; an interrupted write leaves ``path`` as it was.
+    """Write an entry; an interrupted write leaves ``path`` unchanged.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def read_entry(path: Path) -> CloudEntry:
     Raises
     ------
     CatalogError
-        If the file is not of this format, or its variables contradict each other.
+        If the file is not in this format, or its variables contradict each other.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
@@ -228,7 +228,7 @@ def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     Raises
     ------
     CatalogError
-        If the file is not of this format.
+        If the file is not in this format.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
@@ -284,10 +284,10 @@ def _check(path: Path, entry: CloudEntry, mask: NDArray[Any]) -> None:
 
 @dataclass(frozen=True)
 class ListedEntry:
-    """One file of a folder of entries.
+    """One file in a folder of entries.
 
-    ``name`` is the file's without its suffix, ``shape`` rows and columns. Where the file is not an entry, ``facts`` are
-    None, ``shape`` is (0, 0), and ``trouble`` is the reason.
+    ``name`` is the file name without its suffix, ``shape`` is (rows, columns). If the file is not an entry, ``facts``
+    is None, ``shape`` is (0, 0), and ``trouble`` is the reason.
     """
 
     name: str
@@ -298,12 +298,12 @@ class ListedEntry:
 
 
 def valid_entry_name(text: str) -> str:
-    """Return ``text`` where it can be the name of an entry, in file names and in scenarios.
+    """Return ``text`` if it is a valid entry name for files and scenarios.
 
     Raises
     ------
     CatalogError
-        If it holds other characters.
+        If it contains other characters.
     """
     if not _NAME.fullmatch(text):
         closest = re.sub(r"[^A-Za-z0-9._-]+", "-", text).lstrip(".-") or "clouds"
@@ -315,7 +315,7 @@ def valid_entry_name(text: str) -> str:
 
 
 def list_entries(folder: Path) -> list[ListedEntry]:
-    """List the entries of a folder by name, with the reason for files that are none; empty for a missing folder."""
+    """List the entries of a folder by name, with the reason for invalid files; empty for a missing folder."""
     entries = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         if path.name.startswith("."):
@@ -329,12 +329,12 @@ def list_entries(folder: Path) -> list[ListedEntry]:
 
 
 def entry_path(folder: Path, name: str) -> Path:
-    """Return the file of an entry that exists.
+    """Return the file of an existing entry.
 
     Raises
     ------
     CatalogError
-        If there is none; the message lists the names in the folder.
+        If it does not exist; the message lists the names in the folder.
     """
     path = folder / f"{name}{SUFFIX}"
     if not path.is_file():

@@ -8,24 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-# Cloudy pixels are connected over edges and corners, clear ones over edges only: with this pair of connectivities a
-# closed curve of one kind always separates the pixels of the other.
+# Cloudy pixels are 8-connected (edges and corners), clear ones 4-connected (edges only): with this pair, a closed curve
+# of one class always separates the pixels of the other.
 _CLOUD = np.ones((3, 3), dtype=np.bool_)
 _CLEAR = ndimage.generate_binary_structure(2, 1)
 
 
 @dataclass(frozen=True)
 class Cleaning:
-    """Sizes, in pixels, with which a thresholded mask is cleaned.
+    """Parameters, in pixels, for cleaning a thresholded mask.
 
     Attributes
     ----------
     closing, opening : int
-        Diameter of the disc, odd; 1 changes nothing.
+        Odd diameter of the disc; 1 changes nothing.
     largest_hole : int
         Holes of up to this many pixels are filled; 0 fills none.
     min_area : int
-        Smallest cloud that remains.
+        Area of the smallest cloud that is retained.
     """
 
     closing: int = 3
@@ -52,9 +52,9 @@ class Segmentation:
     Attributes
     ----------
     labels : ndarray of int32 (rows, columns)
-        0 clear or missing, 1 to ``clouds`` in the order of their first pixels.
+        0 for clear or missing, 1 to ``clouds`` in the order of their first pixels.
     clouds, holes, hole_pixels, dropped : int
-        Numbers of clouds, of filled holes and their pixels, and of clouds that were too small.
+        Numbers of clouds, filled holes, pixels in filled holes, and clouds dropped as too small.
     """
 
     labels: NDArray[np.int32]
@@ -65,14 +65,14 @@ class Segmentation:
 
 
 def disc(diameter: int) -> NDArray[np.bool_]:
-    """Return the pixels whose centres lie within a circle of odd ``diameter``: 3 is a square, 5 is not."""
+    """Return the pixels whose centres are within a circle of odd ``diameter``: 3 is a square, 5 is not."""
     offset = np.arange(diameter) - diameter // 2
     within: NDArray[np.bool_] = offset[:, None] ** 2 + offset[None, :] ** 2 <= (diameter / 2.0) ** 2
     return within
 
 
 def closed(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
-    """Return the closing of ``mask`` by a disc; it contains the mask, at the image's border too."""
+    """Return the closing of ``mask`` by a disc; it contains the mask, also at the image border."""
     grown = ndimage.binary_dilation(mask, disc(diameter))
     result: NDArray[np.bool_] = ndimage.binary_erosion(grown, disc(diameter), border_value=1)
     return result
@@ -81,7 +81,7 @@ def closed(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
 def opened(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
     """Return the opening of ``mask`` by a disc; the mask contains it.
 
-    Pixels outside the image count as cloud, so that the opening does not erode clouds that the border cuts.
+    Pixels outside the image count as cloud, so that the opening does not erode clouds at the border.
     """
     shrunk = ndimage.binary_erosion(mask, disc(diameter), border_value=1)
     result: NDArray[np.bool_] = ndimage.binary_dilation(shrunk, disc(diameter))
@@ -91,8 +91,8 @@ def opened(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
 def small_holes(mask: NDArray[np.bool_], missing: NDArray[np.bool_], largest: int) -> tuple[NDArray[np.bool_], int]:
     """Return the pixels (rows, columns) of holes of up to ``largest`` pixels, and the number of these holes.
 
-    A hole is clear sky that cloud encloses. Clear sky that touches the border of the image may continue outside, and
-    with a missing pixel its extent is unknown: neither is a hole.
+    A hole is clear sky enclosed by cloud. Clear sky that touches the image border may continue outside, and the extent
+    of clear sky with a missing pixel is unknown; neither is a hole.
     """
     labels, count = ndimage.label(~mask, _CLEAR)
     is_hole = np.bincount(labels.ravel(), minlength=count + 1) <= largest
@@ -106,9 +106,9 @@ def small_holes(mask: NDArray[np.bool_], missing: NDArray[np.bool_], largest: in
 def segment(cloudy: NDArray[np.bool_], missing: NDArray[np.bool_], cleaning: Cleaning | None = None) -> Segmentation:
     """Clean a mask and number its clouds.
 
-    In this order: closing (joins clouds across gaps narrower than the disc), opening (removes structures narrower
-    than the disc), filling of small holes, removal of small clouds, labelling. Two cloudy pixels that share an edge
-    or a corner belong to one cloud. Missing pixels never become cloud.
+    Steps: closing (joins clouds across gaps narrower than the disc), opening (removes structures narrower
+    than the disc), filling of small holes, removal of small clouds, labelling. Cloudy pixels that share an edge or a
+    corner belong to the same cloud. Missing pixels never become cloud.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""Cloud thickness from the fractal field V: eq 7 of the HCSS paper, for frames, windows of frames, and an endless sky.
+"""Cloud thickness from the fractal field V: eq 7 of the HCSS paper, for frames, windows and an unbounded sky.
 
-Th = Th_min + (Th_max - Th_min) (C - C_min) / (C_max - C_min), with C the cloud fraction value p of eq 5 and its
-extremes over the cloudy pixels. (Images have their own form: :mod:`hcss_twin.models.clouds.imagery.cloudiness`.)
+Th = Th_min + (Th_max - Th_min) (C - C_min) / (C_max - C_min), where C is the cloud fraction value p of eq 5, with its
+extremes over the cloudy pixels. (For images see :mod:`hcss_twin.models.clouds.imagery.cloudiness`.)
 
-Two extensions, neutral by default: C is p_c^s with p_c the p scaled to 0 to 1 over the cloud (``exponent`` s, 1 in the
-paper), and the thickness may rise smoothly from the cloud's edge (``layer.edge_taper``, 0 in the paper).
+Two extensions have no effect by default: C is p_c^s, where p_c is p scaled to 0 to 1 over the cloud (``exponent`` s, 1
+in the paper), and the thickness may rise smoothly from the cloud's edge (``layer.edge_taper``, 0 in the paper).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _f4 = np.float32
 
 
 def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
-    """Return the thickness of a frame with exactly the layer's coverage, from the least to the greatest (eqs 5 and 7).
+    """Return the thickness of a frame with exactly the layer's coverage, spanning its whole range (eqs 5 and 7).
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> F
     Returns
     -------
     ndarray of float32 (rows, columns)
-        Metres; 0 is clear sky. Where all cloudy pixels have one value (a single pixel, say), eq 7 is 0/0; they get the
-        greatest thickness.
+        Metres; 0 is clear sky. If all cloudy pixels have the same value (a single pixel, for example), eq 7 is 0/0;
+        they get the maximum thickness.
     """
     lowest, surplus = highest_values(field, layer.coverage)
     if lowest is None:
@@ -51,7 +51,7 @@ def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> F
 def thickness_in_frame(
     field: Field, first: int, columns: int, summary: FrameSummary, layer: CloudLayer, exponent: float
 ) -> Field:
-    """Return what :func:`frame_thickness` has in a window of the frame, to the bit.
+    """Return the thickness in a window of the frame, bit-identical to :func:`frame_thickness`.
 
     Parameters
     ----------
@@ -74,10 +74,10 @@ def thickness_in_frame(
 
 
 def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
-    """Return the thickness where V exceeds a fixed threshold, the coverage's normal quantile (eqs 5 and 7).
+    """Return the thickness where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5 and 7).
 
-    The coverage is exact in the mean over an unbounded field, and a pixel does not depend on others. Eq 7 takes p from
-    1 - coverage to 1. Parameters and result are those of :func:`frame_thickness`, for any window.
+    The coverage is exact on average over an unbounded field, and a pixel does not depend on others. In eq 7, p ranges
+    from 1 - coverage to 1. Parameters and result are as for :func:`frame_thickness`, for any window.
     """
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
@@ -123,7 +123,7 @@ def _map_field(
     taper: Any,
     exponent: float,
 ) -> None:
-    # Parts of 4096 pixels stay in the processor's cache from one pass to the next.
+    # Blocks of 4096 pixels stay in the processor cache from one pass to the next.
     step = 4096
     work = np.empty(step, dtype=np.float32)
     for first in range(0, field.size, step):
@@ -135,7 +135,7 @@ def _map_field(
         if exponent != 1.0:
             for i in range(values.size):
                 u = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
-                # The power in double precision: another build may round it differently, which single precision hides.
+                # The power is in double precision: builds may round it differently, which single precision hides.
                 power = _f4(np.float64(u) ** exponent)
                 if taper > _f4(0.0):
                     s = min(u / taper, _f4(1.0))
@@ -156,7 +156,7 @@ def _map_field(
 
 
 def _inward(low_m: float, high_m: float) -> tuple[np.float32, np.float32]:
-    """Round the ends of an interval to the single-precision numbers inside it, greater than 0."""
+    """Round the ends of an interval inward to single-precision numbers greater than 0."""
     low, high = np.float32(low_m), np.float32(high_m)
     # Compared as Python floats: numpy would compare in single precision, which hides the rounding.
     if float(low) < low_m:
@@ -168,7 +168,7 @@ def _inward(low_m: float, high_m: float) -> tuple[np.float32, np.float32]:
 
 
 def window_inside(rows: slice, columns: slice, grid: Grid) -> tuple[slice, slice]:
-    """Check that a window of thickness lies within a scene, and fill in open ends.
+    """Check that a window is inside a scene, and fill in open ends.
 
     Raises
     ------

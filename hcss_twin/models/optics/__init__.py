@@ -1,1 +1,1 @@
-"""Optics of clouds: scattering by spheres and ice crystals, over sizes and wavelengths."""
+"""Cloud optics: scattering by spheres and ice crystals, integrated over sizes, by wavelength."""

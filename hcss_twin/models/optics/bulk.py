@@ -1,9 +1,9 @@
-"""Optical properties of a volume of particles: Mie efficiencies summed over sizes, and tabulated over wavelength.
+"""Bulk optical properties of particles: Mie efficiencies integrated over sizes and tabulated over wavelength.
 
-Tables interpolate over wavelength alone, piecewise quadratically. Panels end at the rows of the refractive-index table,
-where bulk properties have kinks, and are subdivided to a widest relative step. Nodes depend on the table alone, so that
-the value at a wavenumber does not depend on which others are requested; they are computed when first needed. Everything
-that a value depends on enters the table's key, so that tables can be stored in files and found by content.
+Tables are interpolated only in wavelength, piecewise quadratically. Panels end at the rows of the refractive-index
+table, where bulk properties have kinks, and are subdivided to a maximum relative step. Nodes depend only on the table,
+so that the value at a wavenumber does not depend on which others are requested; they are computed when first needed.
+The table key contains everything that a value depends on, so that tables can be stored in files and found by content.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from hcss_twin.models.refractive_index import RefractiveIndex
 from hcss_twin.providers import Microphysics
 
 RESONANCES = ((0.0015, 16), (0.005, 8), (0.02, 4), (np.inf, 1))
-"""Imaginary index below which so many times the radii are used: absorption is what widens resonances."""
+"""Imaginary index below which the number of radii is multiplied: weak absorption makes resonances narrow."""
 
 _SPHERES_AT_ONCE = 65536
 
 MAX_MOMENT_RADII = 2
-"""Largest multiple of the radii for the phase function, whose resonances average out between wavelengths."""
+"""Maximum multiple of the radii for the phase function, whose resonances average out over wavelengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +71,9 @@ def bulk_properties(
     index : RefractiveIndex
         Of their substance.
     wavelength_um : ndarray (V,)
-        Wavelengths within the table of ``index``.
+        Wavelengths within the range of ``index``.
     radius_nodes : int
-        Number of radii of the quadrature; more where k is small, see ``RESONANCES``.
+        Number of radii in the quadrature; more if k is small, see ``RESONANCES``.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def bulk_properties(
     Notes
     -----
     HCSS paper, eq 9: pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. The paper's eq 10 for ice
-    multiplies 1 - albedo with a bare efficiency; a coefficient per length needs the number density too, so that ice is
+    multiplies 1 - albedo by an efficiency alone; a coefficient per length also needs the number density, so ice is
     integrated as in eq 9.
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
@@ -100,19 +100,19 @@ def bulk_properties(
 def bulk_moments(
     cloud: Microphysics, index: RefractiveIndex, wavelength_um: Array, radius_nodes: int, count: int
 ) -> Array:
-    """Legendre moments of the phase function of the particles together, without spectral interpolation.
+    """Compute Legendre moments of the bulk phase function, without spectral interpolation.
 
     Parameters
     ----------
     cloud, index, wavelength_um, radius_nodes
-        As of :func:`bulk_properties`; of the radii no more than ``MAX_MOMENT_RADII`` times as many are used.
+        As for :func:`bulk_properties`; the number of radii is multiplied by at most ``MAX_MOMENT_RADII``.
     count : int
         Number K of moments.
 
     Returns
     -------
     ndarray (K, V)
-        ``moments[0]`` is 1 and ``moments[1]`` the asymmetry parameter.
+        ``moments[0]`` is 1 and ``moments[1]`` is the asymmetry parameter.
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
     refractive = index.at(1e4 / wavelength)
@@ -126,13 +126,13 @@ def bulk_moments(
 
 
 def _radius_multiple(refractive: NDArray[np.complex128]) -> NDArray[np.int64]:
-    """Multiple of the radii that each wavelength (V,) needs."""
+    """Return the multiple of the number of radii for each wavelength (V,)."""
     below = [refractive.imag < limit for limit, _ in RESONANCES]
     return np.asarray(np.select(below, [many for _, many in RESONANCES]), dtype=np.int64)
 
 
 def _integrate(cloud: Microphysics, refractive: NDArray[np.complex128], wavelength_um: Array, nodes: int) -> Array:
-    """Extinction, scattering and asymmetry-weighted scattering coefficients (3, V), m-1."""
+    """Return extinction, scattering and asymmetry-weighted scattering coefficients (3, V), m-1."""
     radius, number = quadrature(cloud, nodes)
     area = np.pi * (radius * 1e-6) ** 2 * number
     result = np.empty((3, wavelength_um.size))
@@ -152,7 +152,7 @@ def panel_edges(kinks: Array, step: float) -> Array:
     Returns
     -------
     ndarray (P + 1,)
-        Edges of the panels, ascending; every kink is one.
+        Panel edges, ascending, including all kinks.
     """
     pieces = [
         np.linspace(low, high, max(1, int(np.ceil((high - low) / step))), endpoint=False)
@@ -162,7 +162,7 @@ def panel_edges(kinks: Array, step: float) -> Array:
 
 
 class PanelTable:
-    """Functions of position with values at nodes, interpolated between them.
+    """Interpolation table of functions with values at nodes.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ class PanelTable:
     nodes : ndarray (2 P + 1,)
         Positions: the edges and the middles of the panels.
     values : ndarray (C, 2 P + 1)
-        Values there, NaN where they are not computed yet.
+        Values at the nodes, NaN where not yet computed.
     """
 
     def __init__(self, edges: Array, components: int) -> None:
@@ -187,7 +187,7 @@ class PanelTable:
         self._edges = edges
 
     def missing(self, position: Array) -> NDArray[np.intp]:
-        """Nodes (N,) without values that ``position`` (V,) needs."""
+        """Return the nodes (N,) needed for ``position`` (V,) that have no values yet."""
         wanted = np.unique(2 * self._panel(position)[:, np.newaxis] + np.arange(3))
         result: NDArray[np.intp] = wanted[np.isnan(self.values[0, wanted])]
         return result
@@ -198,12 +198,12 @@ class PanelTable:
             self.values[:, nodes] = evaluate(self.nodes[nodes])
 
     def adopt(self, values: Array) -> None:
-        """Take over values (C, 2 P + 1) of another table at the same nodes where this one has none."""
+        """Fill missing values from the values (C, 2 P + 1) of another table at the same nodes."""
         unknown = np.isnan(self.values[0])
         self.values[:, unknown] = values[:, unknown]
 
     def __call__(self, position: Array) -> Array:
-        """Return interpolated values (C, V) at ``position`` (V,), all within the edges and none of them missing."""
+        """Return interpolated values (C, V) at ``position`` (V,), which must be inside the edges and computed."""
         panel = self._panel(position)
         low, high = self._edges[panel], self._edges[panel + 1]
         t = (position - low) / (high - low)
@@ -217,30 +217,30 @@ class PanelTable:
 
 
 Progress = Callable[[Iterable[NDArray[np.intp]], int], Iterator[NDArray[np.intp]]]
-"""Wraps an iteration over pieces of work, given their total size."""
+"""Wraps an iteration over work items, given their total size."""
 
 VALID_UM = (0.3, 16.0)
-"""Wavelengths inside which the errors of quadrature and interpolation were measured."""
+"""Wavelength range in which quadrature and interpolation errors were measured."""
 
 COMPUTATION = 1
-"""Version of the computation; raised whenever the same input gives other numbers."""
+"""Version of the computation; incremented when the same input gives different numbers."""
 
 _MOMENT_STEP = 2.0
-"""Widest panel of the moments over that of the other properties: moments vary less."""
+"""Ratio of the maximum panel widths of moments and other properties: moments vary less."""
 
 _NODES_AT_ONCE = 16
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How finely a table is computed.
+    """Resolution of a table.
 
     Attributes
     ----------
     radius_nodes : int
         Radii of the quadrature over sizes.
     spectral_step : float
-        Widest panel over ln wavelength.
+        Maximum panel width in ln wavelength.
     moments : int
         Legendre moments of the phase function; 2 leaves only the asymmetry parameter.
     """
@@ -256,11 +256,11 @@ class BulkTable:
     Parameters
     ----------
     cloud : Microphysics
-        Particles; their number density has no influence.
+        Particles; their number density has no effect.
     index : RefractiveIndex
         Of their substance.
     accuracy : Accuracy
-        Fineness.
+        Resolution of the table.
 
     Raises
     ------
@@ -296,13 +296,13 @@ class BulkTable:
         return self._accuracy.moments > 2
 
     def __call__(self, position: Array) -> tuple[Array, Array, Array, Array]:
-        """Cross sections of extinction and absorption per particle (V,), m2, asymmetry (V,) and moments (K, V).
+        """Return extinction and absorption cross sections per particle (V,), m2, asymmetry (V,) and moments (K, V).
 
         All nodes that ``position`` (V,), ln wavelength in um, needs must have values.
         """
         log_extinction, log_absorption, asymmetry = self.properties(position)
         moments = self.moments(position) if self.has_moments else np.empty((2, position.size))
-        # Radii and panels are finer for the asymmetry than for the moments, where the two differ at all.
+        # Radii and panels are at least as fine for the asymmetry as for the moments.
         moments[0], moments[1] = 1.0, asymmetry
         return np.exp(log_extinction), np.exp(log_absorption), asymmetry, moments
 
@@ -328,7 +328,7 @@ class BulkTable:
     def _moments(self, position: Array) -> Array:
         accuracy = self._accuracy
         moments = bulk_moments(self._cloud, self._index, np.exp(position), accuracy.radius_nodes, accuracy.moments)
-        # Single precision as in files, so that a result does not depend on where its table came from.
+        # Single precision as in files, so that a result does not depend on the source of its table.
         return moments.astype(np.float32).astype(np.float64)
 
 

@@ -1,7 +1,7 @@
 """Ice crystals relative to spheres of the same volume and projected area, from a published table.
 
-The table (recipe ``ice_yang_2013.py``) has the band averages of Yang et al. (2013) as RRTMGP uses them, divided by
-those of Mie spheres. Within and between bands the spheres bring the spectral detail.
+The table (recipe ``ice_yang_2013.py``) has the band averages of Yang et al. (2013) as used in RRTMGP, divided by those
+of Mie spheres. The spheres provide the spectral detail within and between bands.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _RATIOS = ("extinction_ratio", "absorption_ratio", "asymmetry_ratio")
 
 @dataclass(frozen=True, eq=False)
 class CrystalRatios:
-    """Properties of crystals divided by those of spheres.
+    """Ratios of crystal to sphere properties.
 
     Attributes
     ----------
     wavenumber_cm1 : ndarray (B,)
         Logarithmic centres of the bands, ascending.
     band_limits_cm1 : ndarray (B, 2)
-        Their limits.
+        Band limits.
     effective_diameter_um : ndarray (D,)
         3/2 of volume over projected area, ascending.
     ratios : ndarray (3, B, D)
@@ -42,7 +42,7 @@ class CrystalRatios:
     ratios: Array
 
     def at(self, effective_diameter_um: float, wavenumber_cm1: Array) -> Array:
-        """Ratios (3, V): linear in diameter and ln wavenumber, constant outside the outermost band centres.
+        """Return ratios (3, V): linear in diameter and ln wavenumber, constant beyond the outermost band centres.
 
         Raises
         ------
@@ -65,12 +65,12 @@ class CrystalRatios:
 
 
 def load_crystals(catalog: Catalog, name: str, roughness: str) -> CrystalRatios:
-    """Read a table from ``optics/<name>.nc`` or a user's file of that form.
+    """Read a table from ``optics/<name>.nc`` or a user file in that format.
 
     Raises
     ------
     CatalogError
-        If there is none, it is damaged or of another format, or lacks the roughness.
+        If the table is missing, is damaged, has another format, or lacks the roughness.
     """
     path = catalog.find(name, "optics", ".nc")
     with open_format(path, FORMAT, VERSION) as dataset:

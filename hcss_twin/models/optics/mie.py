@@ -1,4 +1,4 @@
-"""Optics providers ``mie``, spheres of water and ice, and ``bulk``, spheres of water and crystals of ice."""
+"""Optics providers ``mie`` (water and ice spheres) and ``bulk`` (water spheres and ice crystals)."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ ICE_NOTE = "the refractive index of ice particles is for one temperature, -7 deg
 
 
 class CloudSpheres:
-    """Bulk properties of clouds of spheres; refractive indices and tables of one run are loaded once.
+    """Bulk properties of clouds of spheres; refractive indices and tables are loaded once per run.
 
     Parameters
     ----------
     catalog : Catalog
-        With refractive indices and tables.
+        Source of refractive indices and tables.
     parameters : MieParameters
         Refractive indices and accuracy.
 
     Raises
     ------
     ScenarioError
-        If both a refractive index and a temperature of water are given, or the temperature has no data.
+        If both a refractive index and a water temperature are given, or there are no data at the temperature.
     """
 
     def __init__(self, catalog: Catalog, parameters: MieParameters) -> None:
@@ -63,7 +63,7 @@ class CloudSpheres:
             raise ScenarioError([Problem("water_temperature_K", message)])
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
-        """Return bulk properties as :meth:`MieOptics.single_scattering`."""
+        """Return bulk properties; see :meth:`MieOptics.single_scattering`."""
         wavenumber = np.asarray(wavenumber_cm1, dtype=np.float64)
         _require_range(wavenumber)
         if wavenumber.size == 0:
@@ -71,7 +71,7 @@ class CloudSpheres:
         if cloud.number_density_m3 <= 0.0:
             raise ValueError(f"number_density_m3 {cloud.number_density_m3}: allowed above 0")
         index = self._index(cloud.phase)
-        index.at(wavenumber)  # refuses wavelengths a user's table does not cover
+        index.at(wavenumber)  # rejects wavelengths that a user's table does not cover
         single = replace(cloud, number_density_m3=1.0)
         if single not in self._tables:
             self._tables[single] = BulkTable(single, index, self._accuracy)
@@ -113,7 +113,7 @@ class MieOptics:
     Parameters
     ----------
     inputs : OpticsInputs
-        Brings the catalog with refractive indices and tables.
+        Contains the catalog with refractive indices and tables.
     parameters : MieParameters
         Refractive indices and accuracy.
 
@@ -143,7 +143,7 @@ class MieOptics:
         """Return bulk properties at ``wavenumber_cm1`` (V,).
 
         The logarithms of extinction and absorption, and the moments of the phase function, are interpolated
-        over ln wavelength; nothing nonlinear follows.
+        quadratically in ln wavelength.
 
         Raises
         ------
@@ -157,16 +157,16 @@ class MieOptics:
 
 
 class BulkOptics:
-    """Water droplets as spheres, ice as crystals of the same volume and projected area per volume of cloud.
+    """Water droplets as spheres, ice as crystals with the same volume and projected area per cloud volume.
 
-    For ice the particles' effective radius selects the crystals; extinction, absorption and asymmetry are those of
-    equal-volume-to-area spheres (Grenfell and Warren 1999) times the ratios of
+    For ice, the effective radius selects the crystals; extinction, absorption and asymmetry are those of spheres with
+    equal volume-to-area ratio (Grenfell and Warren 1999) times the ratios of
     :mod:`hcss_twin.models.optics.ice_crystals`, and the phase function is Henyey and Greenstein's.
 
     Parameters
     ----------
     inputs : OpticsInputs
-        Brings the catalog with refractive indices and tables.
+        Contains the catalog with refractive indices and tables.
     parameters : BulkParameters
         Refractive indices, crystals and accuracy.
 

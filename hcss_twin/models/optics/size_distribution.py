@@ -21,11 +21,11 @@ WATER_DENSITY_KG_M3 = 1000.0
 ICE_DENSITY_KG_M3 = 917.0
 
 _NEGLIGIBLE = 1e-7
-"""Fraction of the area below, and of the sixth moment above, the radii that quadrature covers."""
+"""Fraction of the area below, and of the sixth moment above, the range of radii in the quadrature."""
 
 
 def check(cloud: Microphysics) -> None:
-    """Refuse parameters for which the distribution cannot be normalised.
+    """Reject parameters for which the distribution cannot be normalised.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def check(cloud: Microphysics) -> None:
 
 
 def _log_incomplete(cloud: Microphysics, power: float) -> float:
-    """Logarithm of the integral of r^(alpha + power) exp(-b r^nu) over the radius range, times b^((alpha + 1)/nu).
+    """Return ln of the integral of r^(alpha + power) exp(-b r^nu) over the radius range, times b^((alpha + 1)/nu).
 
     Without that factor, and without the logarithm, narrow distributions of small radii would underflow.
     """
@@ -54,7 +54,7 @@ def _log_incomplete(cloud: Microphysics, power: float) -> float:
     if s <= 0.0:
         raise ValueError(f"power {power}: allowed above {-cloud.alpha - 1.0} for alpha {cloud.alpha}")
     t1, t2 = (cloud.b * radius**cloud.nu for radius in cloud.radius_range_um)
-    # The difference of the smaller of the two complementary tails loses no digits.
+    # Using the smaller of the two complementary tails avoids cancellation.
     if t1 > s:
         share = special.gammaincc(s, t1) - special.gammaincc(s, t2)
     else:
@@ -70,7 +70,7 @@ def _log_incomplete(cloud: Microphysics, power: float) -> float:
 
 
 def density(cloud: Microphysics, radius_um: Array) -> Array:
-    """Number density per radius interval n(r), m-3 um-1, at any shape of radii; 0 outside the range."""
+    """Return the size distribution n(r), m-3 um-1, for radii of any shape; 0 outside the range."""
     check(cloud)
     radius = np.asarray(radius_um, dtype=np.float64)
     scale = (cloud.alpha + 1.0) / cloud.nu * np.log(cloud.b) - _log_incomplete(cloud, 0.0)
@@ -81,7 +81,7 @@ def density(cloud: Microphysics, radius_um: Array) -> Array:
 
 
 def mean_power(cloud: Microphysics, power: float) -> float:
-    """Mean of r^power over the particles, um^power, in closed form.
+    """Return the mean of r^power over the particles, um^power, in closed form.
 
     Raises
     ------
@@ -124,18 +124,18 @@ def gamma_distribution(
     content_kg_m3: float,
     radius_range_um: tuple[float, float] | None = None,
 ) -> Microphysics:
-    """Gamma distribution with given effective radius, effective variance and content of water.
+    """Return the gamma distribution with given effective radius, effective variance and water content.
 
     n(r) ~ r^(1/v - 3) exp(-r / (r_e v)), J. E. Hansen and L. D. Travis, Space Sci. Rev. 16, 527 (1974), eq 2.56.
 
     Parameters
     ----------
     phase : {"water", "ice"}
-        Ice has 917 kg m-3, water 1000.
+        Density: ice 917 kg m-3, water 1000 kg m-3.
     radius_um : float
         Of the whole distribution, above 0.
     variance : float
-        Above 0 and below 0.5, where the number of particles diverges.
+        Above 0 and below 0.5, at which the number of particles diverges.
     content_kg_m3 : float
         Mass of liquid or ice per volume of cloud, above 0; exact for the radii inside the range.
     radius_range_um : (float, float), optional
@@ -170,11 +170,11 @@ def gamma_distribution(
 
 
 def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
-    """Radii and number densities that replace the integral over n(r).
+    """Return quadrature radii and number densities for integrals over n(r).
 
-    Gauss-Legendre in the square root of r, a compromise between small spheres, which want equal steps of ln r, and
-    large ones, whose resonances want equal steps of r. It covers the part of the radius range that matters: outside
-    lies a fraction below 1e-7 of the area (small radii) and of the sixth moment (large radii).
+    Gauss-Legendre quadrature in the square root of r, a compromise between small spheres, which need equal steps of ln
+    r, and large ones, whose resonances need equal steps of r. It covers the relevant part of the radius range: the
+    omitted fraction is below 1e-7 of the area (small radii) and of the sixth moment (large radii).
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
     Returns
     -------
     radius_um, number_m3 : ndarray (nodes,)
-        Radii, ascending, and the number density each stands for: the integral of f(r) n(r) dr is
+        Radii, ascending, and the number density that each represents: the integral of f(r) n(r) dr is
         ``sum(number_m3 * f(radius_um))``.
     """
     check(cloud)
@@ -199,11 +199,11 @@ def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
 
 
 def _limits(cloud: Microphysics) -> tuple[float, float]:
-    """Radii (um) between which quadrature is worth its nodes."""
+    """Return the limits (um) of the relevant radii."""
     r1, r2 = cloud.radius_range_um
     area = special.gammaincinv((cloud.alpha + 3.0) / cloud.nu, _NEGLIGIBLE)
     sixth = special.gammainccinv((cloud.alpha + 7.0) / cloud.nu, _NEGLIGIBLE)
     low = max(r1, float((area / cloud.b) ** (1.0 / cloud.nu)))
     high = min(r2, float((sixth / cloud.b) ** (1.0 / cloud.nu)))
-    # A range cut out of a far tail: there the whole of it matters.
+    # For a range in a far tail, all of it is relevant.
     return (low, high) if low < high else (r1, r2)

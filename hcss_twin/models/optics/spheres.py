@@ -1,10 +1,10 @@
 """Mie theory for many homogeneous spheres at once: efficiencies, amplitudes and Legendre moments of phase functions.
 
-The bulk properties of one cloud in three bands need about 1e5 spheres. A loop over spheres costs 0.1 ms each in
-interpreted Python; compiled loops are fast but take seconds to compile. Here the loop runs over multipole orders, and
-every order handles all spheres that still need it: about 2 us per sphere without a compiler.
+The bulk properties of one cloud in three bands need about 1e5 spheres. In interpreted Python, a loop over spheres takes
+0.1 ms per sphere; compiled loops are fast but take seconds to compile. Here the loop is over multipole orders, and each
+order handles all spheres that need it: about 2 us per sphere without a compiler.
 
-The intensity that a sphere scatters is a polynomial of the cosine of the scattering angle, of twice the degree of its
+The scattered intensity of a sphere is a polynomial in the cosine of the scattering angle, with twice the degree of its
 last multipole. Gauss-Legendre quadrature with enough nodes therefore gives its moments exactly, and sums over
 multipoles at all nodes and all spheres are products of matrices.
 """
@@ -21,14 +21,14 @@ from hcss_twin.core.arrays import Array
 ComplexArray = NDArray[np.complex128]
 
 _BLOCK = 4096
-"""Spheres handled together: large enough to hide the interpreter, small enough for the cache."""
+"""Number of spheres handled together: enough to hide interpreter overhead, few enough for the cache."""
 
 _EXTRA_ORDERS = 16
-"""Least number of orders above the last one needed at which the downward recurrence starts."""
+"""Minimum number of orders above the last one needed at which the downward recurrence starts."""
 
 
 def mie_efficiencies(refractive_index: ComplexArray, size_parameter: Array) -> tuple[Array, Array, Array]:
-    """Extinction and scattering efficiencies and asymmetry parameter of spheres in vacuum.
+    """Return extinction and scattering efficiencies and asymmetry parameter of spheres in vacuum.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def mie_efficiencies(refractive_index: ComplexArray, size_parameter: Array) -> t
         raise ValueError(f"size_parameter {np.min(size)}: allowed above 0 and finite")
     if size.size and (np.min(index.imag) < 0.0 or np.min(index.real) <= 0.0):
         raise ValueError("refractive_index: allowed n > 0 and k >= 0 in n + ik")
-    # Descending size: the spheres that need an order are then always a leading slice of the block.
+    # Descending size: the spheres that need an order are then a leading slice of the block.
     order = np.argsort(-size, kind="stable")
     result = np.empty((3, size.size))
     for start in range(0, size.size, _BLOCK):
@@ -70,14 +70,14 @@ def mie_efficiencies(refractive_index: ComplexArray, size_parameter: Array) -> t
 
 
 def _orders(size: Array) -> NDArray[np.int64]:
-    """Number of multipole orders to sum, by Wiscombe's criterion for the largest spheres."""
+    """Return the number of multipole orders, by Wiscombe's criterion for the largest spheres."""
     return np.ceil(size + 4.05 * np.cbrt(size) + 2.0).astype(np.int64)
 
 
 def _log_derivative(argument: ComplexArray, orders: int) -> ComplexArray:
     """Logarithmic derivatives D_n(z) of Riccati-Bessel functions (orders + 1, M), by downward recurrence."""
     largest = float(np.max(np.abs(argument)))
-    # Past n = |z| a wrong start dies out over a number of orders that grows as the cube root of |z|;
+    # Beyond n = |z| a wrong start decays over a number of orders that grows as the cube root of |z|;
     # the customary 15 orders leave 3e-6 in Q_ext at x = 100 and spoil x = 1e4.
     start = max(orders, int(np.ceil(largest))) + int(8.0 * np.cbrt(largest)) + _EXTRA_ORDERS
     inverse = 1.0 / argument
@@ -102,7 +102,7 @@ def multipoles(index: ComplexArray, size: Array) -> Iterator[tuple[int, int, Com
     Yields
     ------
     n, m : int
-        Order, and the number of leading spheres that have it.
+        Order, and the number of leading spheres that need it.
     a, b : ndarray (m,)
         Coefficients of the electric and magnetic multipoles, Bohren and Huffman (1983), eq 4.88.
     """
@@ -129,7 +129,7 @@ def multipoles(index: ComplexArray, size: Array) -> Iterator[tuple[int, int, Com
 
 
 def _block(index: ComplexArray, size: Array) -> Array:
-    """Efficiencies and asymmetry (3, M) of spheres sorted by descending size."""
+    """Return efficiencies and asymmetry (3, M) of spheres sorted by descending size."""
     extinction = np.zeros_like(size)
     scattering = np.zeros_like(size)
     asymmetry = np.zeros_like(size)
@@ -149,14 +149,14 @@ def _block(index: ComplexArray, size: Array) -> Array:
 
 
 _SPHERES_AT_ONCE = 1024
-"""Spheres that share one angular grid: each group takes no more angles than its largest sphere needs."""
+"""Number of spheres that share an angular grid; the largest sphere of a group sets the number of angles."""
 
 _GRID_GROWTH = 1.15
-"""Ratio of successive grid sizes; grids are shared by groups whose needs lie between two of them."""
+"""Ratio of successive grid sizes; groups with needs between two sizes share a grid."""
 
 
 def amplitudes(refractive_index: complex, size_parameter: float, mu: Array) -> tuple[ComplexArray, ComplexArray]:
-    """Amplitudes S1 and S2 of one sphere at cosines ``mu`` (J,) of the scattering angle.
+    """Return the amplitudes S1 and S2 of one sphere at cosines ``mu`` (J,) of the scattering angle.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def amplitudes(refractive_index: complex, size_parameter: float, mu: Array) -> t
 
 
 def _coefficients(index: ComplexArray, size: Array) -> tuple[ComplexArray, ComplexArray]:
-    """Mie coefficients (M, N) of spheres sorted by descending size, 0 past the last order of each."""
+    """Return Mie coefficients (M, N) of spheres sorted by descending size, 0 beyond the last order of each."""
     rows = list(multipoles(index, size))
     a = np.zeros((size.size, len(rows)), dtype=np.complex128)
     b = np.zeros_like(a)
@@ -184,7 +184,7 @@ def _coefficients(index: ComplexArray, size: Array) -> tuple[ComplexArray, Compl
 
 
 def _angular(mu: Array, orders: int) -> tuple[Array, Array]:
-    """(2n + 1)/(n(n + 1)) (pi_n + tau_n) and the same of pi_n - tau_n, (orders, J) each.
+    """Return (2n + 1)/(n(n + 1)) times pi_n + tau_n and pi_n - tau_n, (orders, J) each.
 
     Bohren and Huffman (1983), eqs 4.46 and 4.47. With them S1 + S2 and S1 - S2 are sums of a + b and a - b.
     """
@@ -199,7 +199,7 @@ def _angular(mu: Array, orders: int) -> tuple[Array, Array]:
 
 
 def legendre_polynomials(mu: Array, count: int) -> Array:
-    """P_l(mu) for l = 0 to count - 1, (count, J)."""
+    """Return P_l(mu) for l = 0 to count - 1, (count, J)."""
     result = np.empty((count, mu.size))
     before, current = np.zeros_like(mu), np.ones_like(mu)
     for degree in range(count):
@@ -209,14 +209,14 @@ def legendre_polynomials(mu: Array, count: int) -> Array:
 
 
 def phase_function(moments: Array, mu: Array) -> Array:
-    """Phase function (J, V) from Legendre moments (K, V) at cosines ``mu`` (J,); its mean over the sphere is 1."""
+    """Return the phase function (J, V) for moments (K, V) at cosines ``mu`` (J,), normalised to a mean of 1."""
     degree = np.arange(moments.shape[0])
     result: Array = legendre_polynomials(mu, degree.size).T @ ((2 * degree + 1)[:, np.newaxis] * moments)
     return result
 
 
 class MomentSums:
-    """Legendre moments of the light that spheres scatter, summed over spheres.
+    """Legendre moments of scattered light, summed over spheres.
 
     Parameters
     ----------
@@ -229,10 +229,10 @@ class MomentSums:
         self._grids: dict[int, tuple[Array, Array, Array, int]] = {}
 
     def __call__(self, refractive_index: complex, size_parameter: Array, weight: Array) -> Array:
-        """Moments (K,) of the phase function of spheres with ``size_parameter`` and ``weight`` (M,) together.
+        """Return the moments (K,) of the combined phase function of spheres with ``size_parameter``, ``weight`` (M,).
 
-        ``weight`` is their number; what a sphere scatters follows from its amplitudes. The result is divided by its
-        moment of degree 0.
+        ``weight`` is the number of each; the scattered light follows from the amplitudes. The result is normalised by
+        its moment of degree 0.
         """
         order = np.argsort(-size_parameter, kind="stable")
         sums = np.zeros(self._count)
@@ -254,7 +254,7 @@ class MomentSums:
         return result
 
     def _grid(self, orders: int) -> tuple[Array, Array, Array, int]:
-        """Angular functions and projection on Legendre polynomials for at least ``orders`` multipoles."""
+        """Return angular functions and the Legendre projection for at least ``orders`` multipoles."""
         step = int(np.ceil(np.log(orders) / np.log(_GRID_GROWTH)))
         if step not in self._grids:
             most = int(np.ceil(_GRID_GROWTH**step)) + 1

@@ -1,4 +1,4 @@
-"""Tables of bulk properties in files: those that ship in the catalog, and computed ones in the user's cache."""
+"""Files of bulk-property tables: built-in ones in the catalog, computed ones in the user's cache."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from hcss_twin.models.optics.bulk import BulkTable
 FORMAT, VERSION = "hcss-bulk-optics", 1
 
 _GROUPS = (("properties", "f8"), ("moments", "f4"))
-"""Parts of a table and their precision in files; single precision is 6e-8 of a moment."""
+"""Parts of a table and their precision in files; single precision has an error of 6e-8 for a moment."""
 
 
 def key_of(path: Path) -> str:
-    """Key of the table in a file.
+    """Return the key of the table in a file.
 
     Raises
     ------
     CatalogError
-        If it is no file of this format.
+        If the file is not in this format.
     """
     with open_format(path, FORMAT, VERSION) as dataset:
         return str(getattr(dataset, "key", ""))
 
 
 def read_into(table: BulkTable, path: Path) -> None:
-    """Fill values that ``table`` lacks from a file.
+    """Fill missing values of ``table`` from a file.
 
     Raises
     ------
     CatalogError
-        If the file is damaged (every block carries a checksum), of another table, or of another format.
+        If the file is damaged (every block has a checksum), contains another table, or has another format.
     """
     stored = {}
     with open_format(path, FORMAT, VERSION) as dataset:
@@ -62,12 +62,12 @@ def read_into(table: BulkTable, path: Path) -> None:
 
 
 def write(table: BulkTable, path: Path, **attributes: str) -> None:
-    """Write a table; the file appears when it is complete and replaces an older one in one step.
+    """Write a table atomically: the complete file replaces an older one in one step.
 
     Raises
     ------
     CatalogError
-        If the system refuses.
+        If the file cannot be written.
     """
     import netCDF4
 
@@ -97,9 +97,9 @@ def _write_part(dataset: Any, name: str, kind: str, part: Any) -> None:
 
 
 def write_if_possible(table: BulkTable, path: Path) -> bool:
-    """Store a table, together with the values another run stored in the meantime; return whether it was written.
+    """Store a table, merged with values that another run has stored meanwhile; return whether it was written.
 
-    Where it cannot be written (a full or read-only disk), the next run computes it again.
+    If it cannot be written (full or read-only disk), the next run computes it again.
     """
     with suppress(CatalogError, OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -113,22 +113,22 @@ def write_if_possible(table: BulkTable, path: Path) -> bool:
 FOLDER, SUFFIX = OPTICS
 
 _MIN_FOR_PROGRESS = 64
-"""Wavelengths to compute from which a progress bar is shown."""
+"""Number of wavelengths to compute above which a progress bar is shown."""
 
 
 def cache_folder() -> Path | None:
-    """Folder of computed tables in the user's cache; None without a home."""
+    """Return the folder of computed tables in the user's cache; None without a home folder."""
     root = cache_root()
     return None if root is None else root / FOLDER
 
 
 class TableStore:
-    """Looks values of tables up in files, computes missing ones, and stores them.
+    """Reads table values from files, computes missing ones, and stores them.
 
     Parameters
     ----------
     catalog : Catalog
-        Holds the tables that ship; with a secluded one computed tables are not stored.
+        Contains the built-in tables; with a secluded catalog, computed tables are not stored.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -137,7 +137,7 @@ class TableStore:
         self._looked_up: set[str] = set()
 
     def complete(self, table: BulkTable, position: Array) -> None:
-        """Give ``table`` the values that ``position`` (V,), ln wavelength, needs."""
+        """Fill ``table`` with the values needed at ``position`` (V,), ln wavelength."""
         if table.key not in self._looked_up:
             self._looked_up.add(table.key)
             self._look_up(table)
@@ -149,18 +149,18 @@ class TableStore:
         if name is not None:
             read_into(table, self._catalog.find(name, FOLDER, SUFFIX))
             return
-        # A damaged file is computed again and replaced; only time is lost.
+        # A damaged file is recomputed and replaced; only time is lost.
         with suppress(CatalogError, OSError):
             if (path := self._cached(table)) and path.is_file():
                 read_into(table, path)
 
     def _names(self) -> dict[str, str]:
-        """Names of the shipped tables by their keys."""
+        """Return the names of built-in tables by key."""
         if self._shipped is None:
             self._shipped = {}
             for name in self._catalog.names(FOLDER, SUFFIX):
                 path = self._catalog.root / FOLDER / f"{name}{SUFFIX}"
-                with suppress(CatalogError):  # the folder also has files of other formats
+                with suppress(CatalogError):  # the folder also contains files in other formats
                     self._shipped[self._catalog.shelf.parsed(path, key_of)] = name
         return self._shipped
 

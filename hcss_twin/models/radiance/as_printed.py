@@ -1,8 +1,8 @@
 """Radiance model ``as-printed``: the HCSS paper's eqs 8 and 12 to 20.
 
-Where the paper's own tables exclude a printed form, the corrected form is the default and a ``literal_...`` switch
-selects the printed one. The model breaks Kirchhoff's law on purpose: its cloud reflects sunlight without regard to
-thickness. docs/development/radiance.md lists every difference from physics.
+Where the paper's own tables contradict a printed equation, the corrected equation is the default and a ``literal_...``
+switch selects the printed one. The model deliberately violates Kirchhoff's law: its cloud reflects sunlight regardless
+of thickness. docs/development/radiance.md lists every difference from physics.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from hcss_twin.providers.common import Note
 
 @dataclass(frozen=True)
 class _Cloud:
-    """What N columns of one cloud layer send to the sensor through the air above them.
+    """Radiance of N columns of one cloud layer at the sensor, through the air above them.
 
     Attributes
     ----------
     emissivity : ndarray (N, V)
-        Eq 8; what is left over passes through the cloud.
+        Eq 8; the transmittance of the cloud is 1 minus this.
     emitted, reflected : ndarray (N, V)
-        Eqs 15 and 16 at the sensor, without other clouds.
+        Eqs 15 and 16 at the sensor, without the effect of other clouds.
     air_above : ndarray (N, V)
         Path radiance from the cloud top.
     """
@@ -45,7 +45,7 @@ class _Cloud:
 
 
 class AsPrinted:
-    """Single-scattering cloud over a rough sea, as the HCSS paper prints it.
+    """Single-scattering cloud over a rough sea, as printed in the HCSS paper.
 
     Parameters
     ----------
@@ -92,8 +92,8 @@ class AsPrinted:
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Terms (N, V) of cloudy columns: tau_c L_c + tau_sc L_s + L_atm above the cloud top (HCSS paper, eq 20).
 
-        The paper has one layer. With several, the light of each cloud (eq 15 and eq 16) passes the clouds above, which
-        transmit 1 - emissivity as they do in eq 20 for the sea.
+        The paper has one layer. With several, the radiance of each cloud (eq 15 and eq 16) is attenuated by the clouds
+        above, which transmit 1 - emissivity, as in eq 20 for the sea.
         """
         layers = self._inputs.layers
         if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
@@ -130,8 +130,8 @@ class AsPrinted:
         """Clouds of one layer of ``thickness_m`` (N,) > 0, seen through air alone: eq 8 and eq 15."""
         inputs = self._inputs
         scattering = inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
-        # Columns of equal thickness, of which the product of two layers has many, share everything, and those of
-        # equal cloud-top altitude their paths; with a fixed top there is only one.
+        # Columns of equal thickness, common with two layers, share everything; columns with equal cloud-top altitude
+        # share their paths.
         thickness, same = np.unique(thickness_m, return_inverse=True)
         tops, column = np.unique(layer.cloud_top_m(thickness), return_inverse=True)
         emissivity = cloud_emissivity(scattering.extinction_m1, scattering.albedo, thickness)
@@ -179,7 +179,7 @@ class AsPrinted:
         return result
 
     def _wind(self, sun: Sun | None) -> dict[str, Array]:
-        """Return the view's bearing to the wind, counted toward the sun, as argument of an anisotropic sea."""
+        """Return the view azimuth relative to the wind, counted toward the sun, as argument of an anisotropic sea."""
         inputs = self._inputs
         if not getattr(inputs.sea, "anisotropic", False):
             return {}

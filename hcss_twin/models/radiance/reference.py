@@ -1,6 +1,6 @@
-"""The reference: band radiances of single pixels from dense spectra, without tables or interpolation.
+"""Reference band radiances of single pixels from dense spectra, without tables or interpolation.
 
-Slow and simple. Everything fast is tested against it.
+It is slow and simple; all faster code is tested against it.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from hcss_twin.providers import RadianceModel, Sun
 def reference_radiance(
     model: RadianceModel, grid: SpectralGrid, thickness_m: Sequence[float] | Array, sun: Sun | None, together: int = 1
 ) -> Array:
-    """Band radiance of single pixels.
+    """Return the band radiance of single pixels.
 
     Parameters
     ----------
     thickness_m : sequence of float (N,) or array (N, L)
         Cloud thickness of each pixel, 0 for clear sky, with one column per layer; (N,) is short for a single layer.
     sun : Sun or None
-        Where the sun is at that pixel's time.
+        Position of the sun at the time of the pixel.
     together : int
-        Cloudy columns that the model computes at once, which is faster.
+        Number of cloudy columns that the model computes together, which is faster.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def reference_radiance(
 def reference_terms(
     model: RadianceModel, grid: SpectralGrid, thickness_m: Sequence[float] | Array, sun: Sun | None, together: int = 1
 ) -> Array:
-    """Terms (N, K, B) of the band radiance of single pixels, in the order of ``model.terms``.
+    """Return the terms (N, K, B) of the band radiance of single pixels, in the order of ``model.terms``.
 
     Parameters
     ----------

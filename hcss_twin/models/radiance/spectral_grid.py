@@ -1,7 +1,7 @@
-"""Spectral bands: their response, the wavenumbers at which spectra are computed, and integration over them.
+"""Spectral bands: response, wavenumbers of the spectra, and integration over the band.
 
-A band radiance is the sum of spectral radiance times weights over a dense grid, or over few wavenumbers chosen for the
-scene (:func:`choose_nodes`). :class:`BrightnessTemperature` inverts it for black bodies.
+A band radiance is a weighted sum of spectral radiance over a dense grid, or over a few wavenumbers chosen for the scene
+(:func:`choose_nodes`). :class:`BrightnessTemperature` inverts it for black bodies.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ class SpectralBand:
 
     @property
     def width_cm1(self) -> float:
-        """Distance of its limits in wavenumber."""
+        """Width of the band in wavenumber."""
         return 1e4 / self.lower_um - 1e4 / self.upper_um
 
     @property
     def central_um(self) -> float:
-        """Centroid over wavelength of the response, which is linear between its nodes."""
+        """Centroid wavelength of the response, which is linear between its nodes."""
         step, left, right = np.diff(self.wavelength_um), self.response[:-1], self.response[1:]
-        # Relative to the shortest wavelength, so that the moments of narrow bands keep their digits.
+        # Relative to the shortest wavelength, to avoid cancellation in the moments of narrow bands.
         start = self.wavelength_um[:-1] - self.wavelength_um[0]
         area = step * (left + right) / 2.0
         moment = start * area + step**2 * (left + 2.0 * right) / 6.0
@@ -65,7 +65,7 @@ class SpectralBand:
 class SolarSpectrum:
     """Spectral irradiance at 1 au, ASTM E490-00a by default.
 
-    Interpolated log-log between tabulated wavelengths, which follows the steep tail beyond 10 um.
+    Log-log interpolation between tabulated wavelengths follows the steep tail beyond 10 um.
     """
 
     def __init__(self, catalog: Catalog, name: str = "astm-e490") -> None:
@@ -95,7 +95,7 @@ class SolarSpectrum:
 
 
 DEFAULT_STEP_CM1 = 5.0
-"""Step where the transmittance provider has no grid of its own: that of LOWTRAN7."""
+"""Step if the transmittance provider has no grid of its own: that of LOWTRAN7."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None) -> Spect
     bands : sequence of SpectralBand (B,)
         Resolved bands.
     native_cm1 : ndarray or None
-        Grid of the transmittance provider; a regular 5 cm-1 grid where it has none.
+        Grid of the transmittance provider; a regular 5 cm-1 grid if it has none.
     """
     per_band = [_band_nodes(band, native_cm1) for band in bands]
     wavenumber = np.unique(np.concatenate(per_band))
@@ -151,7 +151,7 @@ def _band_nodes(band: SpectralBand, native_cm1: Array | None) -> Array:
         native_cm1 = np.arange(first, high, DEFAULT_STEP_CM1)
     inside = native_cm1[(native_cm1 > low) & (native_cm1 < high)]
     nodes = np.unique(np.concatenate((edges, inside)))
-    # Rounding may put a native node next to an edge, with no width between.
+    # Rounding may put a native node next to an edge, at zero distance.
     keep = np.concatenate(([True], np.diff(nodes) > 1e-9 * high))
     result: Array = nodes[keep]
     return result
@@ -182,20 +182,20 @@ class SpectralNodes:
 
 
 def all_nodes(grid: SpectralGrid) -> SpectralNodes:
-    """Return every wavenumber of a grid."""
+    """Return all wavenumbers of a grid as nodes."""
     return SpectralNodes(grid.wavenumber_cm1, grid.weights_cm1)
 
 
 def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> SpectralNodes:
-    """Choose few wavenumbers whose weighted sums are the band radiances of given spectra.
+    """Choose a few wavenumbers whose weighted sums reproduce the band radiances of given spectra.
 
-    Spectra of one scene are alike: gas lines, clouds and sun change with thickness and time in few independent ways.
-    A band therefore needs few wavenumbers, if they and their weights are chosen for the scene's own spectra. Weights
-    that cannot be negative keep radiances positive, and a spectrum's terms still sum to its total.
+    Spectra of one scene are similar: gas lines, clouds and sun vary with thickness and time in few independent ways. A
+    band therefore needs only a few wavenumbers, if they and their weights are chosen for the spectra of the scene.
+    Non-negative weights keep radiances positive, and the terms of a spectrum still sum to its total.
 
     The method is an empirical quadrature: wavenumbers are added greedily, and their weights follow by non-negative
-    least squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until every
-    spectrum is summed within the tolerance.
+    least squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until the sum of
+    every spectrum is within the tolerance.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> Spectr
     spectra : ndarray (S, K, V)
         K terms of S columns.
     tolerance : float
-        Greatest error of any term of any column, relative to the column's total in the band.
+        Maximum error of any term of any column, relative to the column's total in the band.
 
     Returns
     -------
@@ -220,8 +220,8 @@ def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> Spectr
 
 
 def _factors(summands: Array, tolerance: float) -> Array:
-    """Factors (V,), most of them 0, of summands (S, K, V) that leave their sums unchanged within the tolerance."""
-    # Imported here: a run that reads its tables from the cache should not wait for it.
+    """Return factors (V,), mostly 0, that preserve the sums of (S, K, V) within the tolerance."""
+    # Imported here, so that a run with cached tables does not wait for it.
     from scipy.optimize import nnls
 
     total = np.sum(summands, axis=(1, 2))
@@ -260,10 +260,10 @@ _TEMPERATURES = 4096
 
 
 class BrightnessTemperature:
-    """Temperature of the black body with a given band radiance, for each band of a grid.
+    """Converts band radiance to brightness temperature, for each band of a grid.
 
-    Tabulated evenly in 1/T and interpolated as 1/T against ln(radiance), which is nearly a straight line: within 1e-5 K
-    over 150-350 K.
+    The table is even in 1/T; 1/T is interpolated in ln(radiance), which is nearly linear: error below 1e-5 K over
+    150-350 K.
     """
 
     def __init__(self, grid: SpectralGrid, names: Sequence[str]) -> None:
@@ -293,11 +293,11 @@ class BrightnessTemperature:
 
     @property
     def highest_radiance(self) -> Array:
-        """Radiance (B,) of the hottest tabulated black body."""
+        """Band radiance (B,) of the hottest tabulated black body."""
         return np.exp(self._ln_radiance[:, -1])
 
     def where_known(self, radiance: Array) -> Array:
-        """Return kelvin for ``radiance`` (B, N), NaN where no black body between 60 and 3000 K has it."""
+        """Return kelvin for ``radiance`` (B, N), NaN where no black body between 60 and 3000 K has that radiance."""
         result = np.full(radiance.shape, np.nan)
         for values, kelvin, table in zip(radiance, result, self._ln_radiance, strict=True):
             known = (values >= np.exp(table[0])) & (values <= np.exp(table[-1]))

@@ -1,4 +1,4 @@
-"""Sea model ``cox-munk``: Fresnel reflection by facets with Cox-Munk slopes; and geometry shared by the sea models."""
+"""Sea model ``cox-munk`` (Fresnel reflection by facets with Cox-Munk slopes), and geometry of all sea models."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from hcss_twin.providers import Declares, SeaInputs
 
 
 def directions(field: str, cosines: Array) -> Array:
-    """Return cosines (M,) in (0, 1] as float64; raise ValueError for others."""
+    """Return cosines (M,) as float64; raise ValueError unless they are in (0, 1]."""
     values = np.asarray(cosines, dtype=np.float64)
     if values.ndim != 1:
         raise ValueError(f"{field} of shape {values.shape}: needs one axis (M,)")
@@ -33,7 +33,7 @@ def directions(field: str, cosines: Array) -> Array:
 
 
 def bearings(wind_azimuth: Array | None, count: int) -> Array | None:
-    """Return bearings to the wind (count,) as float64, or None; raise ValueError for another shape or infinite ones."""
+    """Return wind azimuths (count,) as float64, or None; raise ValueError for another shape or infinite values."""
     if wind_azimuth is None:
         return None
     values = np.asarray(wind_azimuth, dtype=np.float64)
@@ -43,7 +43,7 @@ def bearings(wind_azimuth: Array | None, count: int) -> Array | None:
 
 
 def relative_azimuths(relative_azimuth: Array) -> Array:
-    """Return angles between the bearings toward sensor and source (M,) in [0, pi] as float64, else raise ValueError."""
+    """Return relative azimuths of sensor and source (M,) as float64; raise ValueError unless in [0, pi]."""
     values = np.asarray(relative_azimuth, dtype=np.float64)
     if not np.all((values >= 0.0) & (values <= np.pi)):
         raise ValueError(f"relative_azimuth between {np.min(values)} and {np.max(values)}: allowed 0 to pi rad")
@@ -53,15 +53,15 @@ def relative_azimuths(relative_azimuth: Array) -> Array:
 TERMS = 32
 
 MAX_TAIL = 1e-12
-"""Largest last terms of a Chebyshev series relative to its largest one; those of water are below 1e-13."""
+"""Maximum last terms of a Chebyshev series relative to its largest one; those of water are below 1e-13."""
 
 
 def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array:
     """Return the reflectance for unpolarised light at M angles and V wavenumbers, (M, V).
 
-    Reflectance is analytic in the cosine, so that a polynomial through Chebyshev points has all its digits after some
-    thirty terms, and costs a matrix product. Where few angles are asked for, or the last terms are not small (metals),
-    every angle is computed by itself.
+    Reflectance is analytic in the cosine, so that a polynomial through about thirty Chebyshev points is exact to
+    rounding and costs one matrix product. If there are few angles, or the last terms are not small (metals), every
+    angle is computed separately.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
     few = cos_incidence.size <= 2 * TERMS
     if few or not (
         np.min(cos_incidence) > 0.0 and np.max(cos_incidence) <= 1.0
-    ):  # unpolarised_reflectance also refuses NaN
+    ):  # unpolarised_reflectance also rejects NaN
         return unpolarised_reflectance(index, cos_incidence[:, None])
     nodes = incidence_nodes(TERMS)
     at_nodes = unpolarised_reflectance(index, nodes[:, None])
@@ -93,9 +93,9 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
 class CoxMunkSea:
     """Directional emissivity and BRDF of a wind-roughened sea, isotropic, first reflection only.
 
-    Facets do not hide one another. Light that they reflect toward other facets is missing in the BRDF and counts as
-    reflected in the emissivity, which is therefore too low toward grazing views. Wind direction and water temperature
-    have no influence: slopes are isotropic, and the index is tabulated at one temperature.
+    Facets do not hide one another. Light reflected toward other facets is missing from the BRDF and counts as reflected
+    in the emissivity, which is therefore too low at grazing views. Wind direction and water temperature have no effect:
+    slopes are isotropic, and the index is tabulated at one temperature.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class CoxMunkSea:
         return significant_wave_height_m(self._wind_speed_m_s)
 
     def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
-        """Return the deviations of slope (upwind, crosswind) of the waves that such pixels resolve."""
+        """Return the slope standard deviations (upwind, crosswind) of the waves resolved at a pixel size."""
         spectrum = WaveSpectrum("pierson-moskowitz", self._wind_speed_m_s)
         upwind, crosswind = resolved_variances(spectrum, pixel_size_m)
         return upwind**0.5, crosswind**0.5
@@ -146,9 +146,10 @@ class CoxMunkSea:
     def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
         """Return BRDF (M, V) in sr-1: rho(chi) P(slope) / (4 mu_out mu_in mu_n^4) (HCSS paper, eq 18).
 
-        Cox and Munk 1954 for P. One facet mirrors the source into the sensor: its normal is the bisector of the two
-        directions, mu_n the cosine of its tilt, chi half the angle between the directions. ``relative_azimuth`` (M,) is
-        in [0, pi], pi toward the glint. Raises ValueError if a wavenumber, cosine or azimuth is out of range.
+        Cox and Munk 1954 for P. The facet that reflects the source into the sensor has the bisector of the two
+        directions as normal; mu_n is the cosine of its tilt, and chi is half the angle between the directions.
+        ``relative_azimuth`` (M,) is in [0, pi], pi toward the glint. Raises ValueError if a wavenumber, cosine or
+        azimuth is out of range.
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)
@@ -163,15 +164,15 @@ class CoxMunkSea:
 def mirror_facet(mu_out: Array, mu_in: Array, relative_azimuth: Array) -> tuple[Array, Array]:
     """Return the squared slope (M,) of the facet that mirrors one direction into the other, and cos(chi) (M,) on it.
 
-    Both follow from the sum of the two unit vectors, whose length is 2 cos(chi). That is symmetric in the directions
-    and keeps its digits near the specular direction, where 1 + cos(2 chi) would lose them.
+    Both follow from the sum of the two unit vectors, whose length is 2 cos(chi). This is symmetric in the directions
+    and avoids cancellation near the specular direction, unlike 1 + cos(2 chi).
 
     Parameters
     ----------
     mu_out, mu_in : ndarray (M,)
         Cosines of the zenith angles, in (0, 1].
     relative_azimuth : ndarray (M,)
-        Angle between the horizontal directions toward the two, in radians.
+        Angle between the two directions in the horizontal plane, in radians.
     """
     sin_out = np.sqrt((1.0 - mu_out) * (1.0 + mu_out))
     sin_in = np.sqrt((1.0 - mu_in) * (1.0 + mu_in))

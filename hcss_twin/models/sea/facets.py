@@ -1,16 +1,17 @@
-"""Wave facets that a viewer sees, and how far waves hide one another.
+"""Wave facets visible to a viewer, and shadowing by other waves.
 
-A facet of slope (zx, zy), tilted by theta_n, is met by the line of sight under the angle chi. Seen from the zenith
-angle theta it takes the share P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view (K. Masuda, T. Takashima and
-Y. Takayama, Remote Sens. Environ. 24, 313-329, 1988). With the x axis pointing toward the viewer and zx = dz/dx,
-cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta). The same holds for a ray that a first facet sent toward a second
-one (X. Wu and W. L. Smith, Appl. Opt. 36, 2609-2619, 1997): the second slope is taken as independent of the first.
+The line of sight meets a facet of slope (zx, zy), tilted by theta_n, at the angle of incidence chi. From the zenith
+angle theta, the facet fills the fraction P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view (K. Masuda, T.
+Takashima and Y. Takayama, Remote Sens. Environ. 24, 313-329, 1988). With the x axis pointing toward the viewer and zx =
+dz/dx, cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta). The same applies to a ray that a first facet reflects
+toward a second one (X. Wu and W. L. Smith, Appl. Opt. 36, 2609-2619, 1997); the second slope is assumed independent of
+the first.
 
-Shadowing: of the facets turned toward a direction, 1 / (1 + Lambda) are seen from it, whatever their slope (B. G.
-Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671, 1967). The factor
-normalises: the projected areas of the facets turned toward the direction sum to 1 + Lambda times the area of the sea.
-With two directions, heights being common to both, 1 / (1 + Lambda_out + Lambda_in) are seen from both (V. Ross and D.
-Dion, J. Geophys. Res. 112, C09015, 2007, use this form for the sea).
+Shadowing: the fraction 1 / (1 + Lambda) of the facets that face a direction is visible from it, independent of slope
+(B. G. Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671, 1967). The
+factor normalises the view: the projected areas of the facets that face the direction sum to 1 + Lambda times that of
+the sea. With correlated heights, 1 / (1 + Lambda_out + Lambda_in) are visible from two directions (V. Ross and D. Dion,
+J. Geophys. Res. 112, C09015, 2007, use this form for the sea).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from hcss_twin.models.sea.slope_statistics import SlopeStatistics, slope_density
 from hcss_twin.physics.quadrature import gauss_legendre
 
 _MAX_SIGMA = 6.0
-"""Slopes beyond this many standard deviations of a component hold 2e-9 of the facets."""
+"""Number of standard deviations of a slope component beyond which 2e-9 of the facets lie."""
 
 
 def incidence_nodes(count: int) -> Array:
@@ -37,9 +38,9 @@ def incidence_nodes(count: int) -> Array:
 def facet_weights(mu: Array, mean_square_slope: float, incidence_count: int = 32, slope_count: int = 64) -> Array:
     """Return weights (M, K) that average a function of the angle of incidence over the visible facets.
 
-    The integral over slopes is linear in the function, so that it is computed once, for the function's interpolation
-    nodes: ``facet_weights(...) @ g(incidence_nodes(K))`` is the average of g. Reflectance is analytic in the cosine,
-    which makes that spectrally accurate, and each wavelength costs only a product.
+    The integral over slopes is linear in the function, so it is computed once for the interpolation nodes of the
+    function: ``facet_weights(...) @ g(incidence_nodes(K))`` is the average of g. Reflectance is analytic in the cosine,
+    which makes this spectrally accurate, and each wavelength costs only one product.
 
     Parameters
     ----------
@@ -104,16 +105,16 @@ def smith_lambda(mu: Array, variance_along: Array | float) -> Array:
     sine = np.sqrt((1.0 - mu) * (1.0 + mu))
     with np.errstate(divide="ignore"):
         v = np.divide(mu, np.sqrt(2.0 * np.asarray(variance_along)) * sine)
-    # Beyond 26 the value is below the smallest double; the infinity of the zenith becomes a number.
+    # Beyond 26 the value is below the smallest double; this also makes v finite at the zenith.
     v = np.minimum(v, 30.0)
     tail = 1.0 / (np.sqrt(np.pi) * v) - erfcx(v)
     return np.asarray(0.5 * np.exp(-(v**2)) * np.maximum(tail, 0.0), dtype=np.float64)
 
 
 def both_seen(lambda_out: Array, lambda_in: Array, shadowing: Shadowing) -> Array:
-    """Return the share of mirroring facets that both directions see; symmetric in the two.
+    """Return the fraction of specular facets visible from both directions; symmetric in the two.
 
-    ``none`` gives 1, ``separable`` the product of the two shares, ``height-correlated`` Smith's bistatic form.
+    ``none`` gives 1, ``separable`` the product of the two fractions, ``height-correlated`` Smith's bistatic form.
     """
     if shadowing == "none":
         return np.ones(np.broadcast(lambda_out, lambda_in).shape)
@@ -123,7 +124,7 @@ def both_seen(lambda_out: Array, lambda_in: Array, shadowing: Shadowing) -> Arra
 
 
 def escape_share(lambda_out: Array | float, lambda_in: Array, shadowing: Shadowing) -> Array:
-    """Return the share of facets seen from one direction that the other, upward one sees as well."""
+    """Return the fraction of facets visible from one direction that is also visible from an upward direction."""
     if shadowing == "none":
         return np.ones(np.broadcast(lambda_out, lambda_in).shape)
     if shadowing == "separable":
@@ -133,18 +134,18 @@ def escape_share(lambda_out: Array | float, lambda_in: Array, shadowing: Shadowi
 
 @dataclass(frozen=True, eq=False)
 class FacetRays:
-    """The facets met by one ray.
+    """Facets that a ray meets.
 
     Attributes
     ----------
     share : ndarray (P,)
-        Share of the view; sums to 1.
+        Fraction of the view; sums to 1.
     cos_incidence : ndarray (P,)
         In (0, 1].
     mu_away : ndarray (P,)
-        Sine of the elevation of the mirrored ray: negative if it goes down.
+        Sine of the elevation of the reflected ray; negative if it goes down.
     turn : ndarray (P,)
-        Azimuth of the mirrored ray, counted from that of the viewer (first hit) or of the ray (second).
+        Azimuth of the reflected ray, relative to that of the viewer (first hit) or of the ray (second hit).
     """
 
     share: Array
@@ -156,7 +157,7 @@ class FacetRays:
 def seen_facets(
     mu: float, wind_azimuth: float, slopes: SlopeStatistics, count: int = 96, mean: tuple[float, float] = (0.0, 0.0)
 ) -> FacetRays:
-    """Return the facets that a viewer sees.
+    """Return the facets visible to a viewer.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ def seen_facets(
 
     Notes
     -----
-    Rays just above the horizon escape and rays just below meet the sea, so that the quadrature converges slowly: with
+    Rays just above the horizon escape and rays just below hit the sea, so the quadrature converges slowly: with
     96 nodes emissivity is within 4e-5, and the light from the sky within 2e-4, of 512 nodes (winds of 0 to 40 m/s,
     views to 89 degrees).
     """
@@ -184,7 +185,7 @@ def seen_facets(
 
 
 def facets_hit_again(mu: float, slopes: SlopeStatistics, count: int = 48) -> FacetRays:
-    """Return the facets that a ray of elevation sine ``mu`` (-1 to 1) meets that comes from the sea itself.
+    """Return the facets that a ray from the sea with elevation sine ``mu`` (-1 to 1) meets.
 
     ``slopes`` must be isotropic. An upward ray meets only facets steeper than itself.
     """
@@ -199,7 +200,7 @@ def facets_hit_again(mu: float, slopes: SlopeStatistics, count: int = 48) -> Fac
 def _nodes(
     mu: float, sine: float, wind_azimuth: float, slopes: SlopeStatistics, count: int, mean: tuple[float, float]
 ) -> tuple[Array, Array, Array, Array]:
-    """Return slopes along and across the view up to the horizon of visible facets, weights and densities."""
+    """Return slopes along and across the view up to the limit of visible facets, weights and densities."""
     x, w = gauss_legendre(count)
     if slopes.isotropic and mean[1] == 0.0:  # the two sides of the view are alike
         y, v = gauss_legendre(3 * count // 8)

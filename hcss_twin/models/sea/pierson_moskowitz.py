@@ -1,9 +1,9 @@
-"""The Pierson-Moskowitz spectrum of a fully developed sea, and surfaces drawn from it.
+"""Pierson-Moskowitz spectrum of a fully developed sea, and its surface realisations.
 
 The spectrum is eq 1 of the HCSS paper; the original is W. J. Pierson and L. Moskowitz, A proposed spectral form for
-fully developed wind seas, J. Geophys. Res. 69, 5181-5190 (1964), with winds at 19.5 m. It describes wave heights. The
-infrared emissivity comes from slopes (:mod:`hcss_twin.models.sea.slope_statistics`), to which the short waves
-contribute that a height spectrum does not resolve.
+fully developed wind seas, J. Geophys. Res. 69, 5181-5190 (1964), with winds at 19.5 m. It describes wave heights.
+Infrared emissivity depends on slopes (:mod:`hcss_twin.models.sea.slope_statistics`), which include short waves that a
+height spectrum does not resolve.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float) -> ND
     omega_rad_s : ndarray
         Angular frequencies, not negative; any shape.
     wind_speed_m_s : float
-        Wind speed U; 0 gives a calm sea, that is a spectrum of 0.
+        Wind speed U; 0 gives a calm sea with a spectrum of 0.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float) -> ND
     result = np.zeros_like(omega)
     if wind == 0.0:
         return result
-    # Where the exponent passes 700 the value is below the smallest double, and omega^-5 may overflow.
+    # Where the exponent exceeds 700, the value is below the smallest double, and omega^-5 may overflow.
     live = omega > (BETA / 700.0) ** 0.25 * GRAVITY_M_S2 / wind
     above = omega[live]
     result[live] = ALPHA * GRAVITY_M_S2**2 / above**5 * np.exp(-BETA * (GRAVITY_M_S2 / (wind * above)) ** 4)
@@ -111,8 +111,8 @@ def resolved_mean_square_slope(wind_speed_m_s: float, cutoff_rad_s: float) -> fl
 def component_frequencies_rad_s(wind_speed_m_s: float, count: int) -> NDArray[np.float64]:
     """Return ``count`` ascending frequencies (N,), each the median of an equal share of the variance.
 
-    The share of variance below omega is exp(-beta (g / (U omega))^4), which inverts in closed form; so the
-    components add up to m0 exactly, without a cut-off to choose.
+    The fraction of variance below omega is exp(-beta (g / (U omega))^4), which can be inverted in closed form; the
+    components add up to m0 exactly, without a cut-off.
 
     Raises
     ------
@@ -137,18 +137,18 @@ def surface_elevation(
 ) -> NDArray[np.float64]:
     """Return the elevation of one realisation of the sea as a sum of waves of random phase.
 
-    Directions scatter about downwind with the density 2/pi cos^2. Deep-water waves: k = omega^2 / g.
+    Wave directions have the density 2/pi cos^2 about downwind. Deep-water waves: k = omega^2 / g.
 
     Parameters
     ----------
     x_m, y_m : ndarray
-        Positions east and north; they broadcast.
+        Positions east and north; the arrays broadcast.
     time_s : float
-        Time; the waves of one seed travel.
+        Time; the waves of a realisation travel.
     wind_speed_m_s : float
         Wind speed; 0 gives a flat surface.
     wind_from_deg : float
-        Bearing the wind comes from, clockwise from north.
+        Bearing that the wind comes from, clockwise from north.
     seed : int
         Selects the realisation.
     components : int
@@ -157,8 +157,7 @@ def surface_elevation(
     Returns
     -------
     ndarray
-        Metres above the mean, of the broadcast shape. The variance over the ensemble is m0 for any
-        number of components.
+        Metres above the mean, of the broadcast shape. The ensemble variance is m0 for any number of components.
 
     Raises
     ------
@@ -173,13 +172,13 @@ def surface_elevation(
     omega = component_frequencies_rad_s(wind_speed_m_s, components)
     random = np.random.default_rng(seed)
     phase = 2.0 * np.pi * random.random(components)
-    # The sine of an angle with density cos^2 is distributed like a coordinate of points within a disc.
+    # The sine of an angle with density cos^2 is distributed like a coordinate of random points in a disc.
     disc = np.sqrt(random.random(components)) * np.cos(2.0 * np.pi * random.random(components))
     bearing = np.radians(wind_from_deg + 180.0) + np.arcsin(disc)
     wavenumber = omega**2 / GRAVITY_M_S2
     east, north = wavenumber * np.sin(bearing), wavenumber * np.cos(bearing)
     phase -= omega * time_s
-    # One wave at a time bounds the memory by the surface's own size.
+    # Adding one wave at a time limits the memory to the size of the surface.
     for k_east, k_north, start in zip(east, north, phase, strict=True):
         elevation += np.cos(k_east * x + k_north * y + start)
     return elevation * math.sqrt(2.0 * variance / components)

@@ -1,8 +1,8 @@
-"""Light that reaches a viewer by reflection: from which part of the sky, and how much after two hits.
+"""Reflected light: the part of the sky that it comes from, and the amount after a second reflection.
 
-The integral over slopes is linear in the reflectance, a function of the cosine of incidence, and in the sky, a function
-of its zenith cosine. It is computed once for the interpolation nodes of both, so that each wavelength costs only a
-matrix product (as in :mod:`hcss_twin.models.sea.facets`).
+The integral over slopes is linear in the reflectance, a function of the cosine of incidence, and in the sky radiance, a
+function of the zenith cosine. It is computed once for the interpolation nodes of both, so that each wavelength costs
+only one matrix product (as in :mod:`hcss_twin.models.sea.facets`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def checked_nodes(mu_nodes: Array) -> Array:
     Raises
     ------
     ValueError
-        If they do not have one axis, do not ascend, or leave (0, 1].
+        If they are not one-dimensional, not ascending, or outside (0, 1].
     """
     nodes = np.asarray(mu_nodes, dtype=np.float64)
     inside = nodes.ndim == 1 and nodes.size > 0 and bool(np.all((nodes > 0.0) & (nodes <= 1.0)))
@@ -49,8 +49,8 @@ def checked_nodes(mu_nodes: Array) -> Array:
 def basis_values(mu: Array, nodes: Array, basis: Basis) -> Array:
     """Return the weights (P, N) that interpolate a function from the nodes to ``mu`` (P,); rows sum to 1.
 
-    ``linear`` holds the outermost values beyond the nodes; ``lagrange`` is the polynomial through all nodes, which
-    suits the nodes of a Gauss rule only.
+    ``linear`` is constant beyond the outermost nodes; ``lagrange`` is the polynomial through all nodes, suitable only
+    for the nodes of a Gauss rule.
     """
     if nodes.size == 1:
         return np.ones((mu.size, 1))
@@ -64,7 +64,7 @@ def basis_values(mu: Array, nodes: Array, basis: Basis) -> Array:
     difference = nodes[:, None] - nodes[None, :] + np.eye(nodes.size)
     barycentric = 1.0 / np.prod(difference, axis=1)
     distance = mu[:, None] - nodes[None, :]
-    # On a node the quotient would be 0 / 0; at this distance the result is the node's value to the last digit.
+    # At a node the quotient would be 0 / 0; at this distance the result equals the node's value to rounding.
     distance = np.where(np.abs(distance) < 1e-300, 1e-300, distance)
     weights = barycentric[None, :] / distance
     return np.asarray(weights / weights.sum(axis=1, keepdims=True), dtype=np.float64)
@@ -83,7 +83,7 @@ def gathered_linearly(mu: Array, nodes: Array, values: Array) -> Array:
 
 
 def _interval(mu: Array, nodes: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return the node to the right of each ``mu`` (P,) and how near it is, 0 to 1; the end beyond the outermost."""
+    """Return the index of the node above each ``mu`` (P,) and its weight, 0 to 1; the end node outside the range."""
     right = np.clip(np.searchsorted(nodes, mu), 1, nodes.size - 1)
     part = np.clip((mu - nodes[right - 1]) / (nodes[right] - nodes[right - 1]), 0.0, 1.0)
     return right, part
@@ -96,9 +96,9 @@ _STEEPEST_SIGMA = 4.5
 
 @dataclass(frozen=True, eq=False)
 class FirstHit:
-    """Folded first reflection of a view: ``sky`` (N, K) escapes to the sky, ``sea`` (E, K) hits the sea again.
+    """Integrated first reflection of a view: ``sky`` (N, K) escapes to the sky, ``sea`` (E, K) hits the sea again.
 
-    ``whole`` (K,) escapes to any part of the sky, whatever the nodes.
+    ``whole`` (K,) escapes to any part of the sky, independent of the nodes.
     """
 
     sky: Array
@@ -106,23 +106,23 @@ class FirstHit:
     whole: Array
 
     def of_the_whole_sky(self) -> FirstHit:
-        """Return the fold onto a single node."""
+        """Return the reflection on a single sky node."""
         return FirstHit(self.whole[None], self.sea, self.whole)
 
 
 class Reflection:
-    """Reflection by one surface.
+    """Reflection by a sea surface.
 
     Parameters
     ----------
     slopes : SlopeStatistics
         Density of slopes.
     shadowing : {"none", "separable", "height-correlated"}
-        Which mirrored rays escape.
+        Determines which reflected rays escape.
     re_reflection : bool
-        Whether rays that do not escape meet a second facet; otherwise they count as coming from the sky.
+        Whether rays that do not escape hit a second facet; otherwise they count as coming from the sky.
     azimuths : int
-        Number of wind azimuths averaged over where none is given and slopes are not isotropic.
+        Number of wind azimuths in the average if none is given and slopes are not isotropic.
     """
 
     def __init__(self, slopes: SlopeStatistics, shadowing: Shadowing, re_reflection: bool, azimuths: int = 12) -> None:
@@ -131,7 +131,7 @@ class Reflection:
         self._re_reflection = re_reflection
         self._azimuths = (np.arange(azimuths) + 0.5) * np.pi / azimuths
         half = 0.5 * slopes.mean_square_slope
-        # The second facet is turned any way against the wind: its slopes are those of the mean direction.
+        # The second facet may have any azimuth relative to the wind, so its slopes are azimuth averages.
         self._round = SlopeStatistics(half, half)
         steepest = float(np.arctan(_STEEPEST_SIGMA * np.sqrt(half)))
         self._elevation = np.linspace(-0.5 * np.pi, steepest, _ELEVATION_COUNT)
@@ -142,9 +142,9 @@ class Reflection:
     def first(
         self, mu: float, mu_nodes: Array, basis: Basis, wind_azimuth: float | None, tilt: Tilt | None = None
     ) -> FirstHit:
-        """Fold the first reflection for a view, optionally at a wind azimuth.
+        """Integrate the first reflection for a view, optionally at a wind azimuth.
 
-        Facets of a tilted part have its own slopes; whether their light escapes depends on all of the sea.
+        Facets of a tilted part have its slope statistics; whether their light escapes depends on the whole sea.
         """
         sky, whole = np.zeros((mu_nodes.size, INCIDENCE_COUNT)), np.zeros(INCIDENCE_COUNT)
         sea = np.zeros((self._elevation.size, INCIDENCE_COUNT))
@@ -153,7 +153,7 @@ class Reflection:
         else:
             azimuths = np.zeros(1) if self._slopes.isotropic or mu == 1.0 else self._azimuths
         for azimuth in azimuths.tolist():
-            # A mean over bearings evens out the errors of a coarser rule.
+            # Averaging over azimuths reduces the errors of a coarser rule.
             count = 96 if azimuths.size == 1 else 64
             slopes, mean = self._slopes, (0.0, 0.0)
             if tilt is not None:
@@ -172,9 +172,9 @@ class Reflection:
         return FirstHit(sky, sea, whole)
 
     def second(self, mu_nodes: Array, basis: Basis) -> Array:
-        """Fold the second reflection (E, N, K) for rays of each elevation.
+        """Integrate the second reflection (E, N, K) for rays of each elevation.
 
-        Rays that go down once more are counted as if they came from as far above the horizon.
+        Rays that go down again are treated as coming from the same angle above the horizon.
         """
         if not self._re_reflection:
             return np.zeros((self._elevation.size, mu_nodes.size, INCIDENCE_COUNT))
@@ -187,12 +187,12 @@ class Reflection:
 
     @cached_property
     def _again(self) -> list[tuple[FacetRays, Array]]:
-        """Facets that rays of each elevation meet again, and Chebyshev polynomials of the cosine of incidence."""
+        """Return the facets that rays of each elevation hit again, and Chebyshev polynomials of incidence cosine."""
         met = (facets_hit_again(float(sine), self._round) for sine in np.sin(self._elevation))
         return [(rays, _incidence(rays)) for rays in met]
 
     def _escaping(self, mu: float, wind_azimuth: float, rays: FacetRays) -> Array:
-        """Share of each mirrored ray that meets no other facet."""
+        """Return the fraction of each reflected ray that hits no other facet."""
         if not self._re_reflection:
             return np.ones(rays.share.size)
         up = rays.mu_away > 0.0
@@ -206,12 +206,12 @@ class Reflection:
 
 
 def _incidence(rays: FacetRays) -> Array:
-    """Chebyshev polynomials (P, K) of the cosine of incidence."""
+    """Return Chebyshev polynomials (P, K) of the cosine of incidence."""
     return np.asarray(chebyshev.chebvander(2.0 * rays.cos_incidence - 1.0, INCIDENCE_COUNT - 1))
 
 
 def reflected(first: Sequence[FirstHit], second: Array, reflectance: Array) -> Array:
-    """Return the share of the light (M, N, V) that came from the sky at each node.
+    """Return the fraction of the light (M, N, V) that comes from the sky at each node.
 
     Parameters
     ----------

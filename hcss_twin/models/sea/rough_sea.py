@@ -1,4 +1,4 @@
-"""Sea model ``rough-sea``: facets that hide one another, with a second reflection, sea water and foam."""
+"""Sea model ``rough-sea``: facets with shadowing, second reflection, sea water and foam."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 _WIND_AZIMUTHS = 16
 _MAX_VIEWS = 64
-"""Views and sets of nodes whose reflection stays in memory; a column needs a view and its streams, with two sets."""
+"""Reflections held in memory, by view and node set; a column needs one view and its streams, with two sets."""
 
 
 class RoughSea:
-    """Directional emissivity and BRDF of a wind-roughened sea whose waves hide and mirror one another.
+    """Directional emissivity and BRDF of a wind-roughened sea with shadowing and second reflections.
 
-    Of the light a view receives, the share ``emissivity`` was emitted by the sea (directly, or by a second facet that
-    the first one mirrors) and the rest came from the sky; :meth:`reflection_weights` says from which zenith angles. The
-    BRDF holds light reflected once, and foam: its hemispherical integral is less than 1 - emissivity by the light
-    reflected twice. Methods take arguments and raise errors as :class:`hcss_twin.providers.SeaModel` and
+    The fraction ``emissivity`` of the light in a view is emitted by the sea (directly, or by a second facet that the
+    first one reflects), the rest comes from the sky; :meth:`reflection_weights` returns its distribution over zenith
+    angles. The BRDF contains light reflected once, and foam: its hemispherical integral is less than 1 - emissivity by
+    the light reflected twice. Methods take arguments and raise errors as :class:`hcss_twin.providers.SeaModel` and
     ``SeaModelOptions``.
 
     Parameters
@@ -48,7 +48,7 @@ class RoughSea:
     inputs : SeaInputs
         Wind speed 0 to 60 m/s (0 to 20 with ``gram-charlier``), temperature 263.15 to 318.15 K (if used).
     parameters : RoughSeaParameters
-        Choices of the model.
+        Options of the model.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class RoughSea:
         return self._spectrum.significant_wave_height_m
 
     def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
-        """Return the deviations of slope (upwind, crosswind) of the waves that such pixels resolve."""
+        """Return the slope standard deviations (upwind, crosswind) of the waves resolved at a pixel size."""
         upwind, crosswind = resolved_variances(self._spectrum, pixel_size_m)
         return upwind**0.5, crosswind**0.5
 
@@ -113,8 +113,8 @@ class RoughSea:
     def tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> Self:
         """Return the part of this sea that resolved waves tilt by a slope (upwind, crosswind).
 
-        Its facets have the slopes that are left below the pixel, about the tilt. How other waves hide or mirror them is
-        as in the sea as a whole. Calls without a bearing give the sea as a whole: a tilt has one.
+        Its facets have the subpixel slopes about the tilt. Shadowing and second reflection by other waves are as for
+        the whole sea. Calls without a wind azimuth return values for the whole sea, because a tilt depends on azimuth.
 
         Raises
         ------
@@ -141,10 +141,10 @@ class RoughSea:
         basis: Basis = "lagrange",
         wind_azimuth: Array | None = None,
     ) -> Array:
-        """Return the share of the light (M, N, V) that came from the sky, interpolated from nodes (N,).
+        """Return the fraction of the light (M, N, V) that comes from the sky, interpolated from nodes (N,).
 
-        ``basis`` says how the sky runs between the nodes: as the polynomial through all, for the nodes of a Gauss rule,
-        or straight in the cosine, for any nodes and without negative weights. The weights of a view sum to 1 -
+        ``basis`` selects the sky interpolation between the nodes: the polynomial through all nodes, for a Gauss rule,
+        or linear in the cosine, for any nodes and without negative weights. The weights of a view sum to 1 -
         emissivity.
         """
         nodes = checked_nodes(mu_nodes)
@@ -160,8 +160,9 @@ class RoughSea:
     ) -> Array:
         """Return BRDF (M, V) in sr-1: rho(chi) P(slope) S / (4 mu_out mu_in mu_n^4), and foam (HCSS paper, eq 18).
 
-        Cox and Munk 1954 for P, Smith 1967 for the share S of facets that both directions see. Exactly reciprocal:
-        exchanged directions are those of the mirror image, wind_azimuth becoming -(wind_azimuth + relative_azimuth).
+        Cox and Munk 1954 for P, Smith 1967 for the fraction S of facets visible from both directions. Exactly
+        reciprocal: exchanged directions are those of the mirror image, wind_azimuth becoming -(wind_azimuth +
+        relative_azimuth).
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)
@@ -193,7 +194,7 @@ class RoughSea:
         own = smith_lambda(out, self._slopes.variance_along(bearing))
         if self._tilt is not None:
             up, across = -upwind / vertical - self._tilt.upwind, -crosswind / vertical - self._tilt.crosswind
-            # Toward the sensor the tilted part has another area than the sea as a whole has on average.
+            # Toward the sensor, the area of the tilted part differs from the mean of the whole sea.
             area = out * (1.0 + own) / self._tilt.cross_section(out, bearing)
             density = area * self._tilt.rest.density(up, across)
         elif self._slopes.isotropic:
@@ -221,7 +222,7 @@ class RoughSea:
         return np.asarray((1.0 - self._foam) * water + self._foam * foam[None], dtype=np.float64)
 
     def _folded(self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None) -> tuple[list[FirstHit], Array]:
-        """Return the reflection of each view at the nodes; remembered, because views repeat band after band."""
+        """Return the reflection of each view at the nodes; cached, because views repeat for every band."""
         nodes_key = (nodes.tobytes(), basis)
         second = self._seconds.get(nodes_key)
         if second is None:
@@ -244,7 +245,7 @@ class RoughSea:
         return first, second
 
     def _any_fold(self, view: float, turn: float | None) -> FirstHit | None:
-        """Return the reflection of a view from memory, whatever its nodes."""
+        """Return a cached reflection of a view, for any nodes."""
         for (own_view, own_turn, *_), fold in list(self._folds.items()):
             if (own_view, own_turn) == (view, turn):
                 return fold
@@ -252,7 +253,7 @@ class RoughSea:
 
 
 def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:
-    """Remember a value; forget all others where there are too many (in one step, so that threads may share it)."""
+    """Cache a value; if there are too many, drop all others (in one step, for thread safety)."""
     if len(store) >= _MAX_VIEWS:
         store.clear()
     store[key] = value

@@ -1,10 +1,10 @@
 """Refractive index of sea water, and foam.
 
-Foam is Lambertian and absorbs what it does not reflect. Its reflectance in sunlight is the effective one of whitecaps
+Foam is Lambertian and opaque. Its reflectance in sunlight is the effective one of whitecaps
 of all ages, 0.22 in the visible (P. Koepke, Effective reflectance of oceanic whitecaps, Appl. Opt. 23, 1816-1824,
 1984), falling into the infrared as R. Frouin, M. Schwindling and P.-Y. Deschamps, Spectral reflectance of sea foam in
-the visible and near-infrared, J. Geophys. Res. 101, 14361-14371 (1996), measured to 1.65 um; from 2 um on it is what
-the thermal emissivity leaves.
+the visible and near-infrared, J. Geophys. Res. 101, 14361-14371 (1996), measured to 1.65 um; from 2 um on it is 1 minus
+the thermal emissivity.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ SALINE_N_PER_PSU = 0.006 / 34.3
 
 @dataclass(frozen=True, eq=False)
 class SeaWater:
-    """n + ik of sea water.
+    """Refractive index n + ik of sea water.
 
-    Between 0 and 25 degC the difference of two tables of pure water is scaled with temperature: Rowe et al.
-    (2020) at 273.15 K and Hale and Querry (1973) at 298.15 K; n is linear and ln k is linear. Beyond, both
-    are extrapolated. Salt raises n by 0.006 at 34.3 psu, in proportion to salinity, and leaves k.
+    Between 0 and 25 degC, the index varies by the difference of two pure-water tables, scaled with temperature: Rowe et
+    al. (2020) at 273.15 K and Hale and Querry (1973) at 298.15 K; n and ln k are linear. Outside this range both are
+    extrapolated. Salt increases n by 0.006 at 34.3 psu, in proportion to salinity, and does not change k.
 
     Attributes
     ----------
     base : RefractiveIndex
         Table at 298.15 K.
     cold, warm : RefractiveIndex or None
-        The pair whose difference gives the temperature dependence; None leaves it out.
+        The pair whose difference gives the temperature dependence; None omits it.
     temperature_K, salinity_psu : float
         Of the water.
     """
@@ -56,7 +56,7 @@ class SeaWater:
 
     @property
     def valid_cm1(self) -> tuple[float, float]:
-        """Range of wavenumbers that all tables cover."""
+        """Wavenumber range covered by all tables."""
         tables = [table.valid_cm1 for table in (self.base, self.cold, self.warm) if table is not None]
         return max(low for low, _ in tables), min(high for _, high in tables)
 
@@ -81,14 +81,14 @@ class SeaWater:
 def load_sea_water(
     catalog: Catalog, name: str, temperature_K: float, salinity_psu: float, *, by_temperature: bool
 ) -> SeaWater:
-    """Read the tables of a sea's water.
+    """Read the refractive-index tables of sea water.
 
     Raises
     ------
     ScenarioError
-        If the temperature (when used) is outside its range.
+        If the temperature (if used) is out of range.
     ValueError
-        If the salinity is.
+        If the salinity is out of range.
     CatalogError
         If a table cannot be read.
     """
@@ -124,7 +124,7 @@ _SHAPE = (1.0, 0.95, 0.9, 0.7, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15,
 
 
 def foam_coverage(wind_speed_m_s: float, law: FoamLaw) -> float:
-    """Return the fraction of the sea under foam, a U^b, at most 1; U at 10 m.
+    """Return the foam-covered fraction of the sea, a U^b, at most 1; U at 10 m.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def foam_coverage(wind_speed_m_s: float, law: FoamLaw) -> float:
     if not (np.isfinite(wind_speed_m_s) and wind_speed_m_s >= 0.0):
         raise ValueError(f"wind_speed_m_s {wind_speed_m_s}: allowed finite, at least 0")
     factor, exponent = _LAWS[law]
-    # The laws were fitted below 20 m/s; the power reaches the whole sea at 39 m/s or earlier.
+    # The laws were fitted below 20 m/s; the power law reaches full coverage at 39 m/s or below.
     return float(min(factor * wind_speed_m_s**exponent, 1.0))
 
 
@@ -146,7 +146,7 @@ def foam_reflectance(wavenumber_cm1: NDArray[np.float64], thermal_emissivity: fl
     wavenumber_cm1 : ndarray (V,)
         Wavenumbers, above 0.
     thermal_emissivity : float
-        Emissivity wherever the solar reflectance does not exceed 1 minus it, in [0, 1].
+        Emissivity wherever the solar reflectance is at most 1 minus this value, in [0, 1].
     """
     wavelength_um = 1e4 / np.asarray(wavenumber_cm1, dtype=np.float64)
     solar = _VISIBLE * np.interp(wavelength_um, _SHAPE_UM, _SHAPE)
@@ -161,7 +161,7 @@ OWN_ERRORS = (
 
 
 def notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:
-    """Return notes on extrapolated laws and on the effect of choices; ``foam`` is its coverage."""
+    """Return notes on extrapolated laws and the effects of options; ``foam`` is the foam coverage."""
     texts = []
     low, high = MEASURED_WIND_M_S
     if not low <= inputs.wind_speed_m_s <= high:

@@ -1,13 +1,12 @@
-"""Statistics of the slopes of the wind-roughened sea, as a whole and about the tilt of a resolved wave.
+"""Slope statistics of the wind-roughened sea, for the whole sea and about the tilt of a resolved wave.
 
 C. Cox and W. Munk, Measurement of the roughness of the sea surface from photographs of the sun's glitter, J. Opt. Soc.
 Am. 44, 838-850 (1954), clean surface: sun glitter off Hawaii, winds of 1 to 14 m/s at 12.5 m (41 ft) above the sea.
-Slopes are counted in a frame whose first axis points toward where the wind comes from.
+The first axis of the slope frame points upwind.
 
-A Gaussian sea is the sum of independent waves, so that their variances add: slopes of the resolved waves with one part
-of the variance, and about each of them the facets below the pixel with the rest, together have the density of the whole
-sea. Seen from one direction a tilted part has another cross-section; weighted with it, the light of the parts adds up
-to that of the whole sea, exactly.
+A Gaussian sea is a sum of independent waves, whose variances add: resolved slopes with one part of the variance, and
+subpixel facets about them with the rest, together have the slope density of the whole sea. The cross-section of a
+tilted part depends on the direction; weighted with it, the light of the parts adds up exactly to that of the whole sea.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ def mean_square_slope(wind_speed_m_s: float) -> float:
     Returns
     -------
     float
-        Dimensionless; each of the two slope components has half of it as variance.
+        Dimensionless; the variance of each slope component is half of it.
 
     Raises
     ------
@@ -74,7 +73,7 @@ def slope_density(slope_squared: NDArray[np.float64], mean_square_slope: float) 
 SlopeLaw = Literal["isotropic", "upwind-crosswind", "gram-charlier"]
 GRAM_CHARLIER_WIND_M_S = (0.0, 20.0)
 _RATIO_FROM_M_S = 1.0
-"""Below this wind the ratio of the variances stays: the upwind law has no offset, its variance would vanish in calm."""
+"""Below this wind speed the variance ratio is constant: the upwind law has no offset and would vanish in calm."""
 _PEAKEDNESS = (0.40, 0.12, 0.23)
 _TAIL_SIGMA = 8.0
 
@@ -117,7 +116,7 @@ class SlopeStatistics:
         return not any((*self.skewness, *self.peakedness))
 
     def variance_along(self, wind_azimuth: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Return the variance of the slope along a bearing counted from the wind's (radians, any shape)."""
+        """Return the slope variance along a bearing relative to the wind (radians, any shape)."""
         cos2 = np.cos(wind_azimuth) ** 2
         return np.asarray(self.variance_upwind * cos2 + self.variance_crosswind * (1.0 - cos2))
 
@@ -126,8 +125,8 @@ class SlopeStatistics:
 
         Notes
         -----
-        Cox and Munk 1954, eq 18, with xi the crosswind and eta the upwind slope over their deviations. The series is
-        negative far out; there the density is 0.
+        Cox and Munk 1954, eq 18, with xi the crosswind and eta the upwind slope, divided by their standard deviations.
+        Where the series is negative, at large slopes, the density is 0.
         """
         eta2 = upwind**2 / self.variance_upwind
         xi2 = crosswind**2 / self.variance_crosswind
@@ -149,7 +148,7 @@ class SlopeStatistics:
 
 
 def slope_statistics(wind_speed_m_s: float, law: SlopeLaw) -> SlopeStatistics:
-    """Return the statistics at a wind speed.
+    """Return the slope statistics at a wind speed.
 
     Parameters
     ----------
@@ -189,20 +188,20 @@ def slope_statistics(wind_speed_m_s: float, law: SlopeLaw) -> SlopeStatistics:
 
 
 UPWIND_SHARE = 0.75
-"""Share of the resolved mean-square slope along the wind: waves scatter about it with the density 2/pi cos^2."""
+"""Fraction of the resolved mean-square slope along the wind, for wave directions with the density 2/pi cos^2."""
 
 
 @dataclass(frozen=True)
 class Tilt:
-    """A mean slope and the statistics of the facets about it.
+    """Mean slope, and statistics of the facets about it.
 
     Attributes
     ----------
     upwind, crosswind : float
-        Slope along the bearing the wind comes from, and at right angles to it in the sense in which ``wind_azimuth``
-        is counted.
+        Slope along the bearing that the wind comes from, and at right angles to it in the direction of increasing
+        ``wind_azimuth``.
     rest : SlopeStatistics
-        Of the facets below the pixel, about the mean slope.
+        Of the subpixel facets, about the mean slope.
     """
 
     upwind: float
@@ -210,13 +209,13 @@ class Tilt:
     rest: SlopeStatistics
 
     def turned(self, wind_azimuth: Array | float) -> tuple[Array, Array]:
-        """Return the mean slope along and across a bearing counted from the wind's (radians, any shape)."""
+        """Return the mean slope along and across a bearing relative to the wind (radians, any shape)."""
         cosine, sine = np.cos(wind_azimuth), np.sin(wind_azimuth)
         along = self.upwind * cosine + self.crosswind * sine
         return np.asarray(along), np.asarray(self.crosswind * cosine - self.upwind * sine)
 
     def cross_section(self, mu: Array, wind_azimuth: Array) -> Array:
-        """Return the area (M,) that the facets turned toward views show, per horizontal area; above 0.
+        """Return the projected area (M,) of facets that face each view, per horizontal area; above 0.
 
         The mean of max(mu - z sin(zenith), 0) over Gaussian slopes z along the view. For the sea as a whole it is mu (1
         + Lambda), see :func:`hcss_twin.models.sea.facets.smith_lambda`.
@@ -224,7 +223,7 @@ class Tilt:
         sine = np.sqrt((1.0 - mu) * (1.0 + mu))
         middle = mu - self.turned(wind_azimuth)[0] * sine
         width = np.maximum(np.sqrt(self.rest.variance_along(wind_azimuth)) * sine, 1e-12)
-        # 30 widths out the density is 0 in double precision; the area stays above 0.
+        # At 30 standard deviations the density is 0 in double precision; the area stays above 0.
         far = np.maximum(middle / width, -30.0)
         density = np.exp(-0.5 * far**2) / np.sqrt(2.0 * np.pi)
         return np.asarray(np.maximum(width * (far * ndtr(far) + density), 1e-200), dtype=np.float64)
@@ -243,7 +242,7 @@ def resolved_variances(spectrum: WaveSpectrum, pixel_size_m: float) -> tuple[flo
 
 
 def unresolved(slopes: SlopeStatistics, spectrum: WaveSpectrum, pixel_size_m: float) -> SlopeStatistics:
-    """Return the statistics of the slopes below the pixel.
+    """Return the statistics of the subpixel slopes.
 
     Raises
     ------

@@ -1,12 +1,11 @@
-"""Resolved waves of an image, longer than two pixels: their slopes while the platform moves, and bounds on their
-effect.
+"""Resolved waves of an image, longer than two pixels: slopes for a moving platform, and bounds on their effect.
 
-A sum of plane waves of random phase. It is unbounded, so that any window of any frame is the same part of one sea, and
-has no visible period (the lengths of the waves have no common multiple). The rest of Cox and Munk's mean-square slope
-stays below the pixel.
+The field is a sum of plane waves of random phase. It is unbounded, so that all windows of all frames show the same sea,
+and has no visible period (the wavelengths have no common multiple). The rest of Cox and Munk's mean-square slope is
+subpixel.
 
-A resolved wave tilts the whole population of facets in a pixel by its slope. The bounds consider tilts of three
-standard deviations, which waves of a Gaussian sea exceed in 0.3 % of the pixels; below them waves may be neglected.
+A resolved wave tilts all facets in a pixel by its slope. The bounds assume tilts of three standard deviations, which a
+Gaussian sea exceeds in 0.3 % of the pixels; waves with small bounds may be neglected.
 """
 
 from __future__ import annotations
@@ -30,22 +29,22 @@ class WaveField:
     Parameters
     ----------
     spectrum : WaveSpectrum
-        Spectrum of elevation at the wind.
+        Elevation spectrum at the wind speed.
     wind_from_deg : float
-        Bearing the wind comes from; waves scatter about downwind with the density 2/pi cos^2.
+        Bearing that the wind comes from; wave directions have the density 2/pi cos^2 about downwind.
     pixel_size_m : float
         Size of a pixel, above 0; waves of at least twice this length are resolved.
     seed : int
         Selects the realisation.
     x_bearing_deg, y_bearing_deg : float
-        Bearings of growing columns and of growing rows, clockwise from north.
+        Bearings of increasing columns and rows, clockwise from north.
     components : int
         Number of waves, all with the same mean-square slope.
 
     Raises
     ------
     ValueError
-        If the pixel size is not above 0 or there is no component.
+        If the pixel size is not above 0 or there are no components.
     """
 
     def __init__(
@@ -70,8 +69,8 @@ class WaveField:
             self._omega = spectrum.slope_frequencies_rad_s(components, self.cutoff_rad_s)
         random = np.random.default_rng(seed)
         self._phase = 2.0 * np.pi * random.random(components)
-        # One direction from each of as many equally likely sectors: so the slope is divided between along and
-        # across the wind as the law says, not only on average over seeds.
+        # One direction from each of equally likely sectors, so that the split between along-wind and crosswind slope
+        # follows the law for every seed, not only on average.
         share = (random.permutation(components) + random.random(components)) / max(components, 1)
         bearing = np.radians(wind_from_deg + 180.0) + _scatter(share)
         wavenumber = self._omega**2 / GRAVITY_M_S2
@@ -88,9 +87,9 @@ class WaveField:
         time_s : float
             Time; each wave travels with the frequency sqrt(g k) of deep water.
         rows, columns : slice
-            Window with a start and a stop; any integers, the field has no edge.
+            Window with a start and a stop; any integers, because the field is unbounded.
         x_m : float
-            Where column 0 begins: a moving window.
+            Position of column 0, for a moving window.
         """
         # The derivative of a wave of elevation a cos(p) is -a k sin(p); sin(p) is the imaginary part.
         along = -self._slope * self._unit(self._k_x)
@@ -112,7 +111,7 @@ class WaveField:
     def _plane_waves(
         self, time_s: float, rows: slice, columns: slice, x_m: float
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Factors (y, N) and (N, x) of exp(i (k.r - omega t + phase))."""
+        """Return the factors (y, N) and (N, x) of exp(i (k.r - omega t + phase))."""
         y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
         x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
         now = np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
@@ -122,7 +121,7 @@ class WaveField:
 
 @njit(cache=True, nogil=True)
 def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
-    """Add both slopes to ``slopes`` (2, y, x), wave by wave: a matrix product would round by the window's shape."""
+    """Add both slopes to ``slopes`` (2, y, x) by wave: rounding of a matrix product depends on the window shape."""
     waves, width = row.shape[1], column.shape[1]
     real, imaginary = column.real.copy(), column.imag.copy()
     for y in range(row.shape[0]):
@@ -136,7 +135,7 @@ def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-de
 
 
 def _scatter(share: Array) -> Array:
-    """Return the angles at which the distribution of density 2/pi cos^2 reaches a share of 1."""
+    """Return the quantiles (angles) of the distribution with density 2/pi cos^2."""
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001)
     return np.asarray(np.interp(share, 0.5 + (angle + 0.5 * np.sin(2.0 * angle)) / np.pi, angle))
 
@@ -158,7 +157,7 @@ EAST_DEG, NORTH_DEG = 90.0, 0.0
 
 
 class ResolvedWaves:
-    """Slopes of the waves longer than two pixels.
+    """Slopes of waves longer than two pixels.
 
     Parameters
     ----------
@@ -209,8 +208,8 @@ def thermal_contrast_bound(
 ) -> Array:
     """Return the greatest relative change (M, V) of emitted and reflected thermal radiance.
 
-    |Change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt. The emissivity at a
-    tilted view stands for that of tilted facets; views that a tilt would bring below the horizon count as 89.9 degrees.
+    The bound is |change of emissivity| (1 - sky_share) / emissivity, the larger of both tilt directions. The emissivity
+    at a tilted view represents that of tilted facets; views tilted below the horizon are set to 89.9 degrees.
 
     Parameters
     ----------
@@ -221,7 +220,7 @@ def thermal_contrast_bound(
     slope : float
         Standard deviation of the resolved slope.
     sky_share : float
-        Radiance of the sky over that of a black sea; 0 is the sky of greatest contrast.
+        Sky radiance relative to that of a black sea; 0 gives the greatest contrast.
     """
     level = sea.emissivity(wavenumber_cm1, mu)
     zenith, tilt = np.arccos(mu), float(np.arctan(SIGMAS * slope))
@@ -230,7 +229,7 @@ def thermal_contrast_bound(
         view = np.minimum(np.abs(zenith + sign * tilt), _STEEPEST_VIEW)
         greatest = np.maximum(greatest, np.abs(sea.emissivity(wavenumber_cm1, np.cos(view)) - level))
     change, whole = greatest * (1.0 - sky_share), level + (1.0 - level) * sky_share
-    # A sea that sends nothing, as under foam of emissivity 0, changes by nothing or by infinitely much.
+    # Without emission (foam of emissivity 0) the relative change is 0 or infinite.
     black = np.where(change > 0.0, np.inf, 0.0)
     return np.asarray(np.divide(change, whole, out=black, where=whole > 0.0), dtype=np.float64)
 
@@ -243,19 +242,19 @@ def tilted_glint_bound(
     Parameters
     ----------
     mirror_slope : (float, float)
-        Slope, upwind and crosswind, of the facets that mirror the sun into the sensor.
+        Slope, upwind and crosswind, of the facets that reflect the sun into the sensor.
     mean_square_slope : float
         Of the whole sea, taken as isotropic.
     rms : (float, float)
-        Deviations of the resolved slope, upwind and crosswind; at least a tenth of the whole variance is taken to
-        be left below the pixel.
+        Standard deviations of the resolved slope, upwind and crosswind; at least a tenth of the total variance is
+        assumed to be subpixel.
     view : (float, float)
         Horizontal components, upwind and crosswind, of the direction toward the sensor.
 
     Notes
     -----
-    All tilts within the ellipse of three standard deviations: the Gaussian density of what is left at the mirror slope,
-    over the area the part shows, of which at least a tenth remains.
+    The bound covers all tilts within the ellipse of three standard deviations: subpixel Gaussian density at the
+    specular slope, divided by the projected area of the part (at least a tenth).
     """
     radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
     upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]
@@ -263,7 +262,7 @@ def tilted_glint_bound(
     left = [max(half - each**2, 0.1 * half) for each in rms]
     away = (mirror_slope[0] - upwind) ** 2 / left[0] + (mirror_slope[1] - crosswind) ** 2 / left[1]
     whole = (mirror_slope[0] ** 2 + mirror_slope[1] ** 2) / half
-    # Far from the glint the ratio overflows where the glint itself is 0: e^300 is as good as infinity.
+    # Far from the glint, where the glint itself is 0, the ratio overflows: e^300 is effectively infinite.
     density = half / math.sqrt(left[0] * left[1]) * np.exp(np.minimum(0.5 * (whole - away), 300.0))
     sine = math.hypot(*view)
     area = 1.0 - (upwind * view[0] + crosswind * view[1]) / math.sqrt((1.0 - sine) * (1.0 + sine))

@@ -1,9 +1,9 @@
-"""Frequency spectra of wave height: JONSWAP, and one interface for it and Pierson-Moskowitz.
+"""Frequency spectra of wave height: JONSWAP, and a common interface for JONSWAP and Pierson-Moskowitz.
 
 JONSWAP describes a sea that grows over a limited fetch: K. Hasselmann et al., Measurements of wind-wave growth and
 swell decay during the Joint North Sea Wave Project (JONSWAP), Ergaenzungsheft zur Deutschen Hydrographischen
-Zeitschrift A8, no. 12 (1973), with winds at 10 m. It is the spectrum of Pierson and Moskowitz with a peak that is
-higher by gamma = 3.3, and a level and a peak frequency that depend on the dimensionless fetch g F / U^2.
+Zeitschrift A8, no. 12 (1973), with winds at 10 m. It is the Pierson-Moskowitz spectrum with the peak enhanced by gamma
+= 3.3, and a level and peak frequency that depend on the dimensionless fetch g F / U^2.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def peak_frequency_rad_s(wind_speed_m_s: float, fetch_m: float) -> float:
     Raises
     ------
     ValueError
-        If wind speed or fetch are not above 0 or not finite.
+        If wind speed or fetch is not above 0 or not finite.
     """
     wind, fetch = _checked(wind_speed_m_s, fetch_m)
     if wind == 0.0:
@@ -46,7 +46,7 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float, fetch
     wind_speed_m_s : float
         Wind at 10 m; 0 gives a spectrum of 0.
     fetch_m : float
-        Distance over which the wind has blown, above 0.
+        Distance over which the wind blows, above 0.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float, fetch
     if wind == 0.0:
         return result
     peak = peak_frequency_rad_s(wind, fetch)
-    # Where the exponent passes 700 the value is below the smallest double, and omega^-5 may overflow.
+    # Where the exponent exceeds 700, the value is below the smallest double, and omega^-5 may overflow.
     live = omega > (1.25 / 700.0) ** 0.25 * peak
     above = omega[live]
     width = np.where(above <= peak, _WIDTH_BELOW, _WIDTH_ABOVE)
@@ -90,12 +90,12 @@ _STEPS = 4000
 
 @dataclass(frozen=True)
 class WaveSpectrum:
-    """A spectrum at one wind.
+    """Wave spectrum at one wind speed.
 
     Attributes
     ----------
     name : {"pierson-moskowitz", "jonswap"}
-        Fully developed sea, or one that grew over ``fetch_m``.
+        Fully developed sea, or sea limited by the fetch ``fetch_m``.
     wind_speed_m_s : float
         Wind speed (at 19.5 m and 10 m respectively), at least 0; 0 gives a calm sea.
     fetch_m : float
@@ -114,7 +114,7 @@ class WaveSpectrum:
 
     @property
     def peak_frequency_rad_s(self) -> float:
-        """Frequency of the maximum; the wind must be above 0."""
+        """Frequency of the maximum; the wind speed must be above 0."""
         if self.name == "jonswap":
             return peak_frequency_rad_s(self.wind_speed_m_s, self.fetch_m)
         return pierson_moskowitz.peak_frequency_rad_s(self.wind_speed_m_s)
@@ -145,7 +145,7 @@ class WaveSpectrum:
 
     def _frequencies(self, cutoff_rad_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return frequencies up to a cut-off, evenly spaced in their logarithm, and their widths."""
-        # Both spectra vanish faster than any power below the peak: exp(-1.25 * 0.3^-4) is e^-154.
+        # Below the peak both spectra decrease faster than any power: exp(-1.25 * 0.3^-4) is e^-154.
         low = min(0.3 * self.peak_frequency_rad_s, 0.5 * cutoff_rad_s)
         width = math.log(cutoff_rad_s / low) / _STEPS
         omega = low * np.exp((np.arange(_STEPS) + 0.5) * width)

@@ -1,1 +1,1 @@
-"""What a sensor makes of the radiance that reaches it: the default model and its stages, one file each."""
+"""Sensor model: the default radiometer and its stages, one file each."""

@@ -1,4 +1,4 @@
-"""Blur of a frame: spread by the optics, and smear by the motion of the footprint while the detector integrates."""
+"""Blur of a frame: point spread of the optics, and smear by footprint motion during integration."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def smear_mtf(frequency_x: Array, pixels: float) -> Array:
 
 
 class Blur:
-    """The kernels of optics and motion, of finite reach, and the convolution of a frame with them.
+    """Kernels of optics and motion, with finite reach, and their convolution with a frame.
 
     Raises
     ------
     CatalogError
-        If the kernel's file is missing or malformed.
+        If the kernel file is missing or malformed.
     """
 
     def __init__(self, inputs: SensorInputs, parameters: RadiometerParameters) -> None:
@@ -53,7 +53,7 @@ class Blur:
 
     @property
     def reach_pixels(self) -> int:
-        """Distance up to which a pixel contributes, along either axis."""
+        """Maximum distance along either axis at which a pixel contributes."""
         return max(
             sum(int(kernel.shape[axis]) // 2 for kernel in kernels)
             for kernels in self._kernels.values()
@@ -62,7 +62,7 @@ class Blur:
 
     @property
     def worked_out(self) -> dict[str, Any]:
-        """Derived numbers of all bands."""
+        """Derived quantities of all bands."""
         smear = {"smear_pixels": self._smear} if self._smear > 0.0 else {}
         if not self.reach_pixels:
             return smear
@@ -79,7 +79,7 @@ class Blur:
         }
 
     def __call__(self, image: Array, band: SensorBand) -> Array:
-        """Return a frame (Y, X) as it falls on the detectors."""
+        """Return the frame (Y, X) at the detectors."""
         for kernel in self._kernels[band.name]:
             image = convolve(image, kernel)
         return image
@@ -102,7 +102,7 @@ class Blur:
         return tuple(kernel for kernel in kernels if kernel.size > 1)
 
     def _cutoff(self, band: SensorBand) -> float:
-        """Frequency from which the aperture passes nothing, in cycles per pixel: diameter x angle / wavelength."""
+        """Return the cut-off frequency of the aperture, in cycles per pixel: diameter x angle / wavelength."""
         given = self._parameters
         assert given.aperture_diameter is not None
         assert given.pixel_angle is not None

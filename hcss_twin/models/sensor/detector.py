@@ -1,4 +1,4 @@
-"""The detector of one band: Planck's function and photons within the band, saturation and quantisation."""
+"""Detector of one band: in-band Planck radiance and photons, saturation and quantisation."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _NODES = 24
 """Per interval between two wavelengths of the response; a band of 8 to 14 um in one interval is exact to 1e-12."""
 
 UPPER, LOWER = 1, 2
-"""Flags of values that were cut at the upper and at the lower end."""
+"""Flags of values clipped at the upper and at the lower end."""
 
 
 def band_radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
-    """Derivative of a black body's band radiance by temperature, W m-2 sr-1 K-1.
+    """Return the temperature derivative of the black-body band radiance, W m-2 sr-1 K-1.
 
-    That of Planck's function is B x / (T (1 - exp(-x))) with x = h c / (lambda k T).
+    The derivative of the Planck function is B x / (T (1 - exp(-x))) with x = h c / (lambda k T).
     """
     wavelength_um, weight = _nodes(band)
     x = SECOND_RADIATION * wavenumber_from_um(wavelength_um) / temperature_K
@@ -34,8 +34,8 @@ def band_radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
 def photon_wavelength_um(band: SensorBand, temperature_K: float | None) -> float:
     """Mean wavelength of the light in a band, at which its power is converted to photons: P lambda / (h c) per second.
 
-    The spectrum within the band is that of a black body, or constant without a temperature: a cube has only the
-    integral over the band.
+    The spectrum in the band is that of a black body, or constant if no temperature is given, because a cube contains
+    only the band integral.
     """
     wavelength_um, weight = _nodes(band)
     light = weight if temperature_K is None else weight * _planck_per_um(wavelength_um, temperature_K)
@@ -80,11 +80,11 @@ class Readout:
     full : float or None
         Signal at which the detector is full.
     bits : int or None
-        Of the converter; None leaves the signal analogue.
+        Of the converter; None means an analogue signal.
     step : float
         Signal of one digital number, above 0.
     offset : int
-        Digital number of no signal, which prevents the clipping of noise about 0.
+        Digital number at zero signal, which prevents clipping of noise about 0.
     """
 
     full: float | None = None
@@ -98,11 +98,11 @@ class Readout:
         Returns
         -------
         signal : ndarray (Y, X)
-            As known after reading: that of the digital number where there is one.
+            Signal after readout: that of the digital number, if digitised.
         digital_number : ndarray (Y, X) or None
             The nearest whole number to signal / step + offset, halves up, within 0 and 2^bits - 1.
         flags : ndarray (Y, X)
-            0, or where a value was cut 1 (upper end) or 2 (lower end).
+            0; 1 or 2 where a value was clipped at the upper or lower end.
         """
         flags = np.zeros(signal.shape, dtype=np.uint8)
         if self.full is not None:

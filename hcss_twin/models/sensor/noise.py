@@ -1,8 +1,8 @@
-"""Noise: shot noise of counted electrons, Gaussian noise, and the fixed pattern of the detectors.
+"""Noise: shot noise of counted electrons, Gaussian noise, and fixed-pattern noise of the detectors.
 
-Every random number is a hash of its purpose (a key), row, column and number of the draw. A pixel therefore has the same
-noise whatever part of the image is computed, and one brighter pixel does not change the others, as it would with a
-generator of numpy, which draws as many numbers as it happens to need.
+Every random number is a hash of its purpose (a key), row, column and number of the draw. The noise of a pixel therefore
+does not depend on which part of the image is computed, nor on the brightness of other pixels. With numpy's generators
+it would, because the number of draws depends on the values.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 
 MAX_COUNTED = 1e12
-"""Greatest expected number of electrons: beyond, rounding would show in their distribution."""
+"""Maximum expected number of electrons: above, rounding would distort the distribution."""
 
 _SMALL_MEAN = 10.0
-"""Mean from which transformed rejection holds; below, uniform numbers are multiplied."""
+"""Mean above which transformed rejection is valid; below, uniform numbers are multiplied."""
 
 
 def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:
@@ -42,8 +42,8 @@ def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
     Parameters
     ----------
     expected : ndarray (Y, X)
-        Mean numbers. Where blur of a sharp edge has undershot below 0 the negative number stays, so that the mean of
-        the frame is preserved.
+        Mean numbers. Negative numbers, which blur of a sharp edge can cause, are kept, so that the mean of the frame is
+        preserved.
     key : int
         As :func:`key_of` returns.
     corner : (int, int)
@@ -65,7 +65,7 @@ def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
 
 
 def gaussian_noise(signal: Array, deviation: float, key: int, corner: tuple[int, int]) -> Array:
-    """Add noise of one standard deviation, in the unit of the signal: that of reading, or an NER."""
+    """Add Gaussian noise with a given standard deviation in signal units: read noise or an NER."""
     rows, columns = signal.shape
     result: Array = signal + deviation * standard_normal(key, (rows, columns), corner)
     return result
@@ -81,9 +81,9 @@ class FixedPattern:
     gain_deviation, offset_deviation : float
         Standard deviations of the gain, whose mean is 1, and of the offset, whose mean is 0, in the unit of the signal.
     line : bool
-        One detector for each row, which makes stripes along the direction of flight (x), instead of one for each pixel.
+        One detector per row instead of one per pixel, which causes stripes along the flight direction (x).
     seed, band : int, str
-        Determine the detectors.
+        Seeds of the detector pattern.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ def _deviations(shape: tuple[int, int], corner: tuple[int, int], deviation: floa
 
 
 def standard_normal(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
-    """Return Gaussian numbers (Y, X) of mean 0 and deviation 1 for the pixels from ``corner`` on, of any sign."""
+    """Return standard normal numbers (Y, X) for the pixels from ``corner`` on, which may be negative."""
     numbers = np.empty(shape)
     _fill_uniform(numbers, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
     normals: Array = ndtri(numbers, out=numbers)

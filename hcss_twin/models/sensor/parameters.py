@@ -1,4 +1,4 @@
-"""Parameters of the sensor model ``radiometer``; some are one number for all bands, or a table of numbers by band."""
+"""Parameters of the sensor model ``radiometer``; some are a number for all bands or a table by band."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PerBand = float | dict[str, float]
 
 
 def within(low: float, high: float) -> BeforeValidator:
-    """Return the check of a ``PerBand`` parameter whose numbers lie within ``low`` to ``high``, both allowed."""
+    """Return a check that the numbers of a ``PerBand`` parameter are within ``low`` to ``high``, inclusive."""
     return BeforeValidator(_parser(low, high))
 
 
@@ -25,7 +25,7 @@ def _parser(low: float, high: float) -> Callable[[object], object]:
     def number(value: object, where: str) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise PydanticCustomError("per_band", f"{where}{value!r} is not a number; {allowed}")
-        if not low <= value <= high:  # also refuses NaN
+        if not low <= value <= high:  # also rejects NaN
             nearest = "" if math.isnan(value) else f"; closest valid choice is {min(max(value, low), high):g}"
             raise PydanticCustomError("per_band", f"{where}{value:g} is out of range; {allowed}{nearest}")
         return float(value)
@@ -46,7 +46,7 @@ def of_band(value: PerBand, band: str, field: str) -> float:
     Raises
     ------
     ScenarioError
-        If the table does not have the band.
+        If the table does not contain the band.
     """
     if not isinstance(value, Mapping):
         return value
@@ -108,9 +108,7 @@ class RadiometerParameters(BaseModel):
         None, gt=0, le=1e4, description="Time in which light is collected for a frame, s."
     )
     smear: bool = Field(
-        True,
-        description="Blur along x by the way the footprint travels in integration_time; the time of the frame is its "
-        "middle.",
+        True, description="Blur along x by the footprint motion during integration_time, centred on the frame time."
     )
     noise: Literal["none", "photon", "nedt", "ner"] = Field(
         "none",
@@ -131,7 +129,7 @@ class RadiometerParameters(BaseModel):
     )
     quantum_efficiency: _Fraction = Field(1.0, description="Electrons per photon, above 0 to 1.")
     shot_noise: bool = Field(True, description="Whether electrons come one by one (Poisson).")
-    read_noise: float = Field(0.0, ge=0, le=1e9, description="Standard deviation of reading a pixel, electrons.")
+    read_noise: float = Field(0.0, ge=0, le=1e9, description="Read noise of a pixel (standard deviation), electrons.")
     dark_current: float = Field(
         0.0, ge=0, le=1e15, description="Electrons per second and pixel without light; its mean is subtracted."
     )
@@ -165,7 +163,7 @@ class RadiometerParameters(BaseModel):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        """Refuse parameters that need missing ones, or that would have no influence."""
+        """Reject parameters that need missing ones, or that would have no effect."""
         needed = {
             "psf": {"gaussian": ("psf_sigma",), "airy": ("aperture_diameter", "pixel_angle"), "file": ("psf_file",)},
             "noise": {
@@ -228,4 +226,4 @@ _IDLE = (
     *((name, "noise", ("photon",)) for name in OF_PHOTONS),
     *((name, "noise", ("none", "nedt", "ner")) for name in OF_RADIANCE),
 )
-"""Parameter, the choice it depends on, and the values with which it has an influence."""
+"""Parameter, the option it depends on, and the values with which it has an effect."""

@@ -1,8 +1,8 @@
 """Point-spread functions: kernels of finite reach from modulation transfer functions (MTF) or from a file.
 
-An MTF known up to half a cycle per pixel belongs to a kernel without end, whose far parts are small: a pixel could only
-be measured with the whole scene around it. The kernel is cut where its rest is negligible, so that a pixel depends on
-the pixels within its reach only, whatever image they are part of.
+An MTF known up to half a cycle per pixel corresponds to an infinite kernel with small tails, so that a pixel would
+depend on the whole scene. The kernel is truncated where its tails are negligible, so that a pixel depends only on
+pixels within its reach, whatever the image.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 
 NEAR = 32
-"""Reach in pixels within which a kernel should be complete but for a share ``NEGLIGIBLE``."""
+"""Reach in pixels within which a kernel should be complete except for a fraction ``NEGLIGIBLE``."""
 
 NEGLIGIBLE, SMALL = 1e-6, 2e-3
 """Share of a kernel beyond its reach: of kernels that end within ``NEAR`` pixels, and of slowly decreasing ones."""
@@ -31,7 +31,7 @@ LARGEST = 1025
 
 
 def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
-    """Return the kernel (2 R + 1,) along one axis, its sum 1, and the share of it that was cut off.
+    """Return the kernel (2 R + 1,) along one axis, normalised to sum 1, and the truncated fraction.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def _frequencies(size: int) -> Array:
 
 
 def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
-    """Cut a kernel at its reach; ``quarter`` computes its part from the middle on, on a number of pixels.
+    """Truncate a kernel at its reach; ``quarter`` computes one quadrant on a given number of pixels.
 
     The transform covers at least twice the reach, because a discrete transform folds back what lies beyond it.
     """
@@ -113,7 +113,7 @@ def airy_mtf(frequency: Array, cutoff: float) -> Array:
 
 
 def read_kernel(path: Path) -> Array:
-    """Read the image of a point on the image's own pixels from a text file, and scale it to the sum 1.
+    """Read a point-spread function sampled at the image pixels from a text file, and normalise it to sum 1.
 
     Each line is a row of numbers, separated by commas or blanks, with ``#`` comments. The first line is the
     southernmost row, as in the image; the point is in the middle.
@@ -126,7 +126,7 @@ def read_kernel(path: Path) -> Array:
     Raises
     ------
     CatalogError
-        If the file is malformed, has an even number of rows or columns, or numbers that sum to nothing.
+        If the file is malformed, has an even number of rows or columns, or its numbers sum to 0.
     """
     rows: list[list[float]] = []
     try:

@@ -1,4 +1,4 @@
-"""The default sensor: optics, detector and converter, stage after stage."""
+"""The default sensor: optics, detector and converter, stage by stage."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Radiometer:
         }
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
-        """Return what is measured of ``radiance`` (B, y, x); see :class:`hcss_twin.providers.Sensor`."""
+        """Return the measurement of ``radiance`` (B, y, x); see :class:`hcss_twin.providers.Sensor`."""
         clean = np.asarray(radiance, dtype=np.float64)
         readings = [
             channel.measure(self._blur(clean[index], channel.band), frame)
@@ -72,7 +72,7 @@ class _Channel:
     band: SensorBand
 
     def worked_out(self) -> dict[str, float]:
-        """Derived numbers of the band; reports missing numbers of the band before the first frame."""
+        """Derived quantities of the band; reports missing band values before the first frame."""
         electrons = self.electrons_per_radiance
         derived = {
             "noise_radiance": self.noise_radiance if electrons is None else None,
@@ -86,7 +86,7 @@ class _Channel:
 
     @property
     def can_saturate(self) -> bool:
-        """Whether there is a largest value."""
+        """Whether the signal has an upper limit."""
         return self.readout.full is not None or self.readout.bits is not None
 
     @cached_property

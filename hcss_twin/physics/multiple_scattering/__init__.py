@@ -1,1 +1,1 @@
-"""Multiple scattering in homogeneous layers; imports nothing of ours but physics."""
+"""Multiple scattering in homogeneous layers; this package imports only hcss_twin.physics."""

@@ -19,7 +19,7 @@ from hcss_twin.core.arrays import Array
 _MAX_THREADS = 8
 
 _MIN_CHAINS = 16
-"""For each thread: they take some milliseconds, as long as it pays to start one."""
+"""Per thread: takes some milliseconds, enough to justify starting a thread."""
 
 
 class Team:
@@ -28,7 +28,7 @@ class Team:
     Parameters
     ----------
     threads : int, optional
-        Default: one for each processor this process may use, at most 8.
+        Default: one for each processor available to this process, at most 8.
 
     Raises
     ------

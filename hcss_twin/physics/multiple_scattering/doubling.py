@@ -179,7 +179,7 @@ def _double(
         for j in range(columns):
             reflection[i, j] += direct[i] * up[i, j]
     accumulate(reflection, transmission, up, 0, rows, beams, columns)
-    # ``up`` is not needed any more: it becomes the new T.
+    # ``up`` is no longer needed and becomes the new T.
     for i in range(rows):
         for j in range(columns):
             up[i, j] = direct[i] * down[i, j] + transmission[i, j] * direct[j]
@@ -247,7 +247,7 @@ def solve_mode(
     Parameters
     ----------
     toward, sources : int, optional
-        How many of the last directions results are wanted for, and from how many of the first; by default all
+        Number of last directions toward which, and of first directions from which, results are computed; by default all
         D and all C.
     """
     few = ScaledScattering(

@@ -1,8 +1,8 @@
-"""Sunlight scattered once, in closed form, and the forward peak that delta-M scaling takes out of the light.
+"""Single scattering of sunlight in closed form, and the forward peak removed by delta-M scaling.
 
-Delta-M scaling counts the forward peak of the phase function as light that was not scattered: otherwise a sharp peak
-would take hundreds of streams. Fluxes stay right, but sunlight close to its own direction, and light scattered once,
-do not. Both are corrected here.
+Delta-M scaling treats the forward peak of the phase function as unscattered light, because a sharp peak would need
+hundreds of streams. Fluxes remain accurate, but sunlight near its own direction and singly scattered light do not. Both
+are corrected here.
 
 Reflected light: the TMS method of T. Nakajima and M. Tanaka, J. Quant. Spectrosc. Radiat. Transfer 40, 51-69 (1988).
 Light that the scaled problem scattered once by its truncated phase function is replaced by single scattering with the
@@ -63,7 +63,7 @@ _MIN_MOMENT = 1e-10
 """Smaller moments of a Henyey-Greenstein function are neglected."""
 
 _MAX_ASYMMETRY = 0.995
-"""Sharper peaks would take more than some thousands of moments."""
+"""Sharper peaks would need more than some thousands of moments."""
 
 
 def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:

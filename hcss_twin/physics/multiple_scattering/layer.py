@@ -1,6 +1,6 @@
 """Operators of homogeneous layers for diffuse light, by delta-M adding-doubling: the mean over azimuth.
 
-The checks of input that all solvers share stand at the end.
+The input checks shared by all solvers are at the end.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hcss_twin.physics.multiple_scattering.phase_function import ScaledScatterin
 
 @dataclass(frozen=True)
 class LayerOperators:
-    """What layers reflect, transmit and emit: T thicknesses, V wavenumbers, D directions.
+    """Reflection, transmission and emission of layers: T thicknesses, V wavenumbers, D directions.
 
     Extra directions come first, then the streams. A homogeneous layer looks the same from both faces.
 
@@ -73,11 +73,11 @@ def solve_layers(
         Legendre moments of the phase function, ``moments[0]`` = 1, ``moments[1]`` = g; K = 2 stands for
         the Henyey-Greenstein function.
     mu_extra : array_like (M,)
-        Cosines, in (0, 1], at which operators are wanted besides the streams'.
+        Additional cosines, in (0, 1], at which operators are computed.
     streams : int
         Directions per hemisphere, N.
     threads : int, optional
-        Default: one for each processor this process may use, at most 8. Results do not depend on it.
+        Default: one for each processor available to this process, at most 8. Results do not depend on it.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def checked_layers(optical_thickness: ArrayLike, albedo: ArrayLike, moments: Arr
         raise ValueError(f"moments: shape {chi.shape} given, allowed: (K, {w.size}) with K from 2")
     require("optical_thickness", thickness, (thickness >= 0.0) & np.isfinite(thickness), "finite, from 0", 0.0)
     require("albedo", w, (w >= 0.0) & (w <= 1.0), "0 to 1", *_nearest(w, 0.0, 1.0))
-    # Sums of a provider may round; the conformance kit of optics allows as much.
+    # A provider's sums may have rounding errors; the conformance kit for optics allows the same tolerance.
     require("moments[0]", chi[0], np.abs(chi[0] - 1.0) <= 1e-9, "1", 1.0)
     if np.any(chi[0] != 1.0):
         chi = np.concatenate((np.ones_like(chi[:1]), chi[1:]))

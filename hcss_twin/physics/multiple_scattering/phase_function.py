@@ -57,7 +57,7 @@ _FEW_MOMENTS = 32
 
 @dataclass(frozen=True)
 class ScaledScattering:
-    """Properties of a layer whose forward peak counts as light that was not scattered.
+    """Properties of a layer whose forward peak counts as unscattered light.
 
     Attributes
     ----------

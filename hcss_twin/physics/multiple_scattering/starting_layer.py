@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-# Decorates functions that only compiled ones call.
+# Decorator for functions called only by compiled functions.
 inner = njit(cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
@@ -128,7 +128,7 @@ def starting_layer(
     co_albedo : float
         1 - w.
     beams : int
-        How many extra directions stand before the streams.
+        Number of extra directions before the streams.
     reflection, transmission : ndarray (D, C + 2)
         Written to; the last two columns of ``transmission`` become scaled emissivity and far share.
     """

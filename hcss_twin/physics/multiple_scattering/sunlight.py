@@ -27,7 +27,7 @@ from hcss_twin.physics.multiple_scattering.phase_function import ScaledScatterin
 
 
 class AzimuthSeries:
-    """Layers whose Fourier series still need terms: a series ends after two small modes in succession.
+    """Layers whose Fourier series need more terms: a series ends after two successive small modes.
 
     Parameters
     ----------

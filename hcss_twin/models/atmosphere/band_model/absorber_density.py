@@ -1,4 +1,4 @@
-"""Densities of the absorbers at the levels of a profile, scaled as the band model wants them (STDMDL of LOWTRAN7)."""
+"""Absorber densities at profile levels, scaled for the band model (subroutine STDMDL of LOWTRAN7)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hcss_twin.physics.profile import Profile
 STANDARD_PRESSURE_PA = 101_325.0
 ZERO_CELSIUS_K = 273.15
 LOSCHMIDT_CM3 = 2.6868e19
-"""Loschmidt's number as LOWTRAN7 has it."""
+"""Loschmidt's number as in LOWTRAN7."""
 
 _ATM_CM_PER_KM = 3.7194e-21 * 1e6 * LOSCHMIDT_CM3
-"""Thickness in atm cm of 1 km of a pure gas at standard conditions: 1e5 but for the rounding LOWTRAN7 has."""
+"""Thickness in atm cm of 1 km of a pure gas at standard conditions: 1e5, with the rounding of LOWTRAN7."""
 
 _NITRIC_ATM_CM_PER_KM = 1e5
 
@@ -29,7 +29,7 @@ _WATER_MOLECULES_CM2_KM = 3.3429e21
 
 AEROSOL_COLUMNS = 5
 COLD_SELF_COLUMN, OXYGEN_COLUMN, OXYGEN_LINEAR_COLUMN = -13, -8, -7
-"""Columns of the density that depend on the mean temperature of a layer or on another column."""
+"""Density columns that depend on the mean layer temperature or on another column."""
 
 _NITROGEN_SHARE = 0.781
 _CONTINUUM_TEMPERATURE_K = 296.0
@@ -43,7 +43,7 @@ _DISPERSION_CM1 = 7392.5
 
 @dataclass(frozen=True)
 class LevelState:
-    """The air at levels.
+    """State of the air at the profile levels.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class LevelState:
 
 
 def mixing_ratio(gas: str, profile: Profile, coefficients: BandModelCoefficients) -> Array:
-    """Volume mixing ratio at the profile's levels, from the profile or else the 1976 US Standard.
+    """Return the volume mixing ratio at the profile levels, by default that of the 1976 US Standard.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def mixing_ratio(gas: str, profile: Profile, coefficients: BandModelCoefficients
 
 
 def level_state(profile: Profile, coefficients: BandModelCoefficients, parameters: BandModelParameters) -> LevelState:
-    """Densities of every absorber at the profile's levels."""
+    """Return the densities of all absorbers at the profile levels."""
     pressure = profile.pressure_Pa / STANDARD_PRESSURE_PA
     cold = ZERO_CELSIUS_K / profile.temperature_K
     molecules_cm3 = LOSCHMIDT_CM3 * pressure * cold

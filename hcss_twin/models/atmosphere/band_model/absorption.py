@@ -1,4 +1,4 @@
-"""From absorber amounts to optical depth: double exponential functions, continua and aerosol in one matrix product."""
+"""Optical depth from absorber amounts: double-exponential functions, continua and aerosol in one matrix product."""
 
 from __future__ import annotations
 
@@ -42,10 +42,9 @@ TRACE_GASES = ("no", "so2", "no2", "nh3", "hno3")
 
 @dataclass(frozen=True)
 class BandModelCoefficients:
-    """Everything about the air that does not depend on the profile.
+    """Band-model coefficients that do not depend on the profile.
 
-    A *channel* is one way of scaling the amount of one gas with pressure and temperature; each gas has one per
-    group of bands.
+    A *channel* scales the amount of one gas with pressure and temperature; each gas has one per group of bands.
 
     Attributes
     ----------
@@ -61,7 +60,7 @@ class BandModelCoefficients:
         Optical depth per amount^a (channels), then per amount (continua, in the order of ``CONTINUA``).
     default_altitude_m : ndarray (D,)
     default_mixing_ratio : mapping of str to ndarray (D,)
-        Volume mixing ratios of gases a profile may lack: the 1976 US Standard's.
+        1976 US Standard volume mixing ratios, for gases that a profile lacks.
     resolution_cm1 : float
     source : str
     aerosol : AerosolTables
@@ -86,7 +85,7 @@ def read_coefficients(path: Path) -> BandModelCoefficients:
     Raises
     ------
     CatalogError
-        If the file is not of the format, a variable is missing, or a number is missing or not finite.
+        If the file is not in this format, a variable is missing, or a number is missing or not finite.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
         try:
@@ -97,7 +96,7 @@ def read_coefficients(path: Path) -> BandModelCoefficients:
 
 def _from_dataset(path: Path, dataset: Any) -> BandModelCoefficients:
     def sparse(name: str, needed: NDArray[np.bool_] | bool = True) -> Array:
-        """Variable with missing values, which are NaN, where it is not needed."""
+        """Return a variable whose missing values, where it is not needed, are NaN."""
         filled: Array = np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan)
         if np.any(needed & ~np.isfinite(filled)):
             raise CatalogError(f"{path}: {name} has missing or infinite values")
@@ -111,7 +110,7 @@ def _from_dataset(path: Path, dataset: Any) -> BandModelCoefficients:
         raise CatalogError(f"{path}: wavenumber_cm1 must be above 0 and ascend")
     gases = tuple(dataset.channel_gas.split())
     channel = np.ma.filled(dataset.variables["band_channel"][:], 0)
-    # Channels no wavenumber of the file uses have no exponent; their rows of the matrix are zero.
+    # Channels that no wavenumber uses have no exponent; their matrix rows are zero.
     used = np.isin(np.arange(1, len(gases) + 1), channel)
     exponent = np.where(used, sparse("channel_exponent", used), 1.0)
     bands = _band_absorption(sparse("band_strength", channel > 0), channel, exponent)
@@ -135,7 +134,7 @@ def _from_dataset(path: Path, dataset: Any) -> BandModelCoefficients:
 
 
 def _band_absorption(strength: Array, channel: NDArray[np.int8], exponent: Array) -> Array:
-    """Spread 10^(a C') over the rows of the channels: (C, V)."""
+    """Return the coefficients 10^(a C') by channel, (C, V)."""
     result = np.zeros((exponent.size, strength.shape[1]))
     species, column = np.nonzero(np.asarray(channel) > 0)
     row = np.asarray(channel)[species, column].astype(np.intp) - 1
@@ -144,7 +143,7 @@ def _band_absorption(strength: Array, channel: NDArray[np.int8], exponent: Array
 
 
 class Absorption:
-    """Optical depth at the native wavenumbers.
+    """Computes optical depth at the native wavenumbers.
 
     Parameters
     ----------
@@ -167,18 +166,18 @@ class Absorption:
 
     @property
     def aerosol_column(self) -> int:
-        """First of the aerosol columns of the amounts: four regions of height, then the humidity's weight."""
+        """Index of the first aerosol column in the amounts: four height regions, then the humidity weight."""
         return self._gas_columns
 
     def humidity_percent(self, amount: Array) -> Array:
-        """Aerosol-weighted mean relative humidity (P,) of the lowest 2 km along paths with amounts (P, K)."""
+        """Return the aerosol-weighted mean relative humidity (P,) below 2 km for amounts (P, K)."""
         haze, weighted = amount[:, self._gas_columns], amount[:, -1]
         crossed = haze > 0.0
         result: Array = np.where(crossed, 100.0 - np.exp(weighted / np.where(crossed, haze, 1.0)), 0.0)
         return result
 
     def factors(self, amount: Array, humidity_percent: Array) -> Array:
-        """Factors of the paths (P, F): amounts to the power of the bands, continua, aerosol."""
+        """Return the path factors (P, F): band amounts to their powers, continua and aerosol."""
         channels = self._exponent.size
         parts = [amount[:, :channels] ** self._exponent, amount[:, channels : self._gas_columns]]
         if self._aerosol != "none":
@@ -188,14 +187,14 @@ class Absorption:
         return np.concatenate(parts, axis=1)
 
     def transmittance(self, factors: Array, nodes: NDArray[np.intp]) -> Array:
-        """Transmittance (P, N) at native wavenumbers, given by their indices."""
+        """Return the transmittance (P, N) at native wavenumbers, given by their indices."""
         used, matrix = self._window(nodes.tobytes())
         depth = factors[:, used] @ matrix
         result: Array = np.exp(np.negative(depth, out=depth), out=depth)
         return result
 
     def _make_window(self, nodes: bytes) -> tuple[NDArray[np.intp], Array]:
-        """Channels that absorb at some wavenumbers, and their coefficients: most absorb in a few bands only."""
+        """Return the channels that absorb at given wavenumbers, and their coefficients; most absorb in few bands."""
         matrix = self._matrix[:, np.frombuffer(nodes, dtype=np.intp)]
         used = np.flatnonzero(matrix.any(axis=1))
         return used, matrix[used]

@@ -1,8 +1,8 @@
-"""Aerosol of LOWTRAN7: four regions of height, each with extinction relative to 0.55 um and a profile of it.
+"""LOWTRAN7 aerosol: four height regions, each with relative extinction and a profile at 0.55 um.
 
 E. P. Shettle and R. W. Fenn, *Models for the Aerosols of the Lower Atmosphere and the Effects of Humidity Variations on
-Their Optical Properties*, AFGL-TR-79-0214 (1979). As in LOWTRAN7 (subroutines AERPRF, EXABIN, AEREXT) only the aerosol
-of the lowest 2 km depends on humidity, through one mean over the path.
+Their Optical Properties*, AFGL-TR-79-0214 (1979). As in LOWTRAN7 (subroutines AERPRF, EXABIN, AEREXT), only the aerosol
+of the lowest 2 km depends on humidity, as one path mean.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class AerosolTables:
     boundary_haze_m1 : ndarray (H, 5)
         Extinction at 0.55 um up to 2 km.
     upper_haze_m1 : mapping of str to ndarray (2, H)
-        Extinction at 0.55 um above 2 km of each season, at visibilities of 50 and 23 km.
+        Extinction at 0.55 um above 2 km for each season, at visibilities of 50 and 23 km.
     """
 
     wavelength_um: Array
@@ -57,7 +57,7 @@ class AerosolTables:
 
 
 def read_aerosol(values: Callable[[str], Array]) -> AerosolTables:
-    """Collect the tables; ``values`` returns a variable of the coefficient file."""
+    """Read the aerosol tables; ``values`` returns a variable of the coefficient file."""
     return AerosolTables(
         wavelength_um=values("aerosol_wavelength_um"),
         ln_dryness=np.log(100.0 - values("humidity_percent")),
@@ -74,14 +74,14 @@ def read_aerosol(values: Callable[[str], Array]) -> AerosolTables:
 
 
 def haze_m1(tables: AerosolTables, altitude_m: Array, visibility_km: float, season: str) -> Array:
-    """Extinction at 0.55 um by region, LOWTRAN7's AERPRF.
+    """Return the extinction at 0.55 um by region (LOWTRAN7's AERPRF).
 
-    Linear in 1 / visibility between the tabulated visibilities, exponential between tabulated altitudes.
+    Interpolation is linear in 1 / visibility and exponential in altitude.
 
     Returns
     -------
     ndarray (L, 4)
-        m-1; each altitude has aerosol of one region only.
+        m-1; each altitude belongs to one region only.
     """
     inverse = 1.0 / visibility_km
     low = np.array([np.interp(inverse, 1.0 / tables.visibility_km, row) for row in tables.boundary_haze_m1])
@@ -97,7 +97,7 @@ def haze_m1(tables: AerosolTables, altitude_m: Array, visibility_km: float, seas
 
 
 def boundary_optics(tables: AerosolTables, model: str, quantity: str, humidity_percent: Array) -> Array:
-    """Optical quantity of a boundary-layer aerosol at given relative humidities (P,), LOWTRAN7's EXABIN.
+    """Return an optical quantity of a boundary-layer aerosol at relative humidities (P,) (LOWTRAN7's EXABIN).
 
     The logarithm is interpolated linearly in ln(100 - humidity).
 
@@ -115,7 +115,7 @@ def boundary_optics(tables: AerosolTables, model: str, quantity: str, humidity_p
 
 
 def wavelength_weights(tables: AerosolTables, wavenumber_cm1: Array) -> Array:
-    """Matrix (A, V) of linear interpolation in wavelength."""
+    """Return the matrix (A, V) of linear interpolation in wavelength."""
     wavelength = 1e4 / wavenumber_cm1
     upper = np.clip(np.searchsorted(tables.wavelength_um, wavelength, side="right"), 1, tables.wavelength_um.size - 1)
     span = tables.wavelength_um[upper] - tables.wavelength_um[upper - 1]

@@ -1,16 +1,16 @@
-"""Layers between levels: absorber amounts, mean temperatures and refracted rays, and amounts along composite paths.
+"""Atmospheric layers: absorber amounts, mean temperatures, refracted rays, and amounts along composite paths.
 
-Between levels densities that fall with height are exponential, all others linear (subroutines FILL and LAYER of
-LOWTRAN7). A layer consists of one or more *cells* thin enough for one slant factor each.
+Between levels, densities that fall with height vary exponentially and all others linearly (subroutines FILL and LAYER
+of LOWTRAN7). A layer consists of one or more *cells*, each thin enough for a single slant factor.
 
-A part of a layer has the densities and the cells of the whole, cut off at its ends, so that amounts do not jump with
-its ends. LOWTRAN7 treats the part as a layer of its own: one that thickens gets a further cell at once, and haze that
-fades linearly to zero at a level would fade exponentially as soon as the layer ends somewhat below.
+A partial layer has the densities and cells of the whole layer, cut off at its ends, so that amounts vary continuously
+with the ends. LOWTRAN7 treats the part as a separate layer: its number of cells jumps with its thickness, and haze that
+decreases linearly to zero at a level decreases exponentially when the layer ends below that level.
 
 Rays are refracted in spherical layers (subroutines RFPATH and LAYER of LOWTRAN7; W. O. Gallery, F. X. Kneizys and S. A.
 Clough, *Air Mass Computer Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983):
-with x = r cos(zenith), the length of a ray is the integral of 1 / (1 - (r / rho) sin^2(zenith)) over x, rho being the
-radius of curvature of a horizontal ray, and n r sin(zenith) stays constant along the ray.
+with x = r cos(zenith), the length of a ray is the integral of 1 / (1 - (r / rho) sin^2(zenith)) over x, where rho is
+the radius of curvature of a horizontal ray; n r sin(zenith) is constant along the ray.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path
 Indices = NDArray[np.intp]
 
 _CELL_M, _LOW_CELL_M, _LOW_M = 2_500.0, 500.0, 12_000.0
-"""Greatest thickness of a cell, and that of one below ``_LOW_M``, where water vapour falls off within a layer."""
+"""Maximum cell thickness, and maximum below ``_LOW_M``, where water vapour decreases within a layer."""
 _WARM_SELF_K, _COLD_SELF_K = 296.0, 260.0
-"""Temperatures of the two tables of the H2O self-continuum; between them the layer's mean temperature decides."""
+"""Temperatures of the two H2O self-continuum tables, interpolated to the mean layer temperature."""
 
 _FLAT = 1e-5
-"""Relative change of density below which LOWTRAN7 integrates linearly."""
+"""Relative density change below which LOWTRAN7 integrates linearly."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Layers:
     Attributes
     ----------
     radius_m, index, bending : ndarray (M, 3)
-        At bottom, middle and top of each cell: distance from the Earth's centre, refractive index, and radius times
-        the relative fall of the index per metre.
+        At bottom, middle and top of each cell: distance from the Earth's centre, refractive index, and radius times the
+        relative decrease of the index per metre.
     thickness_m : ndarray (M,)
         Of the cells.
     amount : ndarray (M, K)
@@ -103,7 +103,7 @@ def stack_layers(parts: list[Layers]) -> Layers:
 
 
 def cell_limits_m(level_m: Array) -> Array:
-    """Altitudes (M + 1,) at which the cells of the layers between levels end, lowest first."""
+    """Return the altitudes (M + 1,) of the cell boundaries, lowest first."""
     thickness = np.diff(level_m)
     thickest = np.where(level_m[:-1] < _LOW_M, _LOW_CELL_M, _CELL_M)
     parts = np.maximum(np.ceil(thickness / thickest - 1e-9).astype(np.intp), 1)
@@ -122,12 +122,12 @@ def make_layers(state: LevelState, earth_radius_m: float, limit_m: Array) -> Lay
     state : LevelState
     earth_radius_m : float
     limit_m : ndarray (M + 1,)
-        Altitudes between which the cells lie, ascending; levels between the first and the last are among them.
+        Cell boundaries, ascending, including all levels between the first and the last.
 
     Returns
     -------
     Layers
-        One for each pair of levels in between which there are cells, which may be a part of it.
+        One for each pair of levels with cells between them, possibly a partial layer.
     """
     level_m, thickness = state.altitude_m, np.diff(state.altitude_m)
     layer = np.searchsorted(level_m, limit_m[:-1], side="right") - 1
@@ -156,7 +156,7 @@ def make_layers(state: LevelState, earth_radius_m: float, limit_m: Array) -> Lay
 
 
 def _integral(lower: Array, upper: Array, edges: Array, thickness_m: Array) -> Array:
-    """Integrals (M, K) over a part of a layer, from densities per km at its bottom and top (M, K)."""
+    """Return the integrals (M, K) over partial layers, from densities per km at bottom and top (M, K)."""
     falls = (lower > 0.0) & (upper > 0.0) & (upper < lower * (1.0 - _FLAT))
     ratio = np.where(falls, upper, 1.0) / np.where(falls, lower, np.e)
     logarithm = np.log(ratio)
@@ -168,7 +168,7 @@ def _integral(lower: Array, upper: Array, edges: Array, thickness_m: Array) -> A
 
 
 def _mean_temperature(state: LevelState, layer: Indices, begin: Array, end: Array) -> Array:
-    """Pressure integral over density integral of layers (L,), from one share of their thickness to another.
+    """Return mean temperatures (L,) between two fractions of the layer thickness: pressure over density integral.
 
     Within a layer temperature is linear and pressure exponential.
     """
@@ -190,7 +190,7 @@ def _mean_temperature(state: LevelState, layer: Indices, begin: Array, end: Arra
 
 
 def slant_factors(layers: Layers, invariant_m: Array) -> Array:
-    """Length of rays over the thickness of each cell.
+    """Return ray length divided by cell thickness.
 
     Parameters
     ----------
@@ -220,17 +220,17 @@ def slant_factors(layers: Layers, invariant_m: Array) -> Array:
 
 
 _MAX_PARTS = 1024
-"""Parts of the profile in memory: many paths share their legs."""
+"""Partial profiles held in memory: many paths share their legs."""
 
 _SAME_ALTITUDE_M = 1e-3
-"""Altitudes are compared through distances from the Earth's centre, which round to about 1e-9 m."""
+"""Altitudes are compared as distances from the Earth's centre, which round to about 1e-9 m."""
 
 _NOTHING_M = 1e-6
-"""Thinner pieces of a layer are neglected: rounding is a thousandth of them."""
+"""Thinner partial layers are neglected; rounding errors are a thousand times smaller."""
 
 
 class LayeredAir:
-    """The layers of a profile, and of any part of it.
+    """Layers of a profile or of any part of it.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ class LayeredAir:
         self._sums = LegSums(self.columns, self._compute)
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
-        """Layers from one altitude to another; of one that an end lies in, the part between."""
+        """Return the layers between two altitudes, with partial layers at the ends."""
         return self._parts(lower_m, upper_m)
 
     def _between(self, lower_m: float, upper_m: float) -> Layers:
@@ -271,34 +271,34 @@ class LayeredAir:
         return stack_layers(parts)
 
     def slant(self, layers: Layers, lower_m: float, zenith_deg: Array) -> Array:
-        """Slant factors (P, M) of rays that begin at ``lower_m``.
+        """Return the slant factors (P, M) of rays that start at ``lower_m``.
 
-        At their beginning sin(zenith) = sin(zenith at the surface) R / (R + h), a straight ray; from there on they are
-        refracted.
+        The zenith angle at the start is that of a straight ray, sin(zenith) = sin(zenith at the surface) R / (R + h);
+        above, the rays are refracted.
         """
         return slant_factors(layers, self._index(lower_m) * self.earth_radius_m * np.sin(np.radians(zenith_deg)))
 
     def boundaries_m(self, layers: Layers) -> Array:
-        """Altitudes (L + 1,) of the bottom of each layer and of the last one's top."""
+        """Return the altitudes (L + 1,) of the layer boundaries."""
         bottoms = layers.radius_m[layers.first_cell, 0]
         result: Array = np.append(bottoms, layers.radius_m[-1, 2]) - self.earth_radius_m
         return result
 
     def _amounts_upwards(self, altitude_m: float, sine: float) -> Array:
-        """Absorber amounts (K,) from an altitude to space, given the sine of the zenith angle there."""
+        """Return absorber amounts (K,) from an altitude to space, given the sine of the zenith angle there."""
         layers = self.between(altitude_m, SPACE)
         invariant = self._index(altitude_m) * (self.earth_radius_m + altitude_m) * sine
         result: Array = slant_factors(layers, np.array([invariant]))[0] @ layers.amount
         return result
 
     def amounts(self, paths: Sequence[Path]) -> Array:
-        """Absorber amounts of composite paths, (P, K)."""
+        """Return the absorber amounts of composite paths, (P, K)."""
         return self._sums.of(paths)
 
     def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
-        """Store the absorber amounts (K,) of single legs in ``known``.
+        """Compute the absorber amounts (K,) of single legs and store them in ``known``.
 
-        A ray to space passes all levels of the profile, so that one ray serves all legs from one altitude to levels.
+        A ray to space passes all levels above, so that one ray serves all legs from one altitude to any level.
         """
         groups: dict[tuple[float, float | None], list[Leg]] = {}
         for leg in legs:
@@ -327,6 +327,6 @@ class LayeredAir:
         if upper_m - lower_m <= _NOTHING_M:
             return self._layers.slice(0, 0)
         limit = self._limit_m
-        # Pieces of a cell likewise.
+        # The same for partial cells.
         inner = limit[(limit > lower_m + _NOTHING_M) & (limit < upper_m - _NOTHING_M)]
         return make_layers(self._state, self.earth_radius_m, np.array([lower_m, *inner, upper_m]))

@@ -25,7 +25,7 @@ Nodes = NDArray[np.intp]
 
 _MAX_ZENITH_DEG = 88.0
 _RAYS_AT_ONCE = 2
-"""Rays whose transmittances at every level are held in memory together."""
+"""Number of rays whose transmittances at every level are held in memory together."""
 
 
 class BandModelTransmittance:
@@ -34,8 +34,8 @@ class BandModelTransmittance:
     Parameters
     ----------
     inputs : AtmosphereInputs
-        The profile needs water vapour; gases it lacks are those of the 1976 US Standard, and NO, SO2, NO2, NH3 and
-        HNO3 always are, as in LOWTRAN7.
+        The profile needs water vapour. Missing gases, and always NO, SO2, NO2, NH3 and HNO3, come from the 1976 US
+        Standard, as in LOWTRAN7.
     parameters : BandModelParameters
 
     Raises
@@ -47,9 +47,9 @@ class BandModelTransmittance:
 
     Notes
     -----
-    Absorber amounts of all legs of a path are added before the band functions are applied. Scattering out of the path
-    counts as absorption, and as emission in the path radiance, as in LOWTRAN7. Pressures, temperatures and gases are
-    used at the profile's own levels; nothing but the wavenumber is interpolated afterwards.
+    Absorber amounts of all legs of a path are added before the band functions are applied. As in LOWTRAN7, scattering
+    out of the path counts as absorption and thus contributes emission to the path radiance. Pressure, temperature and
+    gases are used at the profile's own levels; only the wavenumber is interpolated.
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
@@ -91,17 +91,17 @@ class BandModelTransmittance:
         Raises
         ------
         ProviderError
-            If a wavenumber lies outside the declared range. Zenith angles go on to the horizon, so that the sun
-            can set; emission and scattering end at 88 degrees.
+            If a wavenumber lies outside the declared range. Transmittance allows zenith angles up to the horizon, so
+            that the sun can set; emission and scattering end at 88 degrees.
         """
         return self.transmittance_of_amounts(wavenumber_cm1, self.absorber_amounts(paths))
 
     def absorber_amounts(self, paths: Sequence[Path]) -> Array:
-        """Return amounts of absorbers (P, K) along composite paths; those of legs add."""
+        """Return absorber amounts (P, K) along composite paths; amounts of legs add."""
         return self._air.amounts(paths)
 
     def transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
-        """Return transmittance (P, V) behind amounts of absorbers (P, K).
+        """Return the transmittance (P, V) of absorber amounts (P, K).
 
         Raises
         ------
@@ -136,26 +136,26 @@ class BandModelTransmittance:
         relative_azimuth_deg: float,
         asymmetry: float | None = None,
     ) -> Array:
-        """Return sunlight scattered once into single legs, as seen from their upper end, over the sun's irradiance.
+        """Return singly scattered sunlight of single legs, seen from the upper end, per unit solar irradiance.
 
         Parameters
         ----------
         wavenumber_cm1 : ndarray (V,)
         paths : sequence of Path (P,)
         sun_zenith_deg, relative_azimuth_deg : float
-            Of the sun at the surface point; azimuth 0 with the sensor on the sun's side.
+            Of the sun at the surface point; azimuth 0 means that sensor and sun are on the same side.
         asymmetry : float, optional
-            Of a Henyey-Greenstein phase function for all aerosol, instead of LOWTRAN7's tables of it.
+            Of a Henyey-Greenstein phase function for all aerosol, instead of LOWTRAN7's tabulated asymmetry.
 
         Returns
         -------
         ndarray (P, V)
-            sr-1; times the irradiance (per wavenumber) outside the atmosphere it is a radiance.
+            sr-1; multiply by the extraterrestrial irradiance (per wavenumber) to get the radiance.
 
         Raises
         ------
         ProviderError
-            If the sun is lower than 88 degrees from the zenith anywhere on a path.
+            If the solar zenith angle exceeds 88 degrees anywhere on a path.
         """
         window = self._window(wavenumber_cm1.tobytes())
         nodes = window.nodes
@@ -184,7 +184,7 @@ class BandModelTransmittance:
             layers = self._air.between(lower, upper)
             if not layers.temperature_K.size:
                 continue
-            # From the observer's end.
+            # Starting at the observer's end.
             order = slice(None, None, -1 if from_above else 1)
             source = self._black_bodies(layers.temperature_K[order], nodes)
             for start in range(0, len(members), _RAYS_AT_ONCE):
@@ -196,7 +196,7 @@ class BandModelTransmittance:
                 before += 1.0
                 for black, beyond in zip(source, seen, strict=True):
                     before -= beyond
-                    # Where nothing absorbs, rounding could leave less than nothing.
+                    # Without absorption, rounding could give negative values.
                     np.maximum(before, 0.0, out=before)
                     before *= black
                     emission += before
@@ -208,7 +208,7 @@ class BandModelTransmittance:
         return native_window(self._wavenumber, np.frombuffer(wavenumbers, dtype=np.float64), "band model")
 
     def _black_bodies(self, temperature_K: Array, nodes: Nodes) -> list[Array]:
-        """Planck radiances of layers, looked up for those of the profile itself."""
+        """Return the Planck radiances of layers, from a table for the profile's own layers."""
         wavenumber = self._wavenumber[nodes]
         return [
             known[nodes] if (known := self._planck.get(float(kelvin))) is not None else planck(wavenumber, kelvin)
@@ -216,10 +216,10 @@ class BandModelTransmittance:
         ]
 
     def _cumulative_transmittance(self, amount: Array, nodes: Nodes) -> Array:
-        """Transmittance (L, P, N) through the first 1, 2, ... L layers, from amounts (P, L, K)."""
+        """Return the transmittance (L, P, N) through the first 1, 2, ... L layers, from amounts (P, L, K)."""
         cumulative = np.cumsum(amount, axis=1).swapaxes(0, 1)
         count, rays, columns = cumulative.shape
-        # One mean humidity for the whole ray, as in LOWTRAN7; cumulative ones would let layers emit less than nothing.
+        # One mean humidity for the whole ray, as in LOWTRAN7; cumulative means could make layer emission negative.
         humidity = np.tile(self._absorption.humidity_percent(cumulative[-1]), count)
         factors = self._absorption.factors(cumulative.reshape(count * rays, columns), humidity)
         return self._absorption.transmittance(factors, nodes).reshape(count, rays, -1)

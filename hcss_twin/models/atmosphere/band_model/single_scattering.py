@@ -1,6 +1,6 @@
-"""Sunlight scattered once toward the sensor by molecules and aerosol (subroutines SSGEO and SSRAD of LOWTRAN7).
+"""Sunlight scattered once toward the sensor by molecules and aerosol (LOWTRAN7's SSGEO and SSRAD).
 
-Along the line of sight the scatterers' own transmittance falls layer by layer; each fall is weighted with the phase
+Along the line of sight, the scattering transmittance decreases layer by layer. Each decrease is weighted with the phase
 function and with the transmittance of the whole path sun -> point -> sensor, whose absorber amounts add.
 """
 
@@ -32,14 +32,14 @@ _MAX_SUN_ZENITH_DEG = 88.0
 
 @dataclass(frozen=True)
 class Illumination:
-    """Where the sun stands, seen from the surface point: zenith angle and azimuth relative to the sensor, radians."""
+    """Solar zenith angle and azimuth relative to the sensor at the surface point, radians."""
 
     sun_zenith: float
     relative_azimuth: float
 
 
 class ScatteredSunlight:
-    """Scattered sunlight of one profile.
+    """Computes singly scattered sunlight for one profile.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class ScatteredSunlight:
         self._weights = wavelength_weights(self._tables, coefficients.wavenumber_cm1)
 
     def radiance(self, leg: Leg, sun: Illumination, nodes: Nodes, asymmetry: float | None) -> Array:
-        """Radiance over the sun's irradiance (N,), sr-1, at native wavenumbers."""
+        """Return the radiance per unit solar irradiance (N,), sr-1, at native wavenumbers."""
         layers = self._air.between(leg.lower_m, leg.upper_m)
         if not layers.temperature_K.size:
             return np.zeros(nodes.size)
@@ -80,7 +80,7 @@ class ScatteredSunlight:
                 f"band model: the sun stands {math.degrees(float(np.max(sun_angle))):.1f} deg from the zenith of a "
                 f"point on the path; allowed {_MAX_SUN_ZENITH_DEG:g} deg"
             )
-        # Light that goes on unturned comes from the sun's direction reversed.
+        # Unscattered light travels opposite to the direction of the sun.
         scattering_cosine = -(
             math.cos(zenith) * math.cos(sun.sun_zenith)
             + math.sin(zenith) * math.sin(sun.sun_zenith) * math.cos(sun.relative_azimuth)
@@ -104,9 +104,9 @@ class ScatteredSunlight:
     def _aerosol_part(
         self, view: Array, altitude: Array, humidity: Array, cosine: float, asymmetry: float | None
     ) -> tuple[Array, Array]:
-        """Scattering transmittance from the sensor at each boundary (B, V), and phase function of each layer (L, V).
+        """Return scattering transmittance to each boundary (B, V), and phase function of each layer (L, V).
 
-        LOWTRAN7 has phase functions at boundaries, which makes them jump for targets where a region of height begins.
+        LOWTRAN7 defines phase functions at boundaries, so that they jump for targets where a height region begins.
         """
         quantity = {
             name: np.concatenate(
@@ -126,7 +126,7 @@ class ScatteredSunlight:
 
 
 def _sun_along(subtended: Array, sun: Illumination) -> Array:
-    """Zenith angle of the distant sun at points toward the sensor, by the angle from the surface point."""
+    """Return the solar zenith angle at points along the line of sight, given their angle at the Earth's centre."""
     cosine = np.cos(subtended) * math.cos(sun.sun_zenith) + np.sin(subtended) * math.sin(sun.sun_zenith) * math.cos(
         sun.relative_azimuth
     )
@@ -135,14 +135,14 @@ def _sun_along(subtended: Array, sun: Illumination) -> Array:
 
 
 def _layer_sum(scatterers: Array, total: Array, phase: Array) -> Array:
-    """Sum over layers of (t_n-1 - t_n) times phase function times the mean of total / t at both ends (SSRAD).
+    """Sum (t_n-1 - t_n) times phase function times the mean of total / t at both ends over layers (SSRAD).
 
     Parameters
     ----------
     scatterers : ndarray (B, V)
-        Their own transmittance t from the sensor to each boundary.
+        Scattering transmittance t from the sensor to each boundary.
     total : ndarray (B, V)
-        Transmittance from the sun by way of each boundary.
+        Transmittance of the path from the sun through each boundary to the sensor.
     phase : ndarray (L, V)
         Of each layer, sr-1.
     """
@@ -153,6 +153,6 @@ def _layer_sum(scatterers: Array, total: Array, phase: Array) -> Array:
 
 
 def _rayleigh_phase(cosine: float) -> float:
-    """Phase function of molecules, sr-1, with depolarization."""
+    """Return the phase function of molecules, sr-1, with depolarization."""
     share = (1.0 + _DEPOLARIZATION) + (1.0 - _DEPOLARIZATION) * cosine**2
     return 3.0 / (16.0 * math.pi) * share * 2.0 / (2.0 + _DEPOLARIZATION)

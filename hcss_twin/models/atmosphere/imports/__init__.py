@@ -1,1 +1,1 @@
-"""Readers that turn the output of other radiative-transfer codes into our atmosphere table."""
+"""Readers that convert the output of other radiative-transfer codes to our atmosphere table."""

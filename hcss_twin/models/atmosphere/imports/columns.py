@@ -1,7 +1,7 @@
-"""MODTRAN's columns, by whatever name a version and a file format give them, as one :class:`SpectralPath`.
+"""Conversion of MODTRAN columns, whose names vary with version and file format, to a :class:`SpectralPath`.
 
 The same quantities appear as ``PTH_THRML`` (tape7 of MODTRAN 5), ``PTH THRML`` (MODTRAN 3 and 4), ``THRML_EM`` (tape7
-and JSON of MODTRAN 6) and ``path emission`` (its CSV). Names are compared without case and punctuation.
+and JSON of MODTRAN 6) and ``path emission`` (its CSV). Names are compared without regard to case and punctuation.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "brightness": ("BBODY_T_K", "BBODY_TK", "BRIGHTNESS_TEMP", "BBODY_TEMP", "BRIGHTNESS_TEMPERATURE"),
 }  # fmt: skip
 
-# Names that by their wording stand for the unscattered part alone (MODTRAN 6).
+# Names that explicitly denote the unscattered part alone (MODTRAN 6).
 _PARTS = {"THRML_EM", "PATH_EMISSION", "PATH_EMISS", "MULT_SCAT", "PATH_MULTIPLE_SCAT", "PATH_MULTI_SCAT"}
 
 _AXES: Mapping[str, AxisUnit] = {
@@ -52,7 +52,7 @@ _AXES: Mapping[str, AxisUnit] = {
 }  # fmt: skip
 
 _WATT_PER_CM2: Mapping[RadianceUnit, float] = {"per_cm1": 1e4, "per_um": 1e4, "per_nm": 1e-2}
-"""MODTRAN's W cm-2 (per cm-1 and per um) and uW cm-2 (per nm) in W m-2."""
+"""Factors from MODTRAN's W cm-2 (per cm-1 and per um) and uW cm-2 (per nm) to W m-2."""
 
 UNIT_NAMES: Mapping[RadianceUnit, str] = {
     "per_cm1": "W cm-2 sr-1 / cm-1",
@@ -61,15 +61,15 @@ UNIT_NAMES: Mapping[RadianceUnit, str] = {
 }
 
 _CLOSURE = 2e-3
-"""Relative disagreement of TOTAL_RAD with the sum of its parts that printing five digits of each explains."""
+"""Relative difference between TOTAL_RAD and the sum of its parts that rounding to five digits explains."""
 
 _BRIGHTNESS = 0.05
-"""Relative disagreement of TOTAL_RAD with Planck's radiance at the brightness temperature."""
+"""Allowed relative difference between TOTAL_RAD and the Planck radiance at the brightness temperature."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a file says about a run beside its columns.
+    """Metadata of a run, apart from its columns.
 
     Attributes
     ----------
@@ -96,17 +96,17 @@ class Run:
 
 
 def normalised(name: str) -> str:
-    """Return a column name in upper case with single underscores for everything else."""
+    """Return a column name in upper case, with other characters replaced by single underscores."""
     return re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_")
 
 
 def axis_unit(name: str) -> AxisUnit | None:
-    """Return the unit of a spectral coordinate's column, or None where the name is none."""
+    """Return the unit of a spectral coordinate column, or None for other columns."""
     return _AXES.get(normalised(name))
 
 
 def is_known(name: str) -> bool:
-    """Whether a name is that of a column or of the spectral coordinate."""
+    """Whether a name is a known column or the spectral coordinate."""
     plain = normalised(name)
     return plain in _AXES or any(plain in names for names in _NAMES.values())
 
@@ -114,16 +114,16 @@ def is_known(name: str) -> bool:
 def path_from_columns(
     axis: Array, unit: AxisUnit, columns: Mapping[str, Array], run: Run, radiance: RadianceUnit | None = None
 ) -> SpectralPath:
-    """Check MODTRAN's columns and convert them.
+    """Check MODTRAN columns and convert them.
 
     Parameters
     ----------
     axis : ndarray (V,)
         Spectral coordinate in ``unit``, ascending or descending.
     columns : mapping of str to ndarray (V,)
-        By the file's names; unknown ones are ignored.
+        Keyed by the names in the file; unknown ones are ignored.
     run : Run
-        Everything else about the run.
+        Metadata of the run.
     radiance : RadianceUnit, optional
         Spectral unit of radiance; that of the axis by default, as in MODTRAN's convolved output.
 
@@ -135,8 +135,8 @@ def path_from_columns(
 
     Notes
     -----
-    Whether the thermal and solar columns include their scattered part differs between versions; the file is asked:
-    TOTAL_RAD must be the sum of its parts in one of the two readings.
+    Whether the thermal and solar columns include their scattered part differs between versions. The file decides:
+    TOTAL_RAD must be the sum of its parts in one of the two interpretations.
     """
     names = _by_meaning(columns)
     wavenumber, order = _wavenumber(axis, unit, run)
@@ -215,7 +215,7 @@ def _wavenumber(axis: Array, unit: AxisUnit, run: Run) -> tuple[Array, NDArray[n
 def _with_scattered(
     values: Mapping[str, Array], names: Mapping[str, str], run: Run
 ) -> tuple[Array | None, Array | None]:
-    """Thermal path radiance and scattered sunlight, each with its scattered part included."""
+    """Return thermal path radiance and scattered sunlight, each including its scattered part."""
     thermal = values.get("thermal")
     if thermal is None:
         return None, values.get("solar")
@@ -251,11 +251,11 @@ def _check_brightness(
     if "total" not in values or "brightness" not in values:
         return
     total, temperature = values["total"], values["brightness"]
-    # Below 100 K Planck's radiance is lost in the rounding of five printed digits.
+    # Below 100 K the Planck radiance is lost in the rounding to five printed digits.
     use = (temperature > 100.0) & (total > 0)
     if not np.any(use):
         return
-    # A coordinate in the wrong unit may lead so far into the blue that Planck's radiance underflows.
+    # With a coordinate in the wrong unit, wavelengths may be so short that the Planck radiance underflows.
     expected = np.maximum(planck(wavenumber[use], temperature[use]), 1e-300)
     ratio = total[use] * factor[use] / expected
     wrong = np.abs(ratio - 1.0) > _BRIGHTNESS

@@ -1,4 +1,4 @@
-"""Runs at several heights and zenith angles as one atmosphere table."""
+"""Combine runs at several heights and zenith angles into one atmosphere table."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ SPACE_FROM_M = 80_000.0
 
 HEIGHT_TOLERANCE_M = 1.0
 ZENITH_TOLERANCE_DEG = 0.05
-"""Angles this close are the same node: 0.2 % of the air mass at 60 deg."""
+"""Angles closer than this share a node: 0.2 % of the air mass at 60 deg."""
 
 REFRACTIVITY = 2.726e-4
-"""Of air at 15 degC and 1013.25 hPa in the infrared: B. Edlen, Metrologia 2, 71 (1966), limit of long waves."""
+"""Of air at 15 degC and 1013.25 hPa in the infrared: B. Edlen, Metrologia 2, 71 (1966), long-wave limit."""
 
 _ROUNDING = 2e-4
-"""How far printing four decimals may put a transmittance out of order."""
+"""Maximum violation of monotonicity that rounding transmittance to four decimals can cause."""
 
 
 @dataclass(frozen=True)
 class Combined:
-    """An atmosphere table, and the checks that it passed, one line each for a terminal."""
+    """An atmosphere table and the checks that it passed, one line each for the terminal."""
 
     table: AtmosphereTable
     checks: tuple[str, ...]
@@ -46,11 +46,11 @@ class _Placed:
 
 
 def surface_zenith_deg(path: SpectralPath, profile: Profile) -> tuple[float, float]:
-    """Target altitude of a path and its zenith angle where the straight path meets the surface.
+    """Return the target altitude of a path and its zenith angle where the straight path meets the surface.
 
-    A ray that starts at the target already has the angle the table means. One that starts in space is
-    followed down with the invariant n r sin(zenith) of a spherically layered atmosphere; n = 1 in space, and
-    at the target refractivity is proportional to pressure over temperature.
+    A ray that starts at the target already has the angle that the table uses. A ray that starts in space is traced down
+    with the invariant n r sin(zenith) of a spherically layered atmosphere, where n = 1 in space and the refractivity at
+    the target is proportional to pressure over temperature.
 
     Returns
     -------
@@ -93,25 +93,25 @@ def surface_zenith_deg(path: SpectralPath, profile: Profile) -> tuple[float, flo
 
 
 def combine(paths: Sequence[SpectralPath], profile: Profile, resolution_cm1: float | None = None) -> Combined:
-    """Put runs together; every height must have every zenith angle.
+    """Combine runs; every height must have every zenith angle.
 
-    Transmittance may come from runs in either direction, path radiance only from those seen from space. A
-    node may take its transmittance and its radiance from different runs.
+    Transmittance may come from runs in either direction, path radiance only from runs seen from space. The
+    transmittance and the radiance of a node may come from different runs.
 
     Parameters
     ----------
     paths : sequence of SpectralPath
-        From the readers.
+        As returned by the readers.
     profile : Profile
-        Atmosphere the runs were made with.
+        Atmospheric profile of the runs.
     resolution_cm1 : float, optional
-        Spectral resolution, where the files do not tell.
+        Spectral resolution, where the files do not give it.
 
     Raises
     ------
     CatalogError
-        If a path does not join a target and space, grids differ, nodes are missing or contradict each
-        other, or the numbers break a law of clear air.
+        If a path does not join a target and space, grids differ, nodes are missing or contradict each other, or the
+        values are not physically possible for clear air.
     """
     if not paths:
         raise CatalogError("no runs to combine")
@@ -171,7 +171,7 @@ def _extent(path: SpectralPath) -> str:
 
 
 def _nodes(values: list[float], tolerance: float, digits: int) -> Array:
-    """Values grouped within a tolerance; the mean of each group, rounded."""
+    """Group values within a tolerance; return the rounded mean of each group."""
     groups: list[list[float]] = []
     for value in sorted(values):
         if groups and value - groups[-1][0] <= 2 * tolerance:
@@ -224,7 +224,7 @@ def _radiance(runs: list[_Placed], transmittance: Array, height_m: float, zenith
             radiances.append(path.path_radiance)
         elif path.total_radiance is not None and path.surface_temperature_K is not None:
             surface = transmittance * planck(path.wavenumber_cm1, path.surface_temperature_K)
-            # Where nothing of the air is seen the difference is rounding of either sign.
+            # Where the air emits nothing, the difference is rounding error of either sign.
             radiances.append(np.maximum(path.total_radiance - surface, 0.0))
     if not radiances:
         raise CatalogError(
@@ -238,7 +238,7 @@ def _radiance(runs: list[_Placed], transmittance: Array, height_m: float, zenith
 
 
 def _physical(wavenumber: Array, transmittance: Array, radiance: Array, profile: Profile) -> list[str]:
-    """Laws every clear atmosphere obeys; the first that is broken raises."""
+    """Check the values against the physics of a clear atmosphere; raise an error at the first violation."""
     lines = [f"transmittance {transmittance.min():.4f} to {transmittance.max():.4f}"]
     for axis, text, sign in ((1, "rises with zenith angle", 1.0), (0, "falls with target height", -1.0)):
         change = sign * np.diff(transmittance, axis=axis)

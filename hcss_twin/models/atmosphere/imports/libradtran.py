@@ -1,13 +1,13 @@
 """Output of libRadtran's ``uvspec`` with a user-defined ``output_user`` line.
 
-A uvspec file has numbers only: what they are stands in the input file, whose lines are given here as settings
+A uvspec output file has numbers only. The input file defines them; its lines are passed here as settings
 (``output_user``, ``source``, ``umu``, ``sza``, ``altitude``, ``zout``, ``output_quantity``, ``output_process``,
-``sur_temperature``). uvspec has no path transmittance or path radiance of its own, so a path takes two runs:
+``sur_temperature``). uvspec does not output path transmittance or path radiance, so a path takes two runs:
 
 * ``source solar`` with ``output_quantity transmittance`` (or ``reflectivity``): the direct beam ``edir`` at the
   ground of a sun at zenith ``sza`` is the transmittance from the ground to space (times its cosine);
 * ``source thermal`` with ``albedo 0`` and ``zout toa``: ``uu`` upwards is the path radiance plus the transmitted
-  emission of the ground at ``sur_temperature``, which is taken off when the two runs are put together.
+  emission of the ground at ``sur_temperature``, which is subtracted when the two runs are combined.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hcss_twin.models.atmosphere.imports.spectral_path import (
 )
 
 TOP_M = 120_000.0
-"""Altitude given to uvspec's ``toa``: the top of its standard atmospheres."""
+"""Altitude of uvspec's ``toa``: the top of its standard atmospheres."""
 
 _SCALARS = (
     "lambda", "wavenumber", "sza", "zout", "edir", "eglo", "edn", "eup", "enet", "esum", "fdir", "fglo", "fdn",
@@ -40,11 +40,11 @@ _SCALARS = (
 _SHORT = {"wvl": "lambda", "wavelength": "lambda", "wvn": "wavenumber"}
 
 _PROCESSED: Mapping[str, RadianceUnit] = {"per_nm": "per_nm", "per_cm-1": "per_cm1"}
-"""Spectral unit of radiance by ``output_process``; without one it depends on the absorption scheme."""
+"""Spectral unit of radiance for each ``output_process``; by default it depends on the absorption scheme."""
 
 
 def read_settings(lines: Sequence[str]) -> dict[str, list[str]]:
-    """Read lines of a uvspec input file: first word to the words after it; comments are dropped."""
+    """Read lines of a uvspec input file: maps the first word to the words after it; drops comments."""
     settings: dict[str, list[str]] = {}
     for line in lines:
         words = line.split("#", 1)[0].split()
@@ -59,7 +59,7 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
     Parameters
     ----------
     path : Path
-        Output of uvspec.
+        uvspec output file.
     settings : mapping of str to sequence of str
         From :func:`read_settings`; ``output_user`` and ``source`` are required.
 
@@ -71,7 +71,7 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
     Raises
     ------
     CatalogError
-        If a setting is missing or unsuitable, or a row does not fit ``output_user``; with the line.
+        If a setting is missing or unsuitable, or a row does not match ``output_user``; the message names the line.
     """
     source = (settings.get("source") or ["?"])[0]
     if source not in ("solar", "thermal"):
@@ -119,7 +119,7 @@ def _solar(
             f"{choose_from(quantity, ('transmittance', 'reflectivity'))}"
         )
     share = math.cos(math.radians(zenith)) if quantity == "transmittance" else 1.0
-    # Six printed digits may put a transparent wavenumber a hair above 1.
+    # With six printed digits, transmittance may be slightly above 1 at a transparent wavenumber.
     transmittance = column["edir"] / share
     bad = (transmittance < 0) | (transmittance > 1 + 2e-6) | ~np.isfinite(transmittance)
     if np.any(bad):
@@ -189,7 +189,7 @@ def _thermal(
 
 
 def _columns(path: Path, settings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Names of all columns; ``uu`` stands for one per umu (and phi)."""
+    """Return the names of all columns; ``uu`` expands to one per umu (and phi)."""
     words = [word for word in settings.get("output_user", ()) if word]
     if not words:
         raise CatalogError(f"{path}: setting 'output_user' is missing; for example: output_user lambda edir uu")
@@ -231,7 +231,7 @@ def _table(path: Path, names: Sequence[str]) -> tuple[Array, list[int]]:
 def _level(
     path: Path, settings: Mapping[str, Sequence[str]], column: Mapping[str, Array], source: str
 ) -> NDArray[np.bool_]:
-    """Rows of the one output level that is wanted: the ground of a solar run, the top of a thermal one."""
+    """Return the rows of the required output level: the ground for a solar run, the top for a thermal run."""
     levels = list(settings.get("zout", ["sur"]))
     rows = next(iter(column.values())).size
     wanted = "the ground" if source == "solar" else "the top (zout toa)"

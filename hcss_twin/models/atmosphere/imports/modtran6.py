@@ -1,10 +1,10 @@
 """MODTRAN 6 output in JSON (``JSONOPT`` with WRT_OUTPUT) and CSV (``CSVPRNT``, also ``_scan.csv``).
 
-JSON: ``MODTRAN[n].MODTRANOUTPUT.SPECTRA.RADIANCE | TRANSMITTANCE | IRRADIANCE`` (one array per column) and, where the
-file has it, ``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMOSPHERE).
+JSON: ``MODTRAN[n].MODTRANOUTPUT.SPECTRA.RADIANCE | TRANSMITTANCE | IRRADIANCE`` (one array per column) and, if present,
+``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMOSPHERE).
 
-CSV: lines of description, a row of column names (recognised by the names, not by its place), at most two rows of units,
-rows of numbers, and possibly a footer. A CSV file lacks the geometry, which has to be given.
+CSV: description lines, a row of column names (recognised by the names, not by its position), at most two rows of units,
+rows of numbers, and possibly a footer. A CSV file lacks the geometry, which the user has to give.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def read_modtran6_json(path: Path) -> list[SpectralPath]:
     Raises
     ------
     CatalogError
-        If the text is not JSON, a case has no spectra, arrays differ in length, or numbers are impossible;
-        with the line.
+        If the text is not JSON, a case has no spectra, arrays differ in length, or numbers are impossible; the message
+        names the line.
     """
     text = read_text(path)
     try:
@@ -107,7 +107,7 @@ def _case(path: Path, text: str, case: Any, number: int) -> SpectralPath:
         resolution_cm1=_resolution(spectral),
     )
     axis = arrays.pop(name)
-    # Without a unit in its name a wavelength is in that of XFLAG.
+    # A wavelength without a unit in its name has the unit that XFLAG sets.
     return path_from_columns(axis, axis_unit(name) or coordinate, arrays, run, radiance)
 
 
@@ -153,7 +153,7 @@ def _resolution(spectral: dict[str, Any]) -> float | None:
 
 
 def _line(text: str, key: str, number: int) -> int:
-    """Line on which a key stands for the ``number``-th time (the first where it does not)."""
+    """Return the line of the ``number``-th occurrence of a key (1 if there is none)."""
     places = [match.start() for match in re.finditer(rf'"{re.escape(key)}"\s*:', text)]
     if not places:
         return 1
@@ -171,20 +171,20 @@ _UNIT_WORDS: dict[str, AxisUnit] = {
 
 
 def read_modtran6_csv(path: Path, geometry: PathGeometry | None = None) -> list[SpectralPath]:
-    """Read the one run of a MODTRAN 6 CSV file.
+    """Read the single run of a MODTRAN 6 CSV file.
 
     Parameters
     ----------
     path : Path
         The file.
     geometry : PathGeometry, optional
-        Line of sight, which the file does not tell.
+        Line of sight, which the file does not contain.
 
     Raises
     ------
     CatalogError
-        If no row of column names is found, a row has another number of fields, or numbers are impossible;
-        with the line.
+        If there is no row of column names, a row has a different number of fields, or numbers are impossible; the
+        message names the line.
     """
     text = read_text(path)
     rows = [[field.strip() for field in row] for row in csv.reader(text.splitlines())]
@@ -237,7 +237,7 @@ def _is_number(text: str) -> bool:
 
 
 def _require_footer(path: Path, rows: list[list[str]], at: int) -> None:
-    """Refuse numbers below what looks like the end."""
+    """Reject rows of numbers below the presumed end."""
     for later in range(at + 1, len(rows)):
         row = rows[later]
         if len(row) > 1 and all(_is_number(field) for field in row if field):

@@ -1,7 +1,7 @@
 """MODTRAN's tape7 (``.tp7``), filtered (``.fl7``) and convolved (``.7sc``, ``tape7.scn``) text files.
 
-A file holds one or several runs. Each begins with an echo of its input cards, has one line (IEMSCT 1, 2, 3) or two
-lines (IEMSCT 0) of column names, rows of numbers, and ends with ``-9999.``.
+A file holds one or several runs. Each begins with an echo of its input cards, followed by one line (IEMSCT 1, 2, 3) or
+two lines (IEMSCT 0) of column names and rows of numbers, and ends with ``-9999.``.
 
 ======  ==========================================================================================
 IEMSCT  columns used
@@ -12,8 +12,8 @@ IEMSCT  columns used
 3       transmittance to the sun, transmitted and extraterrestrial solar irradiance
 ======  ==========================================================================================
 
-Radiances are W cm-2 sr-1 / cm-1; in convolved files over wavelength W cm-2 sr-1 / um or uW cm-2 sr-1 / nm, as the name
-of the first column says.
+Radiances are W cm-2 sr-1 / cm-1; in convolved files over wavelength they are W cm-2 sr-1 / um or uW cm-2 sr-1 / nm,
+according to the name of the first column.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, Spec
 _SENTINEL = "-9999"
 _HEADER = re.compile(r"^\s*(FREQ|WAVLEN|WAVELENGTH)\b", re.IGNORECASE)
 
-# Two-word names of MODTRAN 3 and 4; joined by an underscore, which keeps every character's place in the line.
+# Two-word names of MODTRAN 3 and 4, joined by an underscore so that all characters keep their positions.
 _TWO_WORDS = re.compile(
     r"\b(TOT|PTH|THRML|SURF|SOL|SING|SNGL|GRND|DRCT|TOTAL|REF|WAVLEN|FREQ|TOA|DIR) "
     r"(TRANS|THRML|SCT|EMIS|SCAT|RFLT|RAD|SOL|TR|MCRN|NM|CM-1|SUN|EM)\b",
@@ -42,7 +42,7 @@ _TWO_WORDS = re.compile(
 _CARD_1 = re.compile(r"^[A-Z ]{0,4}?\s*(\d{1,2})[A-Z]?\s+(-?\d+)\s+(\d)\s+(-?\d+)\b", re.IGNORECASE)
 
 _CARDS_BEFORE_NAMES = 5
-"""Card 3 (geometry) stands this many lines above the column names, whatever optional cards come first."""
+"""Card 3 (geometry) is this many lines above the column names, whatever optional cards precede it."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +65,13 @@ def read_tape7(path: Path) -> list[SpectralPath]:
     Returns
     -------
     list of SpectralPath
-        One per run; of IEMSCT 3 the transmittance is that of the path to the sun.
+        One per run; for IEMSCT 3 the transmittance is that of the path to the sun.
 
     Raises
     ------
     CatalogError
-        If the file is not of the format, ends without ``-9999.``, or holds impossible numbers; with the line.
+        If the file is not in this format, ends without ``-9999.``, or has impossible numbers; the message names the
+        line.
     """
     lines = read_text(path, "latin-1").splitlines()
     paths: list[SpectralPath] = []
@@ -88,7 +89,7 @@ def _left_over(line: str) -> bool:
 
 
 def _read_run(path: Path, lines: list[str], start: int, number: int) -> tuple[SpectralPath, int]:
-    """Read one run; return it and the index of the line after its end."""
+    """Read one run; return it and the index of the line after it."""
     header = next((at for at in range(start, len(lines)) if _HEADER.match(lines[at])), None)
     if header is None:
         raise CatalogError(f"{path}, line {start + 1}: no line of column names (FREQ ... or WAVLEN ...) follows")
@@ -132,7 +133,7 @@ def _read_run(path: Path, lines: list[str], start: int, number: int) -> tuple[Sp
 
 
 def _column_names(path: Path, lines: list[str], header: int) -> tuple[list[str], list[int], int]:
-    """Names, right edges of their fields, and the index of the first row."""
+    """Return the column names, the right edges of their fields, and the index of the first row."""
     line = _TWO_WORDS.sub(r"\1_\2", lines[header].expandtabs().rstrip())
     tokens = list(re.finditer(r"\S+", line))
     names, edges = [token.group() for token in tokens], [token.end() for token in tokens]
@@ -165,7 +166,7 @@ def _row(path: Path, number: int, line: str, names: list[str], edges: list[int])
     text = line.expandtabs().rstrip()
     fields = text.split()
     if "SOL_TR" in {normalised(name) for name in names}:
-        # IEMSCT 3: the names do not stand over their fields; an unnamed optical depth may follow.
+        # IEMSCT 3: the names are not aligned with their fields; an unnamed optical depth may follow.
         fields = fields[: len(names)]
     else:
         fields = _fields(path, number, text, names, edges)
@@ -173,7 +174,7 @@ def _row(path: Path, number: int, line: str, names: list[str], edges: list[int])
         raise CatalogError(f"{path}, line {number}: {len(fields)} fields under {len(names)} column names")
     values: list[float] = []
     for name, field in zip(names, fields, strict=True):
-        # A blank field is one the run did not compute (scattered thermal radiance without multiple scattering).
+        # The run did not compute blank fields (scattered thermal radiance without multiple scattering).
         value = 0.0 if not field else _number(field)
         if value is None or (not field and not values):
             raise CatalogError(f"{path}, line {number}: column '{name}': '{field}' is not a number")
@@ -182,9 +183,9 @@ def _row(path: Path, number: int, line: str, names: list[str], edges: list[int])
 
 
 def _fields(path: Path, number: int, text: str, names: list[str], edges: list[int]) -> list[str]:
-    """Cut a row into fields: at the right edges of the names, or at blanks where the file was re-spaced.
+    """Split a row into fields: at the right edges of the names, or at blanks where the file was re-spaced.
 
-    Fields may be blank and numbers may touch, so counting words comes second.
+    Fields may be blank and numbers may touch, so splitting at blanks is only the fallback.
     """
     ends = [word.end() for word in re.finditer(r"\S+", text)]
     if all(end in edges for end in ends[:-1]) and ends[-1] > edges[-1]:
@@ -198,7 +199,7 @@ def _fields(path: Path, number: int, text: str, names: list[str], edges: list[in
 
 
 def _number(text: str) -> float | None:
-    """Read a Fortran number; three-digit exponents drop their E (1.2-103)."""
+    """Read a Fortran number; three-digit exponents have no E (1.2-103)."""
     try:
         return float(text)
     except ValueError:
@@ -211,7 +212,7 @@ def _is_number(text: str) -> bool:
 
 
 def _cards(lines: list[str]) -> _Cards:
-    """What the echo of the input cards tells; None for what it does not."""
+    """Return the settings in the echo of the input cards; None for missing ones."""
     if not lines:
         return _Cards(None, None, None, None, ("no input cards in the file",))
     card = _CARD_1.match(lines[0])

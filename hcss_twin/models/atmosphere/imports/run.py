@@ -1,4 +1,4 @@
-"""Import of files of other codes: detect the format, read every run, combine them and write an atmosphere table."""
+"""Import of files from other codes: detect the format, read all runs, combine them and write an atmosphere table."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _TAPE7_SUFFIXES = (".tp7", ".7sc", ".fl7", ".scn")
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Information that files lack.
+    """User input for information that files lack.
 
     Attributes
     ----------
     format : str
         One of :data:`FORMATS`, or ``auto``.
     geometry : mapping of str to PathGeometry
-        Line of sight by file name; the key ``*`` holds for every file.
+        Line of sight by file name; the key ``*`` applies to every file.
     settings : sequence of str
-        Lines of a uvspec input file; they replace those of a file ``NAME.inp`` beside the output.
+        Lines of a uvspec input file; they replace a file ``NAME.inp`` in the folder of the output.
     """
 
     format: str = "auto"
@@ -49,7 +49,7 @@ def parse_geometry(text: str) -> tuple[str, PathGeometry]:
     Raises
     ------
     ValueError
-        If it is not of that form.
+        If the text does not have that form.
     """
     name, _, numbers = text.rpartition("=")
     try:
@@ -101,7 +101,7 @@ def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralP
     Raises
     ------
     CatalogError
-        If the format is unknown or the file is malformed; with the line.
+        If the format is unknown or the file is malformed; the message names the line.
     """
     options = options or ReadOptions()
     if options.format == "auto":
@@ -151,28 +151,28 @@ def import_files(
     Parameters
     ----------
     files : sequence of Path
-        Output of other codes.
+        Output files of other codes.
     output : Path
         Table to write.
     options : ReadOptions
         Information that the files lack.
     profile : str, optional
-        Catalog name or CSV of the atmosphere the runs were made with; by default the 1976 US Standard if
-        every run says that it is this one.
+        Catalog name or CSV file of the profile used in the runs; by default the 1976 US Standard, if every run states
+        that it used this one.
     resolution_cm1 : float, optional
-        Where the files do not give it.
+        Needed where the files do not give it.
     title : str, optional
         Title of the table.
 
     Returns
     -------
     list of str
-        What was read and checked, one line each.
+        Summary of what was read and checked, one line each.
 
     Raises
     ------
     CatalogError
-        If a file is malformed or the runs do not make a table.
+        If a file is malformed or the runs do not form a table.
     """
     paths = [each for file in files for each in read_paths(file, options)]
     lines = [f"{path.source}: {path.code}, {path.geometry or 'no geometry'}" for path in paths]

@@ -1,4 +1,4 @@
-"""Spectra of one path through the air, as one run of another code gives them."""
+"""Spectra of one atmospheric path, from one run of another code."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class PathGeometry:
     angle_deg : float
         Zenith angle of the line of sight at the observer: below 90 upwards, above 90 downwards.
     horizontal : bool
-        A path of constant altitude (ITYPE = 1); ``end_m`` means nothing then.
+        A path of constant altitude (ITYPE = 1); ``end_m`` is then ignored.
     refracted : bool
-        Whether the code bent the ray; False for plane-parallel solvers, whose angle is that of every level.
+        Whether the code refracts rays; False for plane-parallel solvers, whose angle is the same at every level.
     """
 
     observer_m: float
@@ -43,7 +43,7 @@ class PathGeometry:
 
     @property
     def kind(self) -> Literal["up", "down", "horizontal", "limb"]:
-        """How the path runs; ``limb``: through a tangent point, or the angle contradicts the ends."""
+        """Type of path; ``limb``: through a tangent point, or the angle contradicts the ends."""
         if self.horizontal:
             return "horizontal"
         if self.angle_deg < 90.0 and self.end_m > self.observer_m:
@@ -79,31 +79,31 @@ class SpectralPath:
     transmittance : ndarray (V,) or None
         Of the whole path, 0 to 1; None where the file has none.
     path_radiance : ndarray (V,) or None
-        Thermal emission of the air towards the observer, scattered part included, without surface and
-        sunlight, W m-2 sr-1 (cm-1)-1; None where the file has none.
+        Thermal emission of the air towards the observer, including its scattered part but not surface and sunlight, W
+        m-2 sr-1 (cm-1)-1; None where the file has none.
     solar : mapping of str to ndarray (V,)
         Sunlight, where the file has it. ``scattered`` (of which ``single_scattered``) and ``ground_reflected`` (thermal
         and solar; of which ``sun_reflected``) are radiances, W m-2 sr-1 (cm-1)-1; ``at_top``, ``at_observer``,
         ``via_end`` (sun to the path's far end to the observer) and ``transmitted`` are irradiances, W m-2 (cm-1)-1.
     total_radiance, surface_emission : ndarray (V,) or None
-        All that reaches the observer, and the part the surface emits, W m-2 sr-1 (cm-1)-1.
+        Total radiance at the observer, and the part that the surface emits, W m-2 sr-1 (cm-1)-1.
     geometry : PathGeometry or None
-        None where the file does not tell.
+        None where the file does not give it.
     code : str
-        Code and kind of file.
+        Code and file type.
     source : str
-        File and number of the run in it.
+        File and run number.
     line : int
-        Line of the file at which the run's numbers begin, for messages.
+        First line of the run's numbers in the file, for messages.
     model : int or None
-        Number of the model atmosphere (1 tropical ... 6 US Standard 1976), where the file tells.
+        Number of the model atmosphere (1 tropical ... 6 US Standard 1976), if given in the file.
     resolution_cm1 : float or None
-        Full width of the slit, where the file tells.
+        Full width of the slit function, if given in the file.
     surface_temperature_K : float or None
-        Temperature of a black surface whose emission is still inside ``total_radiance`` and has to be
-        taken off with the path's transmittance to get the path radiance (libRadtran).
+        Temperature of a black surface whose emission, times the path transmittance, has to be subtracted from
+        ``total_radiance`` to get the path radiance (libRadtran).
     notes : tuple of str
-        What a user should know.
+        Notes for the user.
     """
 
     wavenumber_cm1: Array
@@ -123,7 +123,7 @@ class SpectralPath:
 
 
 def radiance_factor(wavenumber_cm1: Array, unit: RadianceUnit) -> Array:
-    """Factor from radiance (or irradiance) per W m-2 and spectral unit to per cm-1, shape (V,).
+    """Return factors (V,) that convert radiance (or irradiance) to W m-2 per cm-1.
 
     d lambda / d nu = 1e4 / nu^2 micrometres per cm-1.
     """
@@ -134,12 +134,12 @@ def radiance_factor(wavenumber_cm1: Array, unit: RadianceUnit) -> Array:
 
 
 def sine_deg(angle_deg: float) -> float:
-    """Sine of an angle in degrees."""
+    """Return the sine of an angle in degrees."""
     return math.sin(math.radians(angle_deg))
 
 
 def read_text(path: Path, encoding: str = "utf-8") -> str:
-    """Return the text of a file; raise CatalogError where it cannot be read."""
+    """Return the text of a file; raise CatalogError if it cannot be read."""
     try:
         return path.read_text(encoding=encoding)
     except (OSError, UnicodeDecodeError) as error:

@@ -1,1 +1,1 @@
-"""The multiscale sum of eqs 2-4: any tile of any frame of an unbounded sky."""
+"""Fractal clouds: the multiscale sum of eqs 2-4, for any tile of any frame of an unbounded sky."""

@@ -1,8 +1,8 @@
-"""A cache of lattice nodes, in blocks, so that a frame generates only nodes that the frame before has not used.
+"""Cache of lattice nodes in blocks, so that a frame generates only nodes that the previous frame did not use.
 
 Consecutive frames share most of their nodes: the platform moves by a few pixels, and the four time planes of an octave
-change only as its cells evolve. The nodes are a pure function of their indices (:mod:`.lattice`), so that the contents
-of the cache never change a value.
+change only as its cells evolve. The nodes are a pure function of their indices (:mod:`.lattice`), so that the cache
+never changes a value.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hcss_twin.models.clouds.fractal.lattice import fill_row
 
 BLOCK_ROWS, BLOCK_COLUMNS = 64, 256
-"""Nodes of one block: 64 KiB. Powers of two, so that no block contains a multiple of 2**32, where row keys change."""
+"""Block size: 64 KiB. Powers of two, so that no block straddles a multiple of 2**32, where row keys change."""
 
 MAX_BLOCKS = 1 << 12
 """Largest number of blocks in memory: 256 MiB."""
@@ -29,7 +29,7 @@ _FEWEST_SLOTS = 16
 
 @dataclass(frozen=True)
 class NodeWindow:
-    """Nodes that a tile needs of one octave: keys of its time planes, first and one past the last along y and x."""
+    """Nodes of one octave that a tile needs: keys of the time planes, start and stop along y and x."""
 
     planes: tuple[int, ...]
     rows: tuple[int, int]
@@ -50,13 +50,13 @@ class NodeWindow:
 class BlockCache:
     """Blocks of lattice nodes by (plane, block row, block column).
 
-    New blocks replace blocks that neither this frame nor the one before has used; if there are none, the pool grows, up
-    to :data:`MAX_BLOCKS`, and then they replace the least recently used.
+    New blocks replace blocks that neither this frame nor the previous one has used. If there are none, the pool grows
+    up to :data:`MAX_BLOCKS`; then they replace the least recently used blocks.
 
     Attributes
     ----------
     pool : ndarray of float32 (slots, nodes of a block)
-        The nodes; slots beyond those in use are not initialised.
+        The nodes; unused slots are not initialised.
     """
 
     pool: NDArray[np.float32] = field(
@@ -72,27 +72,27 @@ class BlockCache:
 
     @property
     def slots(self) -> int:
-        """Slots in use."""
+        """Number of slots in use."""
         return len(self._key_of)
 
     def load(
         self, time_s: float, windows: Iterable[NodeWindow], each: Callable[[Callable[[int, int], None], int], None]
     ) -> list[NDArray[np.int32]]:
-        """Generate the missing nodes of all windows, and return where in the pool their blocks are.
+        """Generate the missing nodes of all windows and return the slots of their blocks.
 
         Parameters
         ----------
         time_s : float
             Time of the frame.
         windows : iterable of NodeWindow
-            Windows of one tile, at most :data:`MAX_BLOCKS` blocks or as many as there is memory for.
+            Windows of one tile, with at most :data:`MAX_BLOCKS` blocks or as many as fit in memory.
         each : callable
-            Runs a function of (start, stop) over parts of a number of items, perhaps in several threads.
+            Runs a function of (start, stop) over a number of items in parts, possibly in several threads.
 
         Returns
         -------
         list of ndarray of int32 (planes, block rows, block columns)
-            For each window the slots of its blocks.
+            Slots of the blocks of each window.
         """
         wanted = list(windows)
         self._loads += 1
@@ -107,7 +107,7 @@ class BlockCache:
         for window, table_of_slots in tables.items():
             if table_of_slots is None:
                 tables[window] = self._table(window, missing, free)
-        # Tables of earlier tiles may hold slots that were reused: only the current ones stay valid.
+        # Tables of earlier tiles may contain reused slots; only the current tables are valid.
         self._tables = {window: table for window, table in tables.items() if table is not None}
         if missing:
             self._fill(missing, each)
@@ -131,7 +131,7 @@ class BlockCache:
         return table
 
     def _free_slots(self) -> Iterator[int]:
-        """Yield slots whose blocks this load does not need, and remove the blocks."""
+        """Yield slots whose blocks this load does not need, and remove their blocks."""
         while True:
             size = self.slots
             for number in np.argsort(self._last_use, kind="stable"):
@@ -152,7 +152,7 @@ class BlockCache:
     def _grow(self, more: int) -> None:
         size = self.slots
         if size + more > self.pool.shape[0]:
-            # The whole pool at once saves copies as it grows: the system provides memory only when it is written.
+            # Allocating the whole pool at once avoids copies; the system provides memory only when it is written.
             pool = np.empty((max(size + more, MAX_BLOCKS), BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
             pool[:size] = self.pool[:size]
             self.pool = pool

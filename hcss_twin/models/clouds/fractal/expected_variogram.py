@@ -1,8 +1,8 @@
 """The expected variogram of the fractal field of eqs 2-4, without simulating it.
 
 V is stationary with unit variance, so that its semivariogram at a lag of h pixels is 1 - rho(h). Each octave
-interpolates independent normals with a product kernel and a random offset; rho is therefore the sum over octaves of
-their share of the variance times the kernel's autocorrelation along x and along y, averaged over the phase in the cell.
+interpolates independent normals with a product kernel and a random offset. Therefore rho is the sum over octaves of
+their variance fraction times the kernel autocorrelations along x and y, averaged over the phase in the cell.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.providers import Grid, Motion
 
-# The kernel reaches two cells to either side: points four cells apart share no node.
+# The kernel extends two cells to either side: points four cells apart share no node.
 _REACH_CELLS = 4
 
-# Points of the table per cell, and phases in the average: the error of the correlation is at most 1e-5.
+# Table points per cell, and phases in the average: the correlation error is at most 1e-5.
 _PER_CELL = 128
 
 # Gauss-Legendre nodes for the mean over pairs of pixels of a frame.
@@ -33,7 +33,7 @@ _STILL = Motion(0.0, (0.0, 0.0), math.inf, 0.0)
 
 @dataclass(frozen=True)
 class KernelCorrelation:
-    """Correlation of the interpolated lattice along one axis, tabulated.
+    """Tabulated correlation of the interpolated lattice along one axis.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class KernelCorrelation:
 
     @classmethod
     def tabulate(cls) -> KernelCorrelation:
-        """Tabulate the autocorrelation of the variance-normalised cubic kernel; takes some 30 ms.
+        """Tabulate the autocorrelation of the variance-normalised cubic kernel (takes about 30 ms).
 
         rho(u) = mean over the phase f in [0, 1) of sum_i w_i(f) w_i(f + u), with w_i the weight of
         node i and sum_i w_i^2 = 1.
@@ -111,8 +111,8 @@ def expected_variogram(
     Raises
     ------
     ValueError
-        If ``parameters`` are incomplete, or a lag is no whole number of pixels: an octave that the generator takes from
-        the nearest node has no values between pixels.
+        If ``parameters`` are incomplete, or a lag is not a whole number of pixels: a nearest-node octave has no values
+        between pixels.
     """
     dx, dy = _whole("dx_pixels", dx_pixels), _whole("dy_pixels", dy_pixels)
     variance, step_x, step_y = _octave_arrays(_octaves(parameters, pixel_size_m))
@@ -125,7 +125,7 @@ def expected_variogram(
 def frame_variance(
     parameters: FractalParameters, pixel_size_m: float, rows: int, columns: int, kernel: KernelCorrelation
 ) -> float:
-    """Return the expected variance of V within one frame, which large cells make less than 1.
+    """Return the expected variance of V within one frame, which is less than 1 for large cells.
 
     It is the mean of the semivariogram over all pairs of pixels of the frame: the dispersion variance of geostatistics.
     Raises ValueError if ``parameters`` are incomplete.
@@ -140,12 +140,12 @@ def frame_variance(
 
 
 def _pair_mean(step: float, nearest: bool, count: int, kernel: KernelCorrelation) -> float:
-    """Return the mean correlation of two of ``count`` pixels along one axis, drawn independently."""
+    """Return the mean correlation of two independently drawn pixels among ``count`` along one axis."""
     if nearest:
         return 1.0 / count
     reach = min(1.0, _REACH_CELLS / (step * count))
     lag = 0.5 * reach * (_PAIR_NODE + 1.0)
-    # The density of the distance of two points on a line of unit length is 2 (1 - lag).
+    # The distance of two random points on a line of unit length has the density 2 (1 - lag).
     return float(np.sum(reach * _PAIR_WEIGHT * (1.0 - lag) * kernel(lag * count * step)))
 
 
@@ -154,7 +154,7 @@ def _octaves(parameters: FractalParameters, pixel_size_m: float) -> tuple[Octave
 
 
 def _octave_arrays(octaves: tuple[Octave, ...]) -> tuple[Array, Array, Array]:
-    """Return variances and steps (K,) along x and y; infinity for nearest nodes, which are uncorrelated."""
+    """Return variances and steps (K,) along x and y; steps are infinite for uncorrelated nearest nodes."""
     table = np.array(
         [(o.variance, math.inf if o.x.nearest else o.x.step, math.inf if o.y.nearest else o.y.step) for o in octaves]
     )
@@ -163,7 +163,7 @@ def _octave_arrays(octaves: tuple[Octave, ...]) -> tuple[Array, Array, Array]:
 
 def _axis_correlation(lag: Array, steps: Array, kernel: KernelCorrelation) -> Array:
     """Return the correlation (..., K) along one axis for lags (...) in pixels."""
-    # 0 times infinity: a pixel is correlated with itself whatever the step.
+    # 0 times infinity: a pixel is fully correlated with itself for any step.
     return kernel(lag[..., None] * np.minimum(steps, float(_REACH_CELLS)))
 
 

@@ -20,10 +20,10 @@ from hcss_twin.models.clouds.fractal.rows import add_octave, cubic_weights, spli
 _X, _Y, _T = 0, 1, 2
 
 _FEWEST_ROWS = 64
-"""Rows of a tile that justify the start of another thread."""
+"""Number of tile rows that justifies another thread."""
 
 _GATHER_ROWS_UNTIL = 1.25
-"""Rows of nodes per row of pixels: with more it is cheaper to sum rows before they are interpolated at the columns."""
+"""Node rows per pixel row above which summing rows before interpolation along the columns is cheaper."""
 
 _NO_SLOTS = np.empty((0, 0, 0), dtype=np.int32)
 _NO_COLUMNS = np.empty(0, dtype=np.uint32)
@@ -33,9 +33,9 @@ _NEAREST = np.ones((1, 1), dtype=np.float32)
 
 @dataclass(frozen=True)
 class PixelWindow:
-    """Pixels first, first + 1, ... along one axis, at ``origin + index`` pixels from the sky's origin.
+    """Pixels first, first + 1, ... along one axis, ``origin + index`` pixels from the origin of the sky.
 
-    The integer index and the origin are separate, because a lattice of pixels needs the index without rounding.
+    The integer index is separate from the origin, because a lattice of pixels needs it without rounding.
     """
 
     first: int
@@ -44,7 +44,7 @@ class PixelWindow:
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """Pixel centres in pixels from the sky's origin: x + v_x t of eq 4."""
+        """Pixel centres in pixels from the origin of the sky: x + v_x t of eq 4."""
         # Whole and half numbers are added first and exactly, so that moving the window and moving the
         # platform by whole pixels give the same sum.
         indices = np.arange(self.first, self.first + self.count, dtype=np.int64)
@@ -55,8 +55,8 @@ class PixelWindow:
 class _Axis:
     """Nodes of one octave along one axis.
 
-    ``start`` (N,) is the first node of each pixel, ``weights`` are (N, 4) or, for the nearest node, (1, 1); ``phase``
-    numbers the lattices of a pixel's parts.
+    ``start`` (N,) is the first node of each pixel; ``weights`` are (N, 4) or, for the nearest node, (1, 1); ``phase``
+    numbers the lattices of the pixel parts.
     """
 
     start: NDArray[np.int64]
@@ -75,8 +75,8 @@ class _Axis:
 class FractalField:
     """V(x, y, t) = sum_k sqrt(variance_k) S_k, unit variance everywhere (eqs 2-4 of the HCSS paper).
 
-    S_k interpolates a lattice of independent normals as ``octaves`` describe it. Values do not depend on the tile, on
-    earlier calls or on the number of threads.
+    S_k interpolates a lattice of independent normals as defined by ``octaves``. Values do not depend on the tile,
+    earlier calls or the number of threads.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class FractalField:
     octaves : tuple of Octave
         Terms of the sum.
     threads : int, optional
-        Default: one for each processor this process may use, at most 8.
+        Default: one for each processor available to this process, at most 8.
     """
 
     def __init__(self, seed: int, octaves: tuple[Octave, ...], threads: int | None = None) -> None:
@@ -99,7 +99,7 @@ class FractalField:
     def window(
         self, time_s: float, y: PixelWindow, x: PixelWindow, out: NDArray[np.float32] | None = None
     ) -> NDArray[np.float32]:
-        """Return V (rows, columns), in ``out`` where it is given.
+        """Return V (rows, columns), written to ``out`` if given.
 
         Raises
         ------
@@ -206,11 +206,11 @@ class FractalField:
         )
 
     def _time(self, octave: Octave, time_s: float) -> tuple[list[int], NDArray[np.float32]]:
-        """Return the cells of the time planes and their weights, which include the amplitude of the octave."""
+        """Return the time-plane cells and their weights, which include the amplitude of the octave."""
         amplitude = math.sqrt(octave.variance)
         if octave.t.step == 0.0:
             return [0], np.array([amplitude], dtype=np.float32)
-        # Frames lie at whole steps of a time axis without interpolation: half a cell away from the next rounding.
+        # Without interpolation, frames are at whole steps of the time axis, half a cell from the next rounding.
         offset = 0.5 if octave.t.nearest else unit_offset(self._seed, octave.k, _T)
         cells, fraction = split(np.full(1, time_s * octave.t.step + offset))
         cell = int(cells[0])
@@ -219,7 +219,7 @@ class FractalField:
         return [cell + tap - 1 for tap in range(4)], (amplitude * cubic_weights(fraction)[0]).astype(np.float32)
 
     def _each(self, part: Callable[[int, int], None], count: int, fewest: int = 1) -> None:
-        """Run ``part(start, stop)`` over ``count`` items, in several threads where that pays."""
+        """Run ``part(start, stop)`` over ``count`` items, in several threads where worthwhile."""
         threads = min(self._threads, max(1, count // fewest))
         if threads == 1:
             part(0, count)
@@ -235,17 +235,17 @@ _HAS_AFFINITY = hasattr(os, "sched_getaffinity")
 
 
 def _is_stored(octave: Octave) -> bool:
-    """Whether nodes are contiguous and occur in several frames, so that the cache pays."""
+    """Whether nodes are contiguous and occur in several frames, so that caching is worthwhile."""
     return not octave.t.nearest and (octave.is_noise or not (octave.x.nearest or octave.y.nearest))
 
 
 def _axis(octave: Octave, scale: AxisScale, window: PixelWindow, offset: float) -> _Axis:
-    """Nodes and weights of a window along one axis."""
+    """Return the nodes and weights of a window along one axis."""
     if not scale.nearest:
         cell, fraction = split(window.position * scale.step + offset)
         return _Axis(cell - 1, cubic_weights(fraction).astype(np.float32), 0)
     if octave.is_noise:
-        # A node for each part of a pixel; the parts seen at one time form a lattice, numbered by the phase.
+        # Each part of a pixel has a node; the parts seen at one time form a lattice, numbered by the phase.
         node = math.floor(window.origin * scale.phases)
         first, phase = divmod(node, scale.phases)
         start = np.arange(window.first + first, window.first + first + window.count, dtype=np.int64)

@@ -20,12 +20,12 @@ from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, 
 from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
 
 STRIP_PIXELS = 2**21
-"""Largest strip in which a frame is summarised: bounds the memory of large frames."""
+"""Largest strip used to summarise a frame; bounds the memory for large frames."""
 
 _EPSILON = float(np.finfo(np.float64).eps)
 
 _NOISY = 0.5
-"""Share of the variance in cells smaller than a pixel from which on the user is warned."""
+"""Variance fraction of subpixel cells above which a warning is issued."""
 
 _FRAME_NOTE = (
     "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
@@ -38,10 +38,10 @@ _FIELD_NOTE = (
 
 
 def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) -> float:
-    """Return the displacement in pixels (v t of eq 4), free of rounding errors where it is a round number.
+    """Return the displacement in pixels (v t of eq 4), without rounding errors where it is a round number.
 
-    A distance within a few units in the last place of a multiple of 1/1024 pixel is that multiple. Otherwise a platform
-    that moves by whole pixels per frame would not, at times such as 3 x 0.1 s, see the same bits again.
+    A distance within a few units in the last place of a multiple of 1/1024 pixel is rounded to that multiple. Otherwise
+    a platform that moves by whole pixels per frame would not reproduce the same bits at times such as 3 x 0.1 s.
     """
     distance = speed_m_s * time_s / pixel_size_m
     rounded = round(distance * 1024.0) / 1024.0
@@ -54,7 +54,7 @@ def complete_parameters(parameters: FractalParameters, defaults: Mapping[str, An
     Raises
     ------
     ScenarioError
-        With one problem for each parameter that neither gives, or whose default is invalid.
+        With one problem for each parameter that is missing from both or has an invalid default.
     """
     values: dict[str, Any] = {}
     problems = []
@@ -95,10 +95,10 @@ class FractalClouds:
     where S_k interpolates a lattice of independent normals with unit variance everywhere, so that V is N(0, 1) at every
     point and eq 5 gives a uniform p. The lattice cells are 16 km / L along x and y and ``evolution_time_s`` in time,
     all divided by gamma^k. Each octave has its own lattice with a random offset. The z axis of the 4-D field of eq 3 is
-    omitted: a slice at fixed z of a field with independent nodes and unit-variance weights has exactly the law of the
-    3-D field.
+    omitted: for independent nodes and unit-variance weights, a slice at fixed z has exactly the distribution of the 3-D
+    field.
 
-    The sky's origin is the middle of the image at time 0. Pixel (i, j) at time t lies at
+    The origin of the sky is the image centre at time 0. Pixel (i, j) at time t lies at
     x = (j + 1/2 - columns/2) a + (v_platform - v_x) t and y = (i + 1/2 - rows/2) a - v_y t (eq 4), with a the pixel
     size: the platform moves along +x over clouds that the wind carries.
 
@@ -107,14 +107,14 @@ class FractalClouds:
     inputs : CloudInputs
         Layer, image plane, motion, seed, and the cloud type's defaults.
     parameters : FractalParameters
-        Shape; None stands for the value in ``inputs.type_parameters``.
+        Shape; None selects the value in ``inputs.type_parameters``.
     threads : int, optional
-        Default: all processors, at most 8. Results do not depend on it.
+        Default: all processors, at most 8. Results do not depend on the number.
 
     Raises
     ------
     ScenarioError
-        If a parameter is missing in both, or an input is out of its range.
+        If a parameter is missing from both, or an input is out of range.
     """
 
     declares: Declares
@@ -145,9 +145,9 @@ class FractalClouds:
     def field(
         self, time_s: float, rows: slice, columns: slice, out: NDArray[np.float32] | None = None
     ) -> NDArray[np.float32]:
-        """Return the normal field V (rows, columns) of any window of the plane, inside the image or not (eqs 2-4).
+        """Return the normal field V (rows, columns) of any window of the plane, inside or outside the image (eqs 2-4).
 
-        A pixel has the same bits in every window, in whatever order windows are computed.
+        A pixel has the same bits in every window, whatever the order in which windows are computed.
 
         Parameters
         ----------
@@ -156,12 +156,12 @@ class FractalClouds:
         rows, columns : slice
             With start and stop (of any sign) and without step, in pixels of the image at ``time_s``.
         out : ndarray of float32 (rows, columns), optional
-            Array to write to, which saves the allocation of a new one in every frame.
+            Output array, to avoid allocating a new one for every frame.
 
         Raises
         ------
         ValueError
-            If a slice has no ends or a step, if the time is not finite, or if node indices exceed 64 bits.
+            If a slice has open ends or a step, the time is not finite, or node indices exceed 64 bits.
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
@@ -172,7 +172,7 @@ class FractalClouds:
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) in metres at ``time_s``; 0 is clear sky.
 
-        With ``coverage_mode`` "frame" the whole frame is computed and the window cut from it.
+        With ``coverage_mode`` "frame", the whole frame is computed and the window is extracted from it.
 
         Raises
         ------
@@ -187,7 +187,7 @@ class FractalClouds:
         return frame_thickness(whole, layer, exponent)[inside]
 
     def frame_summary(self, time_s: float) -> FrameSummary:
-        """Return the threshold and the greatest value of the frame at ``time_s``, for :meth:`thickness_in_frame_m`.
+        """Return the threshold and the highest value of the frame at ``time_s``, for :meth:`thickness_in_frame_m`.
 
         The field of the frame is computed two or three times, strip by strip.
         """
@@ -205,7 +205,7 @@ class FractalClouds:
     def thickness_in_frame_m(
         self, time_s: float, rows: slice, columns: slice, summary: FrameSummary
     ) -> NDArray[np.float32]:
-        """Return the result of :meth:`thickness_m` to the bit, without computing the whole frame.
+        """Return the same bits as :meth:`thickness_m`, without computing the whole frame.
 
         ``summary`` is that of the frame at ``time_s``. Raises ValueError if the window is not inside the image.
         """
@@ -219,9 +219,9 @@ class FractalClouds:
     ) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) in metres of a window that may reach outside the image.
 
-        ``summary`` is that of the frame at ``time_s``; None with ``coverage_mode`` "field". The threshold and the scale
-        of thickness of a frame hold outside it as well: values above the frame's greatest have the greatest thickness,
-        and a frame of coverage 1 is overcast outside, too.
+        ``summary`` is that of the frame at ``time_s``; None with ``coverage_mode`` "field". The threshold and thickness
+        scale of a frame also apply outside it: values above the frame's highest get the maximum thickness, and with
+        coverage 1 the sky is overcast outside, too.
         """
         layer, exponent = self._layer, self.parameters.brightness_exponent
         field = self.field(time_s, rows, columns)
@@ -241,7 +241,7 @@ class FractalClouds:
 
 
 def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:
-    """Return a warning where neighbouring pixels are mostly independent."""
+    """Return a warning if neighbouring pixels are mostly independent."""
     white = sum(octave.variance for octave in octaves if octave.is_white)
     if white <= _NOISY:
         return ()

@@ -1,16 +1,16 @@
 """An infinite lattice of independent N(0, 1) numbers: the A_n of eqs 2-4 of the HCSS paper.
 
 The value of a node is a function of its indices alone: a counter-based generator (Salmon et al. 2011, "Parallel random
-numbers: as easy as 1, 2, 3"). Nothing need be stored, so that any window of any frame can be computed in any order and
+numbers: as easy as 1, 2, 3"). Nothing needs to be stored: any window of any frame can be computed in any order and
 always has the same values. Every row (plane, y) has a 64-bit key, whose halves enter the mixing of the column index x
-at two places: with a 32-bit key, some of the many thousand rows of an image sequence would have equal keys, and be
-equal.
+at two points. With a 32-bit key, some of the many thousand rows of an image sequence would have equal keys and thus
+equal values.
 
-32 random bits become a normal number by a rational function of w = -log2(q (2 - q)), with q the two-sided tail
-probability; w and not q, because q (2 - q) comes from an integer without cancellation. The coefficients are a minimax
-fit of our own to scipy's ``ndtri``; the error, including single precision, is below 4e-6 out to 6.3 sigma, the largest
-number of 32 bits. Only integer arithmetic and additions, multiplications and divisions of single precision occur, no
-library function: the bits are the same on every machine with IEEE arithmetic.
+A rational function of w = -log2(q (2 - q)), with q the two-sided tail probability, converts 32 random bits to a normal
+number. It uses w because q (2 - q) follows from an integer without cancellation. The coefficients are our own minimax
+fit to scipy's ``ndtri``; the error, including single precision, is below 4e-6 out to 6.3 sigma, the largest value for
+32 bits. Only integer arithmetic and single-precision additions, multiplications and divisions are used, no library
+functions, so that results are bit-identical on every machine with IEEE arithmetic.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ _MASK = (1 << 64) - 1
 _INCREMENT = 0x9E3779B97F4A7C15
 _MULTIPLIER_1 = 0xBF58476D1CE4E5B9
 _MULTIPLIER_2 = 0x94D049BB133111EB
-_OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): other random numbers than those of planes
+_OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32], work: NDArray[np.float32]) -> None:
-    """Write the normals of ``bits`` (N,) into ``values`` (N,): the top bit is the sign, the others the tail.
+    """Convert ``bits`` (N,) to normals in ``values`` (N,): the top bit is the sign, the others the tail.
 
-    ``bits`` is overwritten, ``work`` (N,) is scratch. Three passes, each a loop without branches that the compiler
-    turns into vector instructions.
+    ``bits`` is overwritten, ``work`` (N,) is scratch. Each of the three passes is a loop without branches, which the
+    compiler vectorises.
     """
     word = bits.view(np.int32)
     mantissa = bits.view(np.float32)
@@ -114,15 +114,15 @@ def plane_key(seed: int, octave: int, t: int, phase_y: int = 0, phase_x: int = 0
 def unit_offset(seed: int, octave: int, axis: int) -> float:
     """Return the offset in [0, 1) cells of one octave's lattice along one axis.
 
-    Without offsets all octaves would share a node at the origin, and the field would be smoother there. Whole cells
-    need no offset, because octaves have different keys.
+    Without offsets all octaves would share a node at the origin, and the field would be smoother there. Offsets by
+    whole cells are unnecessary, because octaves have different keys.
     """
     return (fold(_OFFSET_KEY, seed, octave, axis) >> 11) * 2.0**-53
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
-    """Key of the columns of one row that share the upper 32 bits of their index."""
+    """Return the key of the columns of one row that share the upper 32 bits of their index."""
     word = plane
     for index in (y, x_high):
         word = _u8(word + _u8(_INCREMENT) + _u8(index))
@@ -136,8 +136,8 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     """Mix a column index between two keys, by multiply and xor-shift rounds.
 
-    The multipliers are those of the 32-bit mixer "lowbias32" of C. Wellons (public domain). Bare counters would leave
-    correlations of 0.001 between second neighbours; the golden-ratio multiplier in front spreads them first.
+    The multipliers are those of the 32-bit mixer "lowbias32" of C. Wellons (public domain). Plain counters would leave
+    correlations of 0.001 between second neighbours; the initial golden-ratio multiplier spreads them.
     """
     h = _u4(_u4(x * _u4(0x9E3779B9)) ^ first)
     h = _u4(h ^ _u4(h >> _u4(16)))
@@ -157,9 +157,9 @@ def fill_row(
     bits: NDArray[np.uint32],
     work: NDArray[np.float32],
 ) -> None:
-    """Write the normals of nodes x0, x0 + 1, ... of row y into ``values`` (N,); the rest is scratch (N,).
+    """Write the normals of nodes x0, x0 + 1, ... of row y into ``values`` (N,); other arrays are scratch (N,).
 
-    The nodes must share the upper 32 bits of their index, as those of an aligned block do.
+    The nodes must share the upper 32 bits of their index, as in an aligned block.
     """
     key = _row_key(plane, y, x0 >> 32)
     first, second = _u4(key), _u4(key >> _u8(32))
@@ -178,7 +178,7 @@ def fill_scattered(
     bits: NDArray[np.uint32],
     work: NDArray[np.float32],
 ) -> None:
-    """Write the normals of any nodes ``x`` (N,) of row y; fastest where they ascend. Scratch as in :func:`fill_row`."""
+    """Write the normals of any nodes ``x`` (N,) of row y; fastest if they ascend. Scratch as in :func:`fill_row`."""
     start = 0
     while start < x.size:
         high = x[start] >> 32
@@ -202,9 +202,9 @@ def _nodes(plane: np.uint64, y: NDArray[np.int64], x: NDArray[np.int64], values:
 
 
 def lattice_normals(seed: int, octave: int, t: int, y: NDArray[np.int64], x: NDArray[np.int64]) -> NDArray[np.float32]:
-    """Return the normals (M, N) of one octave and one time plane on nodes ``y`` (M,) x ``x`` (N,), within +-6.4.
+    """Return the normals (M, N), within +-6.4, of one octave and time plane on nodes ``y`` (M,) x ``x`` (N,).
 
-    Indices and seed are of any sign, modulo 2**64; ``x`` ascends.
+    Indices and seed may have any sign and are taken modulo 2**64; ``x`` ascends.
     """
     values = np.empty((y.size, x.size), dtype=np.float32)
     key: Any = np.uint64(plane_key(seed, octave, t))

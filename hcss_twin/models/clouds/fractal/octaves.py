@@ -1,4 +1,4 @@
-"""The octaves, terms of the sum of eq 2: how each axis of each is sampled, and which approximations that makes."""
+"""Octaves, the terms of the sum of eq 2: the sampling of their axes, and its approximations."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from hcss_twin.providers import Grid, Motion
 # L counts lattice cells in this length: 800 pixels of 20 m, the paper's image.
 REFERENCE_LENGTH_M = 16_000.0
 
-# From this many cells per step on the nearest node, one random number, replaces the interpolation, which takes 4 to 64
-# nodes. This neglects the correlation of neighbours: -0.11 at worst and -0.05 on average at 2 cells, within 0.007 of 0
-# from 3 cells on, 0 from 4 on. Octaves this fine have a small share of the variance.
+# From this many cells per step, the nearest node (one random number) replaces the interpolation of 4 to 64 nodes. This
+# neglects the correlation of neighbours: at worst -0.11 and on average -0.05 at 2 cells, within 0.007 of 0 from 3
+# cells, and 0 from 4. Octaves this fine have a small variance fraction.
 NEAREST_FROM = 2.5
 
-# Octaves that are white at this pixel size and together have a smaller share than this are merged even where all
+# Octaves that are white at this pixel size and whose total variance fraction is below this are merged even if all
 # sensors must see the same sky.
 NEGLIGIBLE_VARIANCE = 1e-5
 
-# Nodes into which a pixel with several cells of an octave is divided, at most: moved by a part of its size, it sees
+# Maximum number of nodes for a pixel that contains several cells of an octave: moved by a fraction of its size, it sees
 # other cells.
 _FINEST_PHASES = 4
 
 
 @dataclass(frozen=True)
 class AxisScale:
-    """Sampling of one axis of one octave.
+    """Sampling of an octave along one axis.
 
     ``step`` is in lattice cells per pixel, or per second on the time axis, and 0 on a frozen time axis; ``nearest`` is
-    True where the nearest node replaces the interpolation.
+    True if the nearest node replaces the interpolation.
     """
 
     step: float
@@ -38,7 +38,7 @@ class AxisScale:
 
     @property
     def phases(self) -> int:
-        """Nodes into which a pixel of noise is divided."""
+        """Number of nodes into which a noise pixel is divided."""
         return min(int(self.step), _FINEST_PHASES)
 
 
@@ -46,8 +46,9 @@ class AxisScale:
 class Octave:
     """One term of eq 2: its number k, its share of the (unit) variance, and its axes.
 
-    With ``is_noise`` the nodes on ``nearest`` axes form a lattice of the pixels instead of the octave's own cells. That
-    has the same law, because a pixel holds several cells, and is fast, because the nodes are contiguous.
+    With ``is_noise``, the nodes on ``nearest`` axes form a lattice of the pixels instead of the octave's own cells.
+    This has the same distribution, because a pixel contains several cells, and is fast, because the nodes are
+    contiguous.
     """
 
     k: int
@@ -66,7 +67,7 @@ class Octave:
 def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise: bool = True) -> tuple[Octave, ...]:
     """Return the terms of eq 2, scaled to unit total variance; ``shape`` must be complete.
 
-    ``noise`` allows lattices of pixels (:class:`Octave`); without it nodes belong to the sky, so that all sensors
+    ``noise`` allows lattices of pixels (:class:`Octave`); without it, nodes belong to the sky, so that all sensors
     agree.
     """
     gamma, hurst, cells, limits = shape.gamma, shape.H, shape.L, shape.k
@@ -91,8 +92,8 @@ def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise
 def _is_new_in_every_frame(x: AxisScale, y: AxisScale, cells_per_second: float, grid: Grid, motion: Motion) -> bool:
     """Whether all frames of an octave are independent.
 
-    It may evolve by several cells between frames, or drift by a part of a pixel that holds several cells, so that
-    pixels see other cells. A drift by whole pixels shows the same cells again.
+    The octave may evolve by several cells between frames, or drift by a fraction of a pixel that contains several
+    cells, so that pixels see other cells. A drift by whole pixels shows the same cells again.
     """
     interval = motion.frame_interval_s
     if interval * cells_per_second >= NEAREST_FROM:
@@ -112,8 +113,9 @@ def _scale(cells_per_pixel: float) -> AxisScale:
 def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
     """Replace octaves that are white in space by the coarsest of them, with the sum of their variances.
 
-    A sum of independent white noises is white noise: within a frame this is exact in law. Between frames the finer ones
-    would change faster than the coarsest. Where nodes belong to the sky only negligible octaves are merged.
+    A sum of independent white noises is white noise, so that the distribution within a frame is exact. Between frames,
+    the finer octaves would change faster than the coarsest. Where nodes belong to the sky, only negligible octaves are
+    merged.
     """
     white = [octave for octave in octaves if octave.is_white]
     if not all(octave.is_noise for octave in octaves):
@@ -126,7 +128,7 @@ def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
 
 
 def describe_skipped(separate: tuple[Octave, ...], merged: tuple[Octave, ...]) -> tuple[tuple[str, str], ...]:
-    """List the differences from eqs 2-4 as they are written, as pairs (what, why)."""
+    """List the differences from eqs 2-4 as printed, as pairs (what, why)."""
     skipped = [("axis z of the 4-D field", "a fixed z slice has the same law as the 3-D field: exact")]
     if all(octave.t.step == 0.0 for octave in separate):
         skipped.append(("time axis", "evolution_time is infinite: shapes are frozen, one time plane: exact"))

@@ -1,17 +1,17 @@
-"""Interpolation of lattice nodes, and the sum over octaves, row by row: the inner loops of eqs 2-4 of the HCSS paper.
+"""Inner loops of eqs 2-4 of the HCSS paper: interpolation of lattice nodes and sum over octaves, row by row.
 
-The paper asks for "cubic interpolation" in eq 2: here the cubic convolution of Keys (1981, IEEE Trans. ASSP 29, 1153,
-eq 15: a = -1/2). Interpolating independent numbers averages them: the variance falls to 0.54 on average in three
-dimensions, and frames pulse as the time coordinate passes through a cell. Dividing the weights of each axis by the root
-of their sum of squares makes it 1 everywhere, so that eq 5 gives a uniform p.
+The paper specifies "cubic interpolation" in eq 2; this is the cubic convolution of Keys (1981, IEEE Trans. ASSP 29,
+1153, eq 15: a = -1/2). Interpolating independent numbers averages them: in three dimensions the mean variance falls to
+0.54, and frames pulse as the time coordinate passes through a cell. Dividing the weights of each axis by the root of
+their sum of squares makes the variance 1 everywhere, so that eq 5 gives a uniform p.
 
 The sum over 4 x 4 x 4 nodes factorises. Time planes are blended on the lattice, which is usually much coarser than the
 image; each lattice row is then interpolated at the pixels' columns, once; and each pixel row is a weighted sum of four
-such rows, which a ring buffer holds. Where the lattice has more rows than the image, rows are summed first and
-interpolated after.
+such rows, which a ring buffer holds. If the lattice has more rows than the image, rows are summed first and then
+interpolated.
 
-Fields are in single precision, which halves the memory to move; sums are written out in a fixed order and without fused
-multiply-add, so that a pixel has the same bits in every tile, on every machine.
+Fields are in single precision, which halves the memory traffic; sums have a fixed order and no fused multiply-add, so
+that a pixel has the same bits in every tile and on every machine.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _u4, _u8 = np.uint32, np.uint64
 
 _LARGEST_COORDINATE = 2.0**62
 
-# Mean length of runs of consecutive nodes from which vector loads are faster than single loads.
+# Mean run length of consecutive nodes above which vector loads are faster than single loads.
 _LONG_RUN = 8
 
 
@@ -37,7 +37,7 @@ _LONG_RUN = 8
 def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the four weights (N, 4) of the nodes at -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1].
 
-    Keys' kernel with a = -1/2, divided by sqrt(sum w^2): the sum of squares is 1, not the sum (eq 2).
+    Keys' kernel with a = -1/2, divided by sqrt(sum w^2): the squared weights sum to 1 (eq 2).
     """
     weights = np.empty((fraction.size, 4))
     for i in range(fraction.size):
@@ -57,8 +57,8 @@ def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
 def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Split lattice coordinates (N,) into the cell (N,) and the fraction (N,) in [0, 1].
 
-    The fraction rounds to 1 only for negative coordinates very close to 0; its weights are those of the next cell for
-    0.
+    The fraction rounds to 1 only for negative coordinates very close to 0; its weights then equal those for fraction 0
+    of the next cell.
 
     Raises
     ------
@@ -136,9 +136,9 @@ def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _runs(index: Any) -> Any:
-    """Return the starts of runs in which ``index`` (N,) advances by 1 from column to column, and N.
+    """Return the starts of runs in which ``index`` (N,) increases by 1 per column, followed by N.
 
-    Runs are long where nodes are about as far apart as pixels.
+    Runs are long if node and pixel spacings are similar.
     """
     starts = np.empty(index.size + 1, dtype=np.int64)
     count = 0
@@ -152,7 +152,7 @@ def _runs(index: Any) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any) -> None:
-    """Do what :func:`_gather` does with contiguous loads: several times faster where runs are long."""
+    """Same as :func:`_gather` with contiguous loads, which are several times faster for long runs."""
     for run in range(starts.size - 1):
         start, stop = starts[run], starts[run + 1]
         first, count = np.int64(index[start]), stop - start
@@ -221,7 +221,7 @@ def add_octave(
     total : ndarray of float32 (M, N)
         The tile.
     pool, slots
-        Stored nodes and their places (:class:`BlockCache`); with ``slots`` of shape (0, 0, 0) nodes are generated from
+        Cached nodes and their slots (:class:`BlockCache`); if ``slots`` has shape (0, 0, 0), nodes are generated from
         their indices.
     planes : ndarray of uint64 (P,)
         Keys of the time planes, 1 or 4.
@@ -232,17 +232,17 @@ def add_octave(
     rows : ndarray of int64 (M,)
         First row of nodes of each pixel row, ascending.
     row_weights : ndarray of float32 (M, 4) or (M, 1)
-        Weights of this row and the next ones; a single weight for the nearest row.
+        Weights of this row and the following ones; a single weight for the nearest row.
     nodes : ndarray of int64 (K,)
-        Columns of nodes, ascending; contiguous where nodes are stored.
+        Columns of nodes, ascending; contiguous if nodes are cached.
     columns : ndarray of uint32 (N,)
-        For each pixel column the index of its first node in ``nodes``; empty where ``nodes`` are the nearest nodes of
-        the columns.
+        Index in ``nodes`` of the first node of each pixel column; empty if ``nodes`` are the nearest nodes of the
+        columns.
     column_weights : ndarray of float32 (4, N) or (0, 0)
         Weights of four nodes.
     gathers_first : bool
-        Whether rows of nodes are interpolated at the columns before they are summed; a property of the octave and not
-        of the tile, because it decides the order of sums, and with it the bits.
+        Whether node rows are interpolated at the columns before they are summed. This is a property of the octave, not
+        of the tile, because the order of sums determines the bits.
     """
     if slots.size == 0 and planes.size == 1 and columns.size == 0 and row_weights.shape[1] == 1:
         _add_noise(total, planes[0], time_weights[0], rows, nodes)

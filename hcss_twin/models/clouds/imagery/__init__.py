@@ -1,1 +1,1 @@
-"""Clouds from satellite images: the scene of an image, or its single clouds scattered over an endless sky."""
+"""Clouds from satellite images: the image scene itself, or its single clouds scattered over an unbounded sky."""

@@ -1,7 +1,7 @@
 """Clouds in an image: the grey scale, the threshold above which a pixel is cloud, and the thickness (eq 7).
 
-All functions take a *cloudiness level*: grey levels with the sign that makes cloud the larger value. Missing pixels are
-NaN and do not count. A pixel is cloud where its level is greater than the threshold.
+All functions take a *cloudiness level*: grey levels with the sign for which cloud has the larger values. Missing pixels
+are NaN and are ignored. A pixel is cloudy if its level exceeds the threshold.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from hcss_twin.models.clouds.imagery.image import SatelliteImage
 Method = Literal["otsu", "local", "coverage"]
 CloudIs = Literal["auto", "bright", "dark"]
 
-# Grey levels of cloudy pixels from this percentile on get the greatest thickness: otherwise a few glinting or noisy
-# pixels would make all the other clouds thin.
+# Cloudy pixels above this percentile of grey levels get the maximum thickness: otherwise a few glinting or noisy pixels
+# would make all other clouds thin.
 TOP_PERCENTILE = 99.9
 
 # Bins of the histogram: the levels of the 8-bit images for which Otsu devised his method.
 _BINS = 256
 
-# Bins for the most frequent level of the sea: fewer, so that noise does not decide.
+# Bins for the most frequent sea level: fewer, to reduce the effect of noise.
 _SEA_BINS = 64
 
-# Standard deviation of a normal distribution over the median of its absolute deviations.
+# Ratio of the standard deviation to the median absolute deviation of a normal distribution.
 _MEDIAN_TO_SIGMA = 1.4826
 
-# Of a normal background, one pixel in 700 exceeds its centre by this many standard deviations.
+# One pixel in 700 of a normal background exceeds its mean by this many standard deviations.
 _FLOOR_SIGMAS = 3.0
 
 
 def has_values_in_cloud_only(image: SatelliteImage) -> bool:
-    """Whether an image shows cloud tops only: "cloud top" in its name, and missing pixels elsewhere."""
+    """Whether an image shows only cloud tops: "cloud top" in its name, and missing pixels elsewhere."""
     name = f"{image.variable} {image.long_name}".lower().replace("_", " ")
     return "cloud top" in name and bool(np.isnan(image.values).any())
 
 
 def bright_is_cloud(image: SatelliteImage, cloud_is: CloudIs) -> bool:
-    """Whether large values are cloud: as the user says, or as the quantity suggests."""
+    """Whether large values are cloud, according to the user or else the quantity."""
     return image.bright_is_cloud if cloud_is == "auto" else cloud_is == "bright"
 
 
@@ -55,7 +55,7 @@ def cloudiness_level(image: SatelliteImage, cloud_is: CloudIs) -> Array:
 def find_threshold(
     level: Array, method: Method, window: int | None, coverage: float, scene: Array
 ) -> tuple[float | Array, float]:
-    """Return the threshold, one for all pixels or one for each, and the lowest, where thickness starts.
+    """Return the threshold, for the whole image or by pixel, and its minimum, where thickness starts.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def find_threshold(
     coverage : float
         Fraction of cloudy pixels of ``scene``, for method ``coverage``.
     scene : ndarray
-        The part of ``level`` that gets this coverage.
+        The part of ``level`` that has this coverage.
 
     Raises
     ------
@@ -88,20 +88,20 @@ def find_threshold(
 def otsu_threshold(level: Array) -> float:
     """Return the level that best splits the histogram of ``level`` (any shape) into two classes.
 
-    Maximises the between-class variance [mu_T w(k) - mu(k)]^2 / (w(k) [1 - w(k)]) over the 255 splits of a histogram
-    with 256 equal bins (N. Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. Syst. Man
-    Cybern. 9, 62-66, 1979, eqs 18 and 19).
+    The method maximises the between-class variance [mu_T w(k) - mu(k)]^2 / (w(k) [1 - w(k)]) over the 255 splits of a
+    histogram with 256 equal bins (N. Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. Syst.
+    Man Cybern. 9, 62-66, 1979, eqs 18 and 19).
 
     Returns
     -------
     float
-        Upper edge of the last bin of the clear class. Where empty bins make several splits equal, the one in their
-        middle, so that noise does not decide.
+        Upper edge of the last bin of the clear class; the middle one if empty bins make several splits equal, which
+        makes the threshold insensitive to noise.
 
     Raises
     ------
     ValueError
-        If the finite values are fewer than two or all equal.
+        If there are fewer than two finite values or all are equal.
     """
     finite = level[np.isfinite(level)]
     if finite.size < 2 or finite.min() == finite.max():
@@ -113,7 +113,7 @@ def otsu_threshold(level: Array) -> float:
     below = np.cumsum(counts)[:-1].astype(np.float64)
     first_moment = np.cumsum(counts * np.arange(_BINS, dtype=np.float64))
     total, total_moment = float(finite.size), first_moment[-1]
-    # Neither class is empty: the extremes lie in the first and in the last bin.
+    # Neither class is empty: the extremes are in the first and the last bin.
     between = (total_moment * below / total - first_moment[:-1]) ** 2 / (below * (total - below))
     best = np.flatnonzero(between >= between.max() * (1.0 - 1e-12))
     return float(low + span * (0.5 * (best[0] + best[-1]) + 1.0) / _BINS)
@@ -122,12 +122,12 @@ def otsu_threshold(level: Array) -> float:
 def local_mean(level: Array, window: int) -> Array:
     """Return the mean level (rows, columns) of the ``window`` x ``window`` pixels around each pixel.
 
-    Missing pixels and pixels outside the image do not count; NaN where the window holds no value.
+    Missing pixels and pixels outside the image are ignored; NaN if the window contains no value.
     """
     valid = np.isfinite(level)
     if not valid.any():
         return np.full_like(level, np.nan)
-    # Running sums lose digits where the values are large and nearly equal, as temperatures are.
+    # Running sums lose precision if the values are large and nearly equal, such as temperatures.
     centre = float(np.median(level[valid]))
     share = uniform_filter(valid.astype(np.float64), window, mode="constant")
     summed = uniform_filter(np.where(valid, level - centre, 0.0), window, mode="constant")
@@ -140,15 +140,16 @@ def local_threshold(level: Array, window: int) -> Array:
     """Return a threshold for each pixel: the mean of a square window around it, between a floor and a ceiling.
 
     The mean is the threshold of D. Bradley and G. Roth, "Adaptive thresholding using the integral image", J. Graphics
-    Tools 12(2), 13-21, 2007, without their offset, which is a fraction of the grey level and has no meaning for a
-    temperature. Alone it flags half of an open sea and clears half of a closed cloud deck. Therefore the limits are
+    Tools 12(2), 13-21, 2007, without their offset, which is a fraction of the grey level and has no meaning for
+    temperatures. On its own, it flags half of an open sea as cloud and half of a closed cloud deck as clear. It is
+    therefore limited by
 
-    * the ceiling, Otsu's threshold of the whole image: brighter pixels are cloud everywhere;
-    * the floor, three standard deviations above the most frequent level below the ceiling, the sea. The standard
-      deviation is that of the darker side, where there is no thin cloud.
+    * a ceiling, Otsu's threshold of the whole image: brighter pixels are always cloud;
+    * a floor, three standard deviations above the most frequent level below the ceiling, that of the sea. The standard
+    deviation is that of the darker side, which contains no thin cloud.
 
-    Over a background as varied as the clouds (land, or many degrees of latitude in the infrared) the floor reaches the
-    ceiling, and the result is Otsu's.
+    Over a background as variable as the clouds (land, or many degrees of latitude in the infrared), the floor reaches
+    the ceiling, and the result is Otsu's threshold.
 
     Parameters
     ----------
@@ -160,7 +161,7 @@ def local_threshold(level: Array, window: int) -> Array:
     Returns
     -------
     ndarray (rows, columns)
-        Threshold; NaN where the window holds no value.
+        Threshold; NaN where the window contains no value.
 
     Raises
     ------
@@ -174,7 +175,7 @@ def local_threshold(level: Array, window: int) -> Array:
 
 
 def _sea_limit(clear: Array) -> float:
-    """Return the level that a cloudless sea rarely exceeds, from the levels (N,) of the clear class."""
+    """Return the level that a clear sea rarely exceeds, from the levels (N,) of the clear class."""
     low = float(clear.min())
     span = float(clear.max()) - low
     if span == 0.0:
@@ -186,7 +187,7 @@ def _sea_limit(clear: Array) -> float:
 
 
 def coverage_threshold(level: Array, coverage: float) -> float:
-    """Return the threshold that the fraction ``coverage`` of the pixels exceeds.
+    """Return the threshold exceeded by the fraction ``coverage`` of the pixels.
 
     Parameters
     ----------
@@ -198,8 +199,9 @@ def coverage_threshold(level: Array, coverage: float) -> float:
     Returns
     -------
     float
-        The level of the cloudiest clear pixel; +inf for no cloud, -inf for all pixels. Exact to half a pixel where the
-        levels differ. Equal levels stay together: of the two possible fractions, the closer one is taken.
+        The level of the cloudiest clear pixel; +inf for no cloud, -inf for all pixels. The coverage is exact to half a
+        pixel if levels differ. Pixels with equal levels are treated alike, which gives the closer of the two possible
+        fractions.
 
     Raises
     ------
@@ -235,12 +237,12 @@ def relative_grey(level: Array, lowest: float) -> Array:
     level : ndarray (N,)
         Cloudiness level C of the cloudy pixels.
     lowest : float
-        C_min, the threshold. Pixels below it, from filled holes, get 0.
+        C_min, the threshold. Pixels below it, which come from filled holes, get 0.
 
     Returns
     -------
     ndarray (N,)
-        C_max is the 99.9th percentile of ``level``. All 1 where it does not exceed C_min.
+        C_max is the 99.9th percentile of ``level``. All values are 1 if it does not exceed C_min.
     """
     if level.size == 0:
         return np.zeros(0)
@@ -254,7 +256,7 @@ def relative_grey(level: Array, lowest: float) -> Array:
 def thickness_of(relative: Array, thickness_min_m: float, thickness_max_m: float) -> NDArray[np.float32]:
     """Return Th = Th_min + (Th_max - Th_min) C' for relative grey levels C' (any shape) of cloudy pixels (eq 7).
 
-    Rounding to single precision neither exceeds Th_max nor reaches 0, which is clear sky.
+    The single-precision result neither exceeds Th_max nor rounds to 0, which means clear sky.
     """
     values = (thickness_min_m + (thickness_max_m - thickness_min_m) * relative).astype(np.float32)
     highest = np.float32(thickness_max_m)

@@ -1,7 +1,7 @@
 """Clouds from satellite images (section III.A.1 of the HCSS paper): static scenes.
 
-A threshold gives the mask, and grey levels become thickness (eq 7). The clouds are those of the image's own scene, or
-its single clouds scattered over an unbounded sky.
+A threshold gives the cloud mask, and grey levels are converted to thickness (eq 7). The clouds are those of the image
+scene, or single clouds scattered over an unbounded sky.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from hcss_twin.providers import CloudInputs, Declares
 
 
 class ImageryClouds:
-    """Clouds of a satellite image; their shapes never change.
+    """Clouds of a satellite image, with constant shapes.
 
-    They come from an image, or from an entry of the cloud database, whose clouds were cut out and inspected beforehand.
-    In an image, a pixel is cloudy where its grey level exceeds a threshold
+    They come from an image or from an entry of the cloud database, whose clouds were extracted and inspected
+    beforehand. In an image, a pixel is cloudy if its grey level exceeds a threshold
     (:mod:`hcss_twin.models.clouds.imagery.cloudiness`). Thickness is linear in the grey level (eq 7 of the HCSS paper),
 
     Th = Th_min + (Th_max - Th_min) (C - C_min) / (C_max - C_min),
 
     with C_min the (lowest) threshold and C_max the 99.9th percentile of the cloudy pixels; brighter pixels have Th_max.
-    Both are those of the whole image, so that all frames agree.
+    Both refer to the whole image, so that all frames agree.
 
-    A whole scene starts at ``row_origin``, ``column_origin``, or in the middle of the image. It moves over the image by
-    whole pixels, (v_platform - v_x) t to the east and -v_y t to the north, up to the image's border. Scattered clouds
-    move in the same way without a border. Rows of the image are flipped so that y grows northward with the row.
+    A whole scene starts at ``row_origin``, ``column_origin``, or at the image centre. It moves over the image by whole
+    pixels, (v_platform - v_x) t to the east and -v_y t to the north, up to the image border. Scattered clouds move in
+    the same way without a border. Rows of the image are flipped so that y grows northward with the row.
 
-    The image should show clouds and sea only: bright land is taken for cloud.
+    The image should show only clouds and sea: bright land is classified as cloud.
 
     Parameters
     ----------
     inputs : CloudInputs
-        Layer, image plane, motion and the catalog that records the file. The seed counts only for scattered clouds.
+        Layer, image plane, motion and the catalog that records the file. The seed is used only for scattered clouds.
     parameters : ImageryParameters
         The image or entry and how it is used.
 
@@ -55,7 +55,7 @@ class ImageryClouds:
     CatalogError
         If the file is missing or not usable.
     ScenarioError
-        If scene and image do not fit: size, pixel size, origin, missing pixels, coverage.
+        If scene and image do not match in size, pixel size, origin, missing pixels or coverage.
     """
 
     declares: Declares
@@ -85,7 +85,7 @@ class ImageryClouds:
         Raises
         ------
         ScenarioError
-            If the footprint has left the image, or missing pixels came into it.
+            If the footprint has left the image or contains missing pixels.
         ValueError
             If the time is not finite or the window is not inside the scene.
         """

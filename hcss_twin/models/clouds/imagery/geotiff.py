@@ -1,8 +1,8 @@
-"""Planes of TIFF files, and the pixel size that GeoTIFF tags give.
+"""Planes of TIFF files, and the pixel size from GeoTIFF tags.
 
-tifffile reads the structure (bands, tiles, overviews, number types) and the tags. Compressions that it cannot decode
-alone, LZW and JPEG among them, are decoded by Pillow where the file has one band or is a plain picture; other such
-files need the package imagecodecs.
+tifffile reads the structure (bands, tiles, overviews, number types) and the tags. Pillow decodes compressions that
+tifffile cannot (LZW, JPEG and others) if the file has one band or is a plain picture; other such files need the package
+imagecodecs.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _DEGREE = 9102
 def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     """Read one band of a TIFF or GeoTIFF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`.
 
-    A picture of three or four 8-bit samples becomes luminance unless a band is chosen. Overviews and masks are ignored.
-    Pixels with the value of GDAL's no-data tag are missing.
+    A picture with three or four 8-bit samples is converted to luminance unless a band is chosen. Overviews and masks
+    are ignored. Pixels with the no-data value of GDAL's tag are missing.
 
     Raises
     ------
     CatalogError
-        If the file is damaged, holds several pages or bands without a choice, or has an unknown compression, or if its
-        grid is rotated or its pixels are not square.
+        If the file is damaged, has several pages, has several bands without a choice, or has an unknown compression, or
+        if its grid is rotated or its pixels are not square.
     """
     import tifffile
 
@@ -46,7 +46,7 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
             return _page(path, _only_page(path, file), variable)
     except CatalogError:
         raise
-    except Exception as error:  # tags are offsets into the file, so that damage shows as almost any error
+    except Exception as error:  # tags are file offsets, so that damage can cause almost any error
         raise CatalogError(f"{path}: not an image that can be read: {error}") from error
 
 
@@ -118,7 +118,7 @@ def _with_pillow(path: Path) -> NDArray[Any]:
 
 
 def _missing_value(page: Any) -> float | None:
-    """Return the value of missing pixels, as GDAL writes it into tag 42113; None without the tag or a number."""
+    """Return the value of missing pixels from GDAL's tag 42113; None without the tag or a number."""
     try:
         return float(str(page.tags.valueof(42113)).strip("\0 "))
     except ValueError:
@@ -126,7 +126,7 @@ def _missing_value(page: Any) -> float | None:
 
 
 def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
-    """Return the side of a pixel in metres, or why there is none, and whether the first row is the northernmost."""
+    """Return the pixel size in metres, or why there is none, and whether the first row is the northernmost."""
     tags = page.geotiff_tags or {}
     if not tags:
         return None, "", True
@@ -156,7 +156,7 @@ def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
 
 
 def _of_degrees(step_x: float, step_y: float, latitude: float) -> tuple[float | None, str]:
-    """Return the pixel size in metres of a grid in degrees at the latitude of its middle, or why there is none."""
+    """Return the pixel size in metres of a grid in degrees at its central latitude, or why there is none."""
     if not math.isfinite(latitude) or abs(latitude) >= 90.0:
         return None, "its grid is in degrees without a latitude"
     side_y = math.radians(step_y) * MEAN_EARTH_RADIUS_M

@@ -1,4 +1,4 @@
-"""One plane of a satellite image in memory, from any kind of file."""
+"""One plane of a satellite image in memory, from any file format."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError, choose_from
 
 SQUARE = 0.01
-"""Largest relative scatter of coordinate steps, and difference of the two sides, of square pixels."""
+"""Maximum relative scatter of coordinate steps, and difference of the two sides, for square pixels."""
 
 
 @dataclass(frozen=True)
 class SatelliteImage:
-    """One plane of an image, with what its file states about it.
+    """One plane of an image with its metadata.
 
     Attributes
     ----------
     values : ndarray of float64 (rows, columns)
-        As stored, in physical units where the file gives them; NaN where missing.
+        As stored, in physical units if the file gives them; NaN where missing.
     pixel_size_m : float or None
         Side of a pixel on the ground; None where the file does not give it.
     bright_is_cloud : bool
         Whether cloud has the larger values.
     units, long_name : str
-        Of the values; empty where the file does not give them.
+        Of the values; empty if the file does not give them.
     source : str
         Name of the file.
     pixel_size_is_nominal : bool
-        True for a geostationary image: its pixel size is that below the satellite, and pixels elsewhere are larger.
+        True for a geostationary image: its pixel size applies at the sub-satellite point; pixels elsewhere are larger.
     north_first, east_first : bool
-        Whether the first row is the northernmost, and the first column the easternmost. Files without coordinates
-        are taken to have north in the first row and west in the first column.
+        Whether the first row is the northernmost, and the first column the easternmost. Files without coordinates are
+        assumed to have north in the first row and west in the first column.
     pixel_size_note : str
-        Why there is no pixel size, where the file has a grid that gives none; else empty.
+        Why the grid of the file gives no pixel size; else empty.
     variable, band, date, rights : str
-        Name of the plane in the file, spectral band, time of observation and terms of use, as the file states them;
-        empty where it does not.
+        Name of the plane in the file, spectral band, time of observation and terms of use, as stated in the file;
+        otherwise empty.
     """
 
     values: NDArray[np.float64]
@@ -64,7 +64,7 @@ _LUMINANCE = np.array([0.299, 0.587, 0.114])
 
 
 def luminance(colours: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return luminance (rows, columns) of red, green, blue and, where given, opacity (rows, columns, 3 or 4).
+    """Return luminance (rows, columns) of red, green, blue and optional opacity (rows, columns, 3 or 4).
 
     Transparent pixels are missing: NaN.
     """
@@ -82,12 +82,12 @@ def choose_plane(path: Path, variable: str | None, planes: list[str], known: lis
     variable : str or None
         The user's choice.
     planes, known : list of str
-        Names of the planes, and of all that the user may name.
+        Names of the planes, and of all variables that the user may choose.
 
     Raises
     ------
     CatalogError
-        If there is no such variable, or several planes without a choice.
+        If there is no such variable, or if there are several planes without a choice.
     """
     if variable is not None:
         if variable not in known:

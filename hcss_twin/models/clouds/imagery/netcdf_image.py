@@ -1,4 +1,4 @@
-"""Planes of NetCDF files, GOES ABI among them, and the brightness temperature of GOES ABI radiances."""
+"""Planes of NetCDF files, including GOES ABI, and the brightness temperature of GOES ABI radiances."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
 
 UNITS = "mW m-2 sr-1 (cm-1)-1"
-"""Of the radiances that the coefficients of :class:`PlanckCoefficients` hold for."""
+"""Unit of the radiances to which :class:`PlanckCoefficients` apply."""
 
 _PLANCK = ("planck_fk1", "planck_fk2", "planck_bc1", "planck_bc2")
 
 _METRES = {"m": 1.0, "metre": 1.0, "meter": 1.0, "km": 1e3, "kilometre": 1e3, "kilometer": 1e3}
 _RADIANS = {"rad", "radian"}
 
-# Beyond this wavelength an image is taken for thermal emission, in which high cloud is cold. Near 4 um in daylight that
-# is wrong: there the user has to set cloud_is.
+# Beyond this wavelength an image is taken as thermal emission, in which high cloud is cold. This is wrong near 4 um in
+# daylight, where the user has to set cloud_is.
 _THERMAL_UM = 3.0
 
 _USABLE = ("good", "conditionally_usable")
@@ -64,7 +64,7 @@ def _is_plane(variable: Any) -> bool:
 
 
 def _planes(dataset: Any) -> list[str]:
-    """List the variables with two dimensions that are measurements: no coordinates, bounds or flags."""
+    """List the two-dimensional variables that are measurements, not coordinates, bounds or flags."""
     auxiliary = {
         name
         for variable in dataset.variables.values()
@@ -126,12 +126,12 @@ def _band(dataset: Any) -> str:
 
 
 def _numbers(variable: Any) -> Array:
-    """Return a variable, unpacked, with NaN for fill values and values outside its valid range."""
+    """Return an unpacked variable with NaN for fill values and values outside its valid range."""
     return np.ma.filled(np.ma.asarray(variable[...]).astype(np.float64), np.nan)
 
 
 def _unusable(flags: Any) -> NDArray[np.bool_]:
-    """Return where a quality flag is neither good nor conditionally usable; all False for other flags."""
+    """Return True where a quality flag is neither good nor conditionally usable; all False for other flags."""
     meanings = _text(flags, "flag_meanings").split()
     usable = [index for index, meaning in enumerate(meanings) if meaning.startswith(_USABLE)]
     codes = np.atleast_1d(getattr(flags, "flag_values", []))
@@ -148,7 +148,7 @@ def _is_eastward(coordinate: Any) -> bool:
 
 
 def _is_thermal(dataset: Any, variable: Any) -> bool:
-    """Whether an image shows temperature or thermal radiance, which is small for high, cold cloud."""
+    """Whether an image shows temperature or thermal radiance, which are low for high, cold cloud."""
     units = _text(variable, "units").casefold()
     name = f"{_text(variable, 'standard_name')} {_text(variable, 'long_name')}".casefold().replace(" ", "_")
     if units in ("k", "kelvin") or "brightness_temperature" in name:
@@ -173,10 +173,10 @@ def _step(path: Path, coordinate: Any) -> float | None:
 def _pixel_size(
     path: Path, dataset: Any, variable: Any, names: tuple[str, str], steps: tuple[float | None, float | None]
 ) -> tuple[float | None, bool]:
-    """Return the side of a pixel in metres (None where unknown) and whether it is nominal.
+    """Return the pixel size in metres (None if unknown) and whether it is nominal.
 
     On the fixed grid of a geostationary imager (GOES-R Product Definition and Users' Guide, vol. 3, section 5.1.2) x
-    and y are scan angles; times the height of the satellite they are lengths at the point below it.
+    and y are scan angles; multiplied by the satellite height, they give lengths at the sub-satellite point.
     """
     mapping = dataset.variables.get(_text(variable, "grid_mapping").split(":")[0].strip())
     geostationary = _text(mapping, "grid_mapping_name") == "geostationary"
@@ -204,7 +204,7 @@ class PlanckCoefficients:
     bc2: float
 
     def kelvin(self, radiance: Array) -> Array:
-        """Return brightness temperatures; NaN where radiance is missing or not positive."""
+        """Return brightness temperatures; NaN where the radiance is missing or not positive."""
         known = radiance > 0.0
         safe = np.where(known, radiance, 1.0)
         temperature = (self.fk2 / np.log(self.fk1 / safe + 1.0) - self.bc1) / self.bc2
@@ -212,7 +212,7 @@ class PlanckCoefficients:
 
 
 def planck_coefficients(path: Path) -> PlanckCoefficients | None:
-    """Return the coefficients of a NetCDF file; None for other files, and where the file has none.
+    """Return the coefficients in a NetCDF file; None if the file has none or is of another format.
 
     Raises
     ------
@@ -231,5 +231,5 @@ def planck_coefficients(path: Path) -> PlanckCoefficients | None:
             values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]
     except (OSError, RuntimeError) as error:
         raise CatalogError(f"{path}: not a NetCDF file that can be read: {error}") from error
-    # Missing, NaN, in files of reflected sunlight.
+    # Missing or NaN in files of solar reflective bands.
     return PlanckCoefficients(*values) if np.all(np.isfinite(values)) else None

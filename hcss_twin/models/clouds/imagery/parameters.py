@@ -1,4 +1,4 @@
-"""Parameters of the cloud generator ``imagery``, which takes clouds from satellite images."""
+"""Parameters of the cloud generator ``imagery``, which extracts clouds from satellite images."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-# Only for an image: the clouds of an entry are already cut out.
+# Only for an image: the clouds of an entry are already extracted.
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
 
 # Only for a whole scene, which has a border and gaps.
@@ -14,7 +14,7 @@ _OF_A_SCENE = ("row_origin", "column_origin", "missing")
 
 
 class ImageReading(BaseModel):
-    """Which part of an image, and what in it is cloud."""
+    """Parameters that select a part of an image and define its clouds."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -54,7 +54,7 @@ class ImageReading(BaseModel):
 
 
 class ImageryParameters(ImageReading):
-    """Which image, which part of it, and what in it is cloud."""
+    """Parameters of the ``imagery`` generator: image, part of it, and definition of cloud."""
 
     image: str | None = Field(
         None,
@@ -79,7 +79,7 @@ class ImageryParameters(ImageReading):
 
     @model_validator(mode="after")
     def _one_kind_of_source(self) -> Self:
-        """Refuse parameters that would be ignored."""
+        """Reject parameters that would be ignored."""
         if (self.image is None) is (self.entry is None):
             given = "neither" if self.image is None else "both"
             raise ValueError(f"{given} given of image and entry; allowed: one of them")

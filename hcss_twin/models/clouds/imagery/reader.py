@@ -1,4 +1,4 @@
-"""Reading of satellite images from files: one plane of numbers, its pixel size, and whether cloud is bright in it."""
+"""Reader for satellite images: one plane of numbers, its pixel size, and whether cloud is bright."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ _NETCDF = (".nc", ".nc4", ".cdf", ".netcdf")
 
 
 def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
-    """Read an image; the format follows from the first bytes of the file, not from its name.
+    """Read an image; the first bytes of the file, not its name, determine the format.
 
     Parameters
     ----------
     path : Path
-        NetCDF (GOES ABI L1b and L2 among them), GeoTIFF, a picture that Pillow reads (colour becomes luminance,
+        NetCDF (including GOES ABI L1b and L2), GeoTIFF, a picture that Pillow reads (colour is converted to luminance,
         transparent pixels are missing), ``.npy`` or ``.npz``.
     variable : str, optional
-        Variable of a NetCDF or ``.npz`` file, or number of a band of a TIFF, from 1; needed with several planes.
+        Variable of a NetCDF or ``.npz`` file, or TIFF band number, from 1; needed if there are several planes.
 
     Raises
     ------
     CatalogError
-        If there is no such file, it is not an image, holds several planes or none with two dimensions, its pixels are
-        not square, or its values are all missing or all the same.
+        If the file does not exist, is not an image, has several planes or none with two dimensions, has pixels that are
+        not square, or has values that are all missing or all the same.
     """
     if not path.is_file():
         raise CatalogError(f"no image '{path}'")

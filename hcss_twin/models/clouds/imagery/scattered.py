@@ -1,4 +1,4 @@
-"""Single clouds of a database entry, scattered over an unbounded sky until a coverage is met."""
+"""Single clouds of a database entry, scattered over an unbounded sky to match a coverage."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clou
 from hcss_twin.models.clouds.imagery.whole_scene import pixels_per_second, size_notes, size_problem, whole_pixels
 from hcss_twin.providers import CloudInputs, Declares, Grid
 
-# Each layer covers half of the clear sky: 2**-40 of the sky is clear after this many.
+# Each layer covers half of the clear sky: after this many, 2**-40 of the sky is clear.
 _MAX_LAYERS = 40
 
-# From this share of the cloudy pixels on, copies of one cloud catch the eye.
+# Above this share of the cloudy pixels, copies of one cloud become conspicuous.
 _CONSPICUOUS = 0.2
 
 MAX_FRAME_PIXELS = 2**26
-"""Largest frame (8192 x 8192) whose coverage is matched: that takes all its pixels at once."""
+"""Largest frame (8192 x 8192) whose coverage can be matched, because this needs all its pixels at once."""
 
 
 class ScatteredClouds:
-    """Clouds of an entry at random places, in random orientations; where two overlap the thickest counts.
+    """Clouds of an entry at random places and orientations; where clouds overlap, the thickest counts.
 
-    In the ``coverage_mode`` "field", coverage c and mean area A give -ln(1 - c) / A clouds per pixel, so that c is
-    exactly the mean over the plane (:mod:`hcss_twin.models.clouds.imagery.sky`). In the mode "frame" the density is
-    that at which the coverage of the first frame is closest to c; clouds are whole, so that it may miss c by half of
-    what one cloud adds.
+    With ``coverage_mode`` "field", coverage c and mean area A give -ln(1 - c) / A clouds per pixel, so that c is
+    exactly the mean over the plane (:mod:`hcss_twin.models.clouds.imagery.sky`). With "frame", the density is that for
+    which the coverage of the first frame is closest to c; because only whole clouds are added, it may differ from c by
+    half the area of one cloud.
 
     Raises
     ------
     CatalogError
-        If the entry (``path``) cannot be used or has no whole cloud.
+        If the entry (``path``) is not usable or has no whole cloud.
     ScenarioError
         If the pixel sizes differ, or the frame is too large to match its coverage.
     """
@@ -101,7 +101,7 @@ class ScatteredClouds:
         Raises
         ------
         ValueError
-            If the window lies more than 2**60 pixels out.
+            If the window is more than 2**60 pixels from the origin.
         """
         if self._overcast:
             shape = (rows.stop - rows.start, columns.stop - columns.start)
@@ -120,7 +120,7 @@ class ScatteredClouds:
             if arrived.size >= wanted or layers >= _MAX_LAYERS:
                 break
             layers += 1
-        # Possible numbers of cloudy pixels: none, and for each arrival the pixels that are covered by then.
+        # Possible numbers of cloudy pixels: none, and for each arrival the number of pixels covered up to it.
         last = np.flatnonzero(np.append(arrived[1:] != arrived[:-1], True)) if arrived.size else np.zeros(0, int)
         counts = np.append(0, last + 1)
         best = int(np.argmin(np.abs(counts - wanted)))

@@ -1,11 +1,11 @@
 """An unbounded sky of single clouds at random places: a Boolean model on the pixel lattice.
 
 The corners of the clouds are a Poisson process of ``density`` clouds per pixel. Each cloud is one of the shapes of a
-database entry in one of the orientations, independently of all others. A pixel is clear with the probability
-exp(-density x mean area), exactly.
+database entry in one of the orientations, independently of all others. A pixel is clear with a probability of exactly
+exp(-density x mean area).
 
-Each cloud has an arrival, the density from which on it exists, and the process is one in space and arrival. A denser
-sky therefore has more clouds, and all clouds of a thinner one at the same places.
+Each cloud has an arrival, the density above which it exists, and the Poisson process extends over space and arrival. A
+denser sky therefore contains all clouds of a sparser one at the same places, and more.
 
 Random numbers are functions of the indices of a cell of the plane (a counter-based generator in the sense of Salmon et
 al. 2011, "Parallel random numbers: as easy as 1, 2, 3"): windows can be computed in any order.
@@ -30,7 +30,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import thickness_of
 
 @dataclass(frozen=True)
 class SingleClouds:
-    """Shapes in one array: cloud c fills ``heights[c]`` x ``widths[c]`` values from ``starts[c]`` on, by rows.
+    """Cloud shapes in one array: cloud c has ``heights[c]`` x ``widths[c]`` values from ``starts[c]`` on, by rows.
 
     Attributes
     ----------
@@ -63,9 +63,9 @@ class SingleClouds:
 def single_clouds(
     entry: CloudEntry, thickness_min_m: float, thickness_max_m: float, pixels: tuple[int, int] | None = None
 ) -> SingleClouds:
-    """Return the whole clouds of an entry, with areas within ``pixels`` where it is given.
+    """Return the whole clouds of an entry, with areas within ``pixels`` if given.
 
-    Clouds that the border of the image or missing pixels cut are left out: the cut is not an outline of a cloud.
+    Clouds cut by the image border or by missing pixels are excluded, because the cut is not a cloud outline.
 
     Raises
     ------
@@ -119,13 +119,13 @@ def single_clouds(
     )
 
 
-# Mean number of clouds of one layer in one cell: with fewer, cells take the time; with more, clouds outside the window.
+# Mean number of clouds per layer and cell: fewer would cost time for cells, more for clouds outside the window.
 _PER_CELL = 4.0
 
-# Each layer of arrivals covers this part of the sky: usual coverages need one or two layers.
+# Sky fraction covered by each layer of arrivals: typical coverages need one or two layers.
 _LAYER_COVERAGE = 0.5
 
-# Beyond this the sum of two pixel indices could leave 64 bits.
+# Beyond this, the sum of two pixel indices could exceed 64 bits.
 FARTHEST_PIXEL = 2**60
 
 _Words = NDArray[np.uint64]
@@ -136,7 +136,7 @@ _INCREMENT = np.uint64(0x9E3779B97F4A7C15)
 _MULTIPLIER_1 = np.uint64(0xBF58476D1CE4E5B9)
 _MULTIPLIER_2 = np.uint64(0x94D049BB133111EB)
 
-# Purposes of random numbers: the last index of each.
+# Last index of the random numbers for each purpose.
 _COUNT, _PLACE, _SHAPE, _ARRIVAL = range(4)
 
 
@@ -148,7 +148,7 @@ def _mixed(words: _Words) -> _Words:
 
 
 def _random(*indices: NDArray[np.int64] | int) -> _Words:
-    """Fold arrays of integers of any sign, broadcast together, into random 64-bit words; order matters."""
+    """Fold broadcast integer arrays of any sign into random 64-bit words; order matters."""
     words = np.full(1, _INCREMENT)
     for index in indices:
         folded = np.asarray(index, dtype=np.int64).reshape(-1).view(np.uint64)
@@ -163,22 +163,22 @@ def _unit(words: _Words) -> NDArray[np.float64]:
 
 
 def _below(words: _Words, limit: int) -> NDArray[np.int64]:
-    """Return whole numbers from 0 to ``limit`` - 1, less than 2**31, from the low halves of words."""
+    """Return integers from 0 to ``limit`` - 1, less than 2**31, from the low halves of words."""
     return ((words & np.uint64(0xFFFFFFFF)) * np.uint64(limit) >> np.uint64(32)).astype(np.int64)
 
 
 class Placed(NamedTuple):
-    """Clouds of a part of the sky; arrays of one length.
+    """Clouds of a part of the sky, in arrays of equal length.
 
     Attributes
     ----------
     y, x : ndarray of int64 (N,)
         South-west corners of the rectangles, pixels.
     shape, turn : ndarray of int64 (N,)
-        Index of the shape, and orientation: bit 0 mirrors north and south, bit 1 east and west, bit 2 exchanges rows
-        and columns, before the others.
+        Index of the shape, and orientation: bit 0 mirrors north and south, bit 1 mirrors east and west, bit 2 first
+        exchanges rows and columns.
     arrival : ndarray of float64 (N,)
-        Density of the sky, clouds per pixel, from which on the cloud exists.
+        Cloud density, clouds per pixel, above which the cloud exists.
     """
 
     y: NDArray[np.int64]
@@ -189,16 +189,16 @@ class Placed(NamedTuple):
 
 
 class Sky:
-    """Clouds at random places of the plane.
+    """Clouds at random places in the plane.
 
     Parameters
     ----------
     clouds : SingleClouds
-        The shapes, each as likely as any other.
+        The shapes, all equally likely.
     seed : int
         Seed of the realisation, 0 to 2**63 - 1.
     turned : bool
-        Whether the eight orientations are equally likely; else all clouds have that of the entry.
+        Whether the eight orientations are equally likely; otherwise clouds keep the orientation of the entry.
     """
 
     def __init__(self, clouds: SingleClouds, seed: int, turned: bool) -> None:
@@ -210,15 +210,15 @@ class Sky:
         self._layer_density = -math.log1p(-_LAYER_COVERAGE) / clouds.mean_area
         self._cell = max(1, round(math.sqrt(_PER_CELL / self._layer_density)))
         mean = self._layer_density * self._cell**2
-        # Numbers of clouds in a cell are Poisson; beyond this table the probability is 0 in double precision.
+        # The number of clouds in a cell is Poisson; beyond this table its probability is 0 in double precision.
         self._cumulated = pdtr(np.arange(int(mean + 20.0 * math.sqrt(mean) + 40.0), dtype=np.float64), mean)
 
     def density(self, coverage: float) -> float:
-        """Return the clouds per pixel that cover this fraction of the plane, less than 1."""
+        """Return the number of clouds per pixel that covers this fraction of the plane, less than 1."""
         return -math.log1p(-coverage) / self._clouds.mean_area
 
     def thickness_m(self, rows: slice, columns: slice, density: float) -> NDArray[np.float32]:
-        """Return the thickness (rows, columns) of a window of the plane, where clouds overlap that of the thickest.
+        """Return the thickness (rows, columns) of a window; where clouds overlap, the thickest counts.
 
         Parameters
         ----------
@@ -235,7 +235,7 @@ class Sky:
         return thickness
 
     def arrivals(self, rows: slice, columns: slice, layers: int) -> NDArray[np.float64]:
-        """Return the density (rows, columns) from which on each pixel is covered; infinity beyond ``layers`` layers."""
+        """Return the density (rows, columns) above which each pixel is covered; infinity beyond ``layers`` layers."""
         earliest = np.full((rows.stop - rows.start, columns.stop - columns.start), np.inf)
         for layer in range(layers):
             placed = self.placed(rows, columns, layer)
@@ -243,7 +243,7 @@ class Sky:
         return earliest
 
     def placed(self, rows: slice, columns: slice, layer: int) -> Placed:
-        """Return the clouds of one layer of arrivals in all cells from which a cloud may reach into a window.
+        """Return the clouds of one layer of arrivals in all cells whose clouds may reach into a window.
 
         Raises
         ------
@@ -271,7 +271,7 @@ class Sky:
         )
 
 
-@njit(cache=True, nogil=True)  # 9000 clouds of 50 pixels: 1 ms, against some 70 ms for slices of arrays
+@njit(cache=True, nogil=True)  # 9000 clouds of 50 pixels take 1 ms, compared with about 70 ms for array slices
 def _overlay(
     target: Any,
     is_arrival: bool,
@@ -288,10 +288,10 @@ def _overlay(
     turn: NDArray[np.int64],
     arrival: NDArray[np.float64],
 ) -> None:
-    """Lay the clouds that have arrived by ``density`` over ``target`` (rows, columns), whose corner is row, column.
+    """Overlay the clouds with arrivals up to ``density`` on ``target`` (rows, columns), whose corner is row, column.
 
-    Raises ``target`` to the clouds' thickness, or, with ``is_arrival``, lowers it to their arrivals. Greatest and least
-    values do not depend on the order of the clouds.
+    Raises ``target`` to the cloud thickness or, with ``is_arrival``, lowers it to their arrivals. Maxima and minima do
+    not depend on the order of the clouds.
     """
     rows, columns = target.shape
     for n in range(y.size):

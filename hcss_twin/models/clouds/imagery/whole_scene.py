@@ -1,6 +1,6 @@
-"""Clouds where an image has them (section III.A.1 of the HCSS paper): a window that moves over the image.
+"""Whole image scenes (section III.A.1 of the HCSS paper): a window that moves over the image.
 
-The window moves by whole pixels, so that thickness is never interpolated and every frame shows the image's own pixels.
+The window moves by whole pixels, so that thickness is never interpolated and every frame shows original image pixels.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
 
-# Relative difference of pixel sizes that counts as none.
+# Relative difference of pixel sizes that is accepted as equal.
 _SAME_SIZE = 0.01
 
 
 def pixels_per_second(motion: Motion, grid: Grid) -> tuple[float, float]:
-    """Return the speed of the scene over the clouds along y (north) and x (east), pixels per second."""
+    """Return the speed of the scene relative to the clouds along y (north) and x (east), pixels per second."""
     wind_x, wind_y = motion.cloud_velocity_m_s
     return -wind_y / grid.pixel_size_m, (motion.platform_speed_m_s - wind_x) / grid.pixel_size_m
 
@@ -46,7 +46,7 @@ def same_size(native_m: float, grid: Grid) -> bool:
 
 
 def size_problem(native_m: float | None, grid: Grid, reinterpret: bool) -> list[Problem]:
-    """List the problem of a pixel size that is not the image's, unless the user accepts that."""
+    """Report a pixel size that differs from the image's, unless the user accepts it."""
     if native_m is None or reinterpret or same_size(native_m, grid):
         return []
     return [
@@ -97,7 +97,7 @@ def size_notes(size_m: float | None, is_nominal: bool, inputs: CloudInputs) -> l
 
 
 class MovingWindow:
-    """A scene's window on an image whose rows run northward and columns eastward.
+    """Window of a scene on an image with rows northward and columns eastward.
 
     Parameters
     ----------
@@ -106,11 +106,11 @@ class MovingWindow:
     grid : Grid
         The scene, not larger than the image.
     motion : Motion
-        Of platform and clouds.
+        Motion of platform and clouds.
     origins : (int or None, int or None)
         First image row and column of the scene, counted as stored; None centres the scene.
     turned : (bool, bool)
-        Whether the stored rows run southward, and the stored columns westward.
+        Whether the stored rows run southward and the stored columns westward.
     """
 
     def __init__(
@@ -165,7 +165,7 @@ class _Plane(NamedTuple):
     """Clouds of an image, rows northward and columns eastward.
 
     ``thickness_m`` is float32 (rows, columns), 0 where clear; ``missing`` is bool, True where the image has no value;
-    ``notes`` tell where the clouds come from.
+    ``notes`` describe the origin of the clouds.
     """
 
     thickness_m: NDArray[np.float32]
@@ -174,9 +174,9 @@ class _Plane(NamedTuple):
 
 
 class WholeScene:
-    """A window on an image or a database entry (``path``), moving over it with platform and wind.
+    """Window on an image or database entry (``path``) that moves over it with platform and wind.
 
-    ``image_coverage`` is the fraction of cloudy pixels of the scene at time 0. Errors are those of ``ImageryClouds``.
+    ``image_coverage`` is the fraction of cloudy pixels of the scene at time 0. Errors are as for ``ImageryClouds``.
     """
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> None:
@@ -206,7 +206,7 @@ class WholeScene:
         Raises
         ------
         ScenarioError
-            If the footprint has left the image, or missing pixels came into it.
+            If the footprint has left the image or contains missing pixels.
         """
         frame = self._window.at(time_s)
         _refuse_missing(self._plane.missing[frame], self._parameters, time_s)
@@ -247,7 +247,7 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     level = cloudiness_level(image, parameters.cloud_is)
     _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0)
     layer = inputs.layer
-    # In the unbounded sky, coverage is a matter of the image and not of the part that one sensor sees.
+    # With an unbounded sky, the coverage refers to the image, not to the part that one sensor sees.
     scope = level if layer.coverage_mode == "field" else level[window.at(0.0)]
     try:
         threshold, lowest = find_threshold(level, parameters.method, parameters.window_pixels, layer.coverage, scope)

@@ -1,1 +1,1 @@
-"""Surrogates of a measured cloud image: its amplitudes and its spectrum with random phases."""
+"""Surrogates of a measured cloud image: same amplitudes and spectrum, random phases."""

@@ -1,8 +1,8 @@
 """Iterative amplitude-adjusted Fourier transform (IAAFT) in two dimensions.
 
 T. Schreiber and A. Schmitz, "Improved Surrogate Data for Nonlinearity Tests", Phys. Rev. Lett. 77, 635-638 (1996). Two
-steps alternate: one gives the field the template's Fourier magnitudes and leaves its phases, the other gives it the
-template's amplitudes and leaves their order. V. Venema et al., "Surrogate cloud fields generated with the iterative
+steps alternate: one imposes the template's Fourier magnitudes and keeps the phases of the field, the other imposes the
+template's amplitudes and keeps their order. V. Venema et al., "Surrogate cloud fields generated with the iterative
 amplitude adapted Fourier transform algorithm", Tellus A 58, 104-120 (2006), applied it to clouds.
 """
 
@@ -16,20 +16,20 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 
-# Mean number of values in a bin of equal width: few enough to order them by insertion.
+# Mean number of values per bin: few enough for insertion sort.
 _PER_BIN = 4
 _FEWEST_BINS, _MAX_BINS = 1 << 10, 1 << 20
 
-# With more values in a bin (many equal values, a far outlier) insertion is slower than a general sort.
+# With more values in a bin (many equal values, a far outlier), insertion sort is slower than a general sort.
 _FULLEST_BIN = 512
 
 
 def ascending_order(values: NDArray[Any]) -> NDArray[np.int64]:
-    """Return the flat indices (N,) that sort finite ``values`` (any shape); equal values stay in the order of indices.
+    """Return the flat indices (N,) that sort finite ``values`` (any shape); equal values keep the order of indices.
 
-    The same as ``np.argsort(values, axis=None, kind="stable")``, several times faster. Fields from a Fourier synthesis
-    have bell-shaped histograms: sorting into bins of equal width (one pass to count, one to place) leaves a few values
-    per bin.
+    Equivalent to ``np.argsort(values, axis=None, kind="stable")``, but several times faster. Fields from a Fourier
+    synthesis have bell-shaped histograms: sorting into bins of equal width (one pass to count, one to place) leaves few
+    values per bin.
     """
     flat = np.ascontiguousarray(values).ravel()
     if flat.size == 0:
@@ -37,7 +37,7 @@ def ascending_order(values: NDArray[Any]) -> NDArray[np.int64]:
     low, high = float(flat.min()), float(flat.max())
     bins = min(max(1 << (flat.size // _PER_BIN).bit_length(), _FEWEST_BINS), _MAX_BINS)
     span = high - low
-    # The scale of a subnormal span would overflow, and so does the span of the largest numbers.
+    # The scale of a subnormal span would overflow, as would the span of the largest numbers.
     if np.finfo(np.float64).tiny * bins < span < np.inf:
         bin_of, ends = _count(flat, low, bins / span, bins)
         if int(np.diff(ends, prepend=0).max()) <= _FULLEST_BIN:
@@ -46,7 +46,7 @@ def ascending_order(values: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def match_ranks(field: NDArray[Any], amplitudes: NDArray[Any]) -> NDArray[Any]:
-    """Give each pixel the amplitude of its rank: the smallest value gets ``amplitudes[0]``, and so on.
+    """Assign amplitudes to pixels by rank: the smallest value gets ``amplitudes[0]``, and so on.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def match_ranks(field: NDArray[Any], amplitudes: NDArray[Any]) -> NDArray[Any]:
 
 @njit(cache=True, nogil=True)
 def _count(values: Any, low: float, scale: float, bins: int) -> Any:
-    """Return the bin of each value (N,) and the number of values up to and with each bin (bins,)."""
+    """Return the bin of each value (N,) and the cumulative number of values up to and including each bin (bins,)."""
     bin_of = np.empty(values.size, np.int32)
     ends = np.zeros(bins, np.int64)
     for i in range(values.size):
@@ -88,11 +88,11 @@ def _count(values: Any, low: float, scale: float, bins: int) -> Any:
 
 @njit(cache=True, nogil=True)
 def _place(values: Any, bin_of: Any, ends: Any) -> Any:
-    """Return the sorting indices (N,): places the values in their bins, then orders each bin."""
+    """Place the values in their bins, sort each bin, and return the sorting indices (N,)."""
     order = np.empty(values.size, np.int64)
     keys = np.empty_like(values)
     next_free = ends.copy()
-    # From the last to the first, so that each bin fills from its end and keeps the order of the indices.
+    # From last to first, so that each bin fills from its end and keeps the order of the indices.
     for i in range(values.size - 1, -1, -1):
         next_free[bin_of[i]] -= 1
         place = next_free[bin_of[i]]
@@ -120,11 +120,11 @@ class AdjustedSpectrum:
     Attributes
     ----------
     coefficients : ndarray of complex (rows, columns // 2 + 1)
-        Unnormalised transform of the field whose magnitudes are exact; 0 at wavenumber 0. The surrogate is
-        ``match_ranks`` of its inverse transform, in which the amplitudes are exact.
+        Unnormalised transform of the field with exact magnitudes; 0 at wavenumber 0. The surrogate is ``match_ranks``
+        of its inverse transform, which has exact amplitudes.
     misfit : tuple of float
         One number per iteration: rms difference between the magnitudes after the amplitude step and those of the
-        template, over the rms of the latter.
+        template, divided by the rms of the latter.
     """
 
     coefficients: NDArray[Any]
@@ -139,24 +139,24 @@ def adjust_amplitudes(
     iterations: int,
     tolerance: float = 0.0,
 ) -> AdjustedSpectrum:
-    """Iterate amplitudes and spectrum.
+    """Iteratively adjust amplitudes and spectrum.
 
-    With a fixed number of iterations (``tolerance`` 0) the result follows a slowly changing start: a test of
-    convergence would stop neighbouring frames after different numbers of iterations.
+    With a fixed number of iterations (``tolerance`` 0), the result varies smoothly with the start; a convergence test
+    would stop neighbouring frames after different numbers of iterations.
 
     Parameters
     ----------
     start : ndarray of complex (rows, columns // 2 + 1)
-        Transform (``rfft2``) of the field to start from; its mean is not used. complex64 makes the iteration single
-        precision.
+        Transform (``rfft2``) of the field to start from; its mean is not used. With complex64, the iteration is in
+        single precision.
     shape : (int, int)
         Rows and columns of the field.
     amplitudes : ndarray (rows * columns,)
         Of the template, ascending.
     magnitude : ndarray (rows, columns // 2 + 1)
-        Of the template's ``rfft2``; that of wavenumber 0 is not used.
+        Of the template's ``rfft2``; the value at wavenumber 0 is not used.
     iterations : int
-        Largest number of iterations, 0 or more.
+        Maximum number of iterations, 0 or more.
     tolerance : float
         The iteration ends when the misfit falls by less than this fraction of itself.
 
@@ -169,7 +169,7 @@ def adjust_amplitudes(
     for name, array in (("start", start), ("magnitude", magnitude)):
         if array.shape != expected:
             raise ValueError(f"{name}: shape {array.shape} given, allowed: {expected} for a field of {shape}")
-    # How often each column of rfft2 occurs in the full transform.
+    # Multiplicity of each rfft2 column in the full transform.
     weight = np.full(shape[1] // 2 + 1, 2.0)
     weight[0] = 1.0
     if shape[1] % 2 == 0:
@@ -189,7 +189,7 @@ def adjust_amplitudes(
         modulus = np.abs(coefficients)
         modulus[0, 0] = 0.0
         misfit.append(float(np.sqrt(_sum_of_squares(modulus - wanted, weight) / total)))
-        # A coefficient of 0 has no phase: it stays 0.
+        # A coefficient of 0 has no phase and stays 0.
         np.maximum(modulus, np.finfo(modulus.dtype).tiny, out=modulus)
         coefficients *= wanted / modulus
         if len(misfit) > 1 and misfit[-2] - misfit[-1] < tolerance * misfit[-2]:

@@ -1,4 +1,4 @@
-"""White noise in Fourier space that evolves in time, small structures faster than large ones."""
+"""White noise in Fourier space that evolves in time; small structures evolve faster than large ones."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _T = 2
 
 @dataclass(frozen=True)
 class Ring:
-    """Wavenumbers of one octave, which evolve together.
+    """Wavenumbers of one octave, which evolve at the same rate.
 
     Attributes
     ----------
     number : int
-        0 for all structures larger than half the dominant wavelength; then one octave each.
+        0 for all structures larger than half the dominant wavelength; each further ring is one octave.
     cell_s : float
-        Distance of the time nodes; infinity where shapes are frozen.
+        Spacing of the time nodes; infinite if shapes are frozen.
     nearest : bool
-        Whether each frame has a time node of its own instead of an interpolation.
+        Whether each frame has its own time node instead of an interpolation.
     rows, wavenumbers : ndarray of int64 (M,)
         Rows of ``rfft2`` that the ring reaches, in the order of ``fftfreq``, and their signed wavenumbers.
     inside : ndarray of bool (M, K)
@@ -47,8 +47,8 @@ class EvolvingNoise:
     """Transform of a white Gaussian field on a torus, at any time.
 
     Each wavenumber blends the independent normals of four time nodes with cubic weights of unit norm
-    (:mod:`hcss_twin.models.clouds.fractal.rows`), so that the law of the field is the same at every instant. Instants
-    four cells apart or more are independent. A value depends on seed, wavenumber and time alone: no frame needs an
+    (:mod:`hcss_twin.models.clouds.fractal.rows`), so that the distribution of the field is the same at all times. Times
+    four or more cells apart are independent. A value depends only on seed, wavenumber and time: no frame needs an
     earlier one.
 
     Parameters
@@ -58,18 +58,18 @@ class EvolvingNoise:
     seed : int
         Seed.
     dominant_frequency : float
-        In cycles per pixel: structures of this wavelength and longer evolve in ``evolution_time_s``.
+        In cycles per pixel: structures at or below this frequency evolve in ``evolution_time_s``.
     evolution_time_s : float
-        Distance of the time nodes of those structures; infinity freezes all.
+        Spacing of the time nodes of those structures; infinity freezes all shapes.
     exponent : float
         Structures half as large evolve ``2**exponent`` times as fast.
     frame_interval_s : float
-        Time between frames; 0 where unknown.
+        Time between frames; 0 if unknown.
 
     Raises
     ------
     ScenarioError
-        If a time is out of its range.
+        If a time is out of range.
     """
 
     def __init__(
@@ -150,9 +150,9 @@ def _rings(
 
 
 def _make_hermitian(noise: NDArray[np.complex64], columns: int) -> None:
-    """Give the columns that are their own mirror images the symmetry of a real field, in place.
+    """Impose the symmetry of a real field, in place, on the columns that are their own mirror images.
 
-    The mean with the mirror image would halve the variance; the sum over the root of 2 preserves it.
+    Averaging with the mirror image would halve the variance; dividing the sum by the root of 2 preserves it.
     """
     for column in (0, columns // 2) if columns % 2 == 0 else (0,):
         values = noise[:, column].astype(np.complex128)

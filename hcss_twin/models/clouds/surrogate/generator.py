@@ -1,4 +1,4 @@
-"""Surrogates of a measured cloud image: its amplitudes exactly, its spectrum closely, and other shapes."""
+"""Surrogates of a measured cloud image: exact amplitudes, close spectrum, different shapes."""
 
 from __future__ import annotations
 
@@ -27,31 +27,31 @@ from hcss_twin.providers import CloudInputs, Declares, Grid
 EVOLVING_ITERATIONS = 4
 """Default for every frame of evolving clouds.
 
-More iterations bring the spectrum closer, but frames then differ by more, sparse clouds by jumps: close to convergence
-each frame tends to another one of many solutions (``benchmarks/surrogate.py``)."""
+With more iterations the spectrum is closer, but frames differ more, and sparse clouds jump: near convergence each frame
+tends to a different one of many solutions (``benchmarks/surrogate.py``)."""
 
 FROZEN_ITERATIONS = 200
 """Default limit for frozen clouds, which are iterated once."""
 
 MAX_PIXELS = 2**28
-"""Of the torus (16384 x 16384), whose spectrum is in memory as a whole."""
+"""Of the torus (16384 x 16384), whose entire spectrum is held in memory."""
 
 
 class SurrogateClouds:
     """Surrogates of a measured cloud image, evolving in time.
 
-    The template is the thickness that the ``imagery`` generator cuts out of the image (eq 7 of the HCSS paper; 0 where
-    clear). Each frame is computed on a torus:
+    The template is the thickness that the ``imagery`` generator extracts from the image (eq 7 of the HCSS paper; 0
+    where clear). Each frame is computed on a torus:
 
     1. White noise in Fourier space, interpolated in time (:class:`EvolvingNoise`), times the magnitudes of the Gaussian
        field that underlies the template (:func:`underlying_magnitude`).
     2. Amplitude-adjusted iterations with the magnitudes of the template's periodic component
-       (:func:`adjust_amplitudes`); frozen clouds are iterated once, until the misfit no longer falls.
-    3. Shift by the motion: whole pixels by indices, the rest by phases.
+       (:func:`adjust_amplitudes`); frozen clouds are iterated once, until the misfit no longer decreases.
+    3. Shift by the motion: whole pixels by indices, fractions by phases.
     4. Amplitudes of the template by rank.
 
     With ``coverage_mode`` "frame", step 4 ranks the pixels of the frame, which has exactly the template's amplitudes
-    and coverage; with "field" those of the torus, so that all windows and sensors agree.
+    and coverage; with "field", it ranks those of the torus, so that all windows and sensors agree.
 
     The scene moves over the torus by (v_platform - v_x) t along x and -v_y t along y; the torus repeats.
 
@@ -69,16 +69,16 @@ class SurrogateClouds:
     period : (int, int)
         Rows and columns of the torus.
     image_coverage : float or None
-        Coverage of the template; None where the scenario sets it (method "coverage").
+        Coverage of the template; None if the scenario sets it (method "coverage").
     skipped : tuple of (str, str)
-        Approximations, and their effect.
+        Approximations and their effects.
 
     Raises
     ------
     CatalogError
         If the file is missing or not a usable image.
     ScenarioError
-        If image, crop, period and scene do not fit, or the layer asks for tapered edges.
+        If image, crop, period and scene do not match, or the layer has tapered edges.
     """
 
     declares: Declares
@@ -107,7 +107,7 @@ class SurrogateClouds:
         self._iterations = parameters.iterations
         if self._iterations is None:
             self._iterations = EVOLVING_ITERATIONS if self._evolves else FROZEN_ITERATIONS
-        # All clear, or all of one thickness: so are all frames.
+        # The crop is all clear or of uniform thickness, and so are all frames.
         self._is_flat = np.ptp(self._amplitudes) == 0.0
         if not self._is_flat and not magnitude.any():
             message = f"{coverage:g} given, but all pixels of the image's crop are alike; allowed: 0 or 1"
@@ -180,7 +180,7 @@ class SurrogateClouds:
         )
 
     def _along(self, axis: int, time_s: float) -> tuple[NDArray[np.int64], NDArray[np.complex64] | None]:
-        """Return the indices on the torus of the scene's pixels, and the phases of a shift by part of a pixel."""
+        """Return the torus indices of the scene pixels, and the phases of a subpixel shift."""
         size = (self._grid.rows, self._grid.columns)[axis]
         period = self.period[axis]
         shift = displacement_pixels(self._speed[axis], time_s, self._grid.pixel_size_m)
@@ -216,7 +216,7 @@ class SurrogateClouds:
 
 
 def _period(grid: Grid, template: Template, parameters: SurrogateParameters) -> tuple[int, int]:
-    """Return rows and columns of the torus."""
+    """Return the rows and columns of the torus."""
     problems = []
     sizes = []
     for axis, of_scene, of_crop in zip(
@@ -247,7 +247,7 @@ def _period(grid: Grid, template: Template, parameters: SurrogateParameters) -> 
 
 
 def _dominant_frequency(magnitude: NDArray[np.float64], shape: tuple[int, int]) -> float:
-    """Return the mean frequency, weighted with the power, in cycles per pixel."""
+    """Return the power-weighted mean frequency in cycles per pixel."""
     power = magnitude**2
     frequency = np.hypot(fftfreq(shape[0])[:, None], rfftfreq(shape[1])[None, :])
     return float((power * frequency).sum() / power.sum())

@@ -8,7 +8,7 @@ from hcss_twin.models.clouds.imagery.parameters import ImageReading
 
 
 class SurrogateParameters(ImageReading):
-    """Which part of which image, what in it is cloud, and how its surrogates are computed."""
+    """Parameters of the ``surrogate`` generator: image, crop, definition of cloud, and iterations."""
 
     image: str = Field(
         min_length=1,

@@ -1,6 +1,6 @@
-"""The template that surrogates imitate: amplitudes and spectrum of the cloud thickness in part of an image.
+"""Template of the surrogates: amplitudes and spectrum of the cloud thickness in part of an image.
 
-The spectrum is free of the image's borders, and can be computed for a plane of any size.
+The spectrum is free of border effects and can be computed for a plane of any size.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from hcss_twin.providers import CloudInputs, Grid, Motion
 # The spectrum of a smaller crop would have too few wavenumbers.
 _SMALLEST_CROP = 64
 
-# Numbers of quantiles that sample an amplitude distribution, of terms of its Hermite series, and of correlations.
+# Numbers of quantiles of an amplitude distribution, terms of its Hermite series, and correlations.
 _QUANTILES = 1 << 14
 _HERMITE_TERMS = 80
 _CORRELATIONS = 1 << 13
@@ -36,14 +36,14 @@ _CORRELATIONS = 1 << 13
 
 @dataclass(frozen=True)
 class Template:
-    """Cloud thickness of a part of an image.
+    """Cloud thickness in part of an image.
 
     Attributes
     ----------
     thickness_m : ndarray of float32 (rows, columns)
         0 where clear; rows northward, columns eastward.
     notes : tuple of str
-        About the image's pixel size, for the user.
+        User notes on the pixel size of the image.
     """
 
     thickness_m: NDArray[np.float32]
@@ -55,15 +55,15 @@ class Template:
         return float(np.count_nonzero(self.thickness_m)) / self.thickness_m.size
 
     def amplitudes(self, count: int, coverage: float) -> NDArray[np.float32]:
-        """Return ``count`` thicknesses, ascending, with the distribution of the template.
+        """Return ``count`` ascending thicknesses with the distribution of the template.
 
         Parameters
         ----------
         count : int
             Number of pixels.
         coverage : float
-            Fraction of cloudy pixels, exact to half a pixel. Each has a thickness of the template, the middle of its
-            share of the template's cloudy pixels; with the template's count and coverage the result is its pixels.
+            Fraction of cloudy pixels, exact to half a pixel. Thicknesses are mid-quantiles of the template's cloudy
+            pixels; with the template's count and coverage, the result equals its pixels.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Template:
 
 
 def read_template(inputs: CloudInputs, parameters: SurrogateParameters) -> Template:
-    """Read the image and cut the template out of it, as :class:`ImageryClouds` cuts a scene.
+    """Read the image and extract the template, as :class:`ImageryClouds` extracts a scene.
 
     Raises
     ------
@@ -129,10 +129,10 @@ def periodic_component(image: Array) -> Array:
     """Return the periodic component of an image (same shape), without its jumps across opposite borders.
 
     L. Moisan, "Periodic plus smooth image decomposition", J. Math. Imaging Vis. 39, 161-179 (2011): the smooth
-    component solves the discrete Poisson equation whose source is the jump across the borders; the rest has (almost) no
-    jump. The plain transform of an image that is not periodic shows a cross along both axes, and its surrogates have
+    component solves the discrete Poisson equation with the jump across the borders as source; the remainder has
+    (almost) no jump. The plain transform of a non-periodic image shows a cross along both axes, and its surrogates have
     stripes. Mirroring the image would remove the jumps too, but gives oblique streaks the spectrum of a lattice; a
-    window would weight the middle of the image more than the rest and widen each peak.
+    window would give more weight to the image centre and widen each peak.
     """
     rows, columns = image.shape
     jumps = np.zeros_like(image)
@@ -161,8 +161,8 @@ def plane_magnitude(component: Array, shape: tuple[int, int]) -> Array:
     component : ndarray (rows, columns)
         The image.
     shape : (int, int)
-        Rows and columns of the plane. Where they differ from the image's, the power is interpolated linearly between
-        the wavenumbers of the image: structures larger than the image have no power of their own.
+        Rows and columns of the plane. If they differ from those of the image, the power is interpolated linearly
+        between the wavenumbers of the image: structures larger than the image have no power of their own.
 
     Returns
     -------
@@ -184,18 +184,18 @@ def plane_magnitude(component: Array, shape: tuple[int, int]) -> Array:
 
 
 def underlying_magnitude(magnitude: Array, shape: tuple[int, int], amplitudes: Array) -> Array:
-    """Return the magnitudes of the Gaussian field that has ``magnitude`` once it is mapped to ``amplitudes``.
+    """Return the magnitudes of the Gaussian field that has ``magnitude`` after mapping to ``amplitudes``.
 
     Mapping a Gaussian field X to the amplitudes g(X) changes its correlation r into sum_n c_n^2 r^n / sum_n c_n^2 with
     the Hermite coefficients c_n of g (M. Grigoriu, "Crossings of non-Gaussian translation processes", J. Eng. Mech.
     110, 610-620, 1984), which is inverted here at each lag. The spectrum of X lies between 0 and that of g(X) over
-    c_1^2, because no term is negative; where no such X exists it is clipped to these limits. Iterations that start here
-    are short, and do not jump from one solution to another as the start changes.
+    c_1^2, because no term is negative; where no such X exists, it is clipped to these limits. Iterations from this
+    start are short and do not jump between solutions as the start changes.
 
     Parameters
     ----------
     magnitude : ndarray (shape[0], shape[1] // 2 + 1)
-        Magnitudes after the mapping, as :func:`plane_magnitude` gives them.
+        Magnitudes after the mapping, from :func:`plane_magnitude`.
     shape : (int, int)
         Rows and columns of the plane.
     amplitudes : ndarray (N,)
@@ -204,11 +204,11 @@ def underlying_magnitude(magnitude: Array, shape: tuple[int, int], amplitudes: A
     Returns
     -------
     ndarray (shape[0], shape[1] // 2 + 1)
-        For a variance of 1. Equal to ``magnitude`` where the amplitudes are normal.
+        For a variance of 1. Equal to ``magnitude`` if the amplitudes are normal.
     """
     share = _hermite_shares(amplitudes)
     correlation = np.linspace(-1.0, 1.0, _CORRELATIONS + 1)
-    # Rises for any monotonic g, except for rounding.
+    # Increases for any monotonic g, except for rounding.
     mapped = np.maximum.accumulate(polyval(correlation, np.concatenate(([0.0], share))))
     power = magnitude**2
     covariance = irfft2(power, s=shape)
@@ -221,7 +221,7 @@ def underlying_magnitude(magnitude: Array, shape: tuple[int, int], amplitudes: A
 
 
 def _hermite_shares(amplitudes: Array) -> Array:
-    """Return c_n^2 over their sum for n = 1, 2, ... of the map from normal quantiles to ``amplitudes``."""
+    """Return the normalised c_n^2, n = 1, 2, ..., of the map from normal quantiles to ``amplitudes``."""
     level = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
     normal = ndtri(level)
     values = amplitudes[(level * amplitudes.size).astype(np.int64)]

@@ -1,1 +1,1 @@
-"""Radiance model ``physical``: multiple scattering, a rough sea, and rows that sum to one."""
+"""Radiance model ``physical``: multiple scattering over a rough sea, with exact energy conservation."""

@@ -1,6 +1,6 @@
-"""Air between interfaces: transmittance and emission of legs, seen through whole composite paths.
+"""Air between interfaces: transmittance and emission of legs, seen through composite paths.
 
-C columns are computed at once, whose legs end at altitudes of their own. An axis S = C x V holds all V wavenumbers of
+C columns are computed together; the leg ends differ between columns. An axis S = C x V contains all V wavenumbers of
 the first column, then of the second, and so on.
 """
 
@@ -20,19 +20,19 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import TransmittanceProvider
 
 Heights = tuple[float, ...]
-"""One altitude of each column, m."""
+"""One altitude for each column, m."""
 
 _DARK = 1e-30
-"""Transmittance below which nothing seen through a path matters."""
+"""Transmittance below which a path is treated as opaque."""
 
 _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
-"""Layers for light that is scattered later hold at least this share of the air's mass, or are this thick."""
+"""Minimum mass fraction, or thickness, of layers for light that is scattered later."""
 
 _MAX_LEG_VIEWS = 16
-"""Leg views in memory, about those of columns computed together: tracer, closure and all suns need the same ones."""
+"""Leg views in memory, about as many as for columns computed together; tracer, closure and all suns share them."""
 
 _MAX_LEGS, _MAX_SOURCES = 2048, 256
-"""Legs in memory, with their absorbers or their emission: columns share those below and above clouds, suns all."""
+"""Legs in memory, with absorbers or emission: columns share those below and above clouds, suns share all."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class LegView:
     Attributes
     ----------
     emission : ndarray (P, S)
-        What the air of each leg sends through its path, W m-2 sr-1 (cm-1)-1.
+        Emission of the air in each leg, transmitted by its path, W m-2 sr-1 (cm-1)-1.
     transmittance : ndarray (P, S)
-        Of each path and its leg together.
+        Of each path combined with its leg.
     crossed : CompositePaths (P,)
-        Each path and its leg together.
+        Each path combined with its leg.
     """
 
     emission: Array
@@ -54,9 +54,9 @@ class LegView:
     crossed: CompositePaths
 
     def conditional(self, front: Array, source: Array) -> LegView:
-        """Return emission and transmittance for an observer at the end of the paths, whose transmittance is ``front``.
+        """Return emission and transmittance for an observer at the end of paths with transmittance ``front``.
 
-        Where ``front`` is as good as 0 the leg counts as opaque and sends ``source``.
+        Where ``front`` is practically 0, the leg is treated as opaque and emits ``source``.
         """
         dark = front < _DARK
         safe = np.where(dark, 1.0, front)
@@ -67,7 +67,7 @@ class LegView:
 
 @dataclass(frozen=True)
 class _LegRequest:
-    """Arguments of :meth:`Air.leg`, hashable: the path in front counts by its key."""
+    """Hashable arguments of :meth:`Air.leg`: the path in front is represented by its key."""
 
     key: Hashable
     zenith_deg: tuple[float, ...]
@@ -80,13 +80,13 @@ class _LegRequest:
 
 
 class Air:
-    """Legs of a spectrum through one profile.
+    """Transmittance and emission of legs through one profile, at given wavenumbers.
 
     Parameters
     ----------
     provider : TransmittanceProvider
     profile : Profile
-        Brings the temperatures.
+        Source of the temperatures.
     wavenumber_cm1 : ndarray (V,)
     """
 
@@ -111,7 +111,7 @@ class Air:
         return np.concatenate([self.black_body(kelvin) for kelvin in temperature_K])
 
     def crossed(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
-        """Return paths (P, C) in the form in which the provider adds them."""
+        """Return paths (P, C) in the additive form of the provider."""
         return self._crossing.of(paths)
 
     def transmittance(self, crossed: CompositePaths) -> Array:
@@ -128,15 +128,15 @@ class Air:
         downward: bool,
         coarse: bool = False,
     ) -> LegView:
-        """Look along a leg through the path in front of it.
+        """Return the view along a leg through the path in front of it.
 
-        E(x, l) = sum over layers n of J_n [T(x + l before n) - T(x + l with n)]. Only summed absorber amounts enter the
-        transmittance, and the weights of all layers and of the light from behind sum to T(x).
+        E(x, l) = sum over layers n of J_n [T(x + l before n) - T(x + l with n)]. The transmittance depends only on
+        summed absorber amounts, and the weights of all layers and of the light from behind sum to T(x).
 
         Parameters
         ----------
         front : CompositePaths (P,)
-            What the light crosses after the leg, on its way to the sensor.
+            Path of the light from the leg to the sensor.
         front_transmittance : ndarray (P, S)
             Of ``front``.
         zenith_deg : sequence of float (P,)
@@ -144,9 +144,9 @@ class Air:
         lower_m, upper_m : tuple of float (C,)
             Its ends in each column; ``upper_m`` may be ``SPACE``.
         downward : bool
-            Whether the observer looks down: the leg's upper end is the near one.
+            Whether the observer looks down, so that the upper end of the leg is the near one.
         coarse : bool
-            Whether thin layers high up may be joined, for light that is scattered afterwards.
+            Whether thin layers at high altitude may be merged, for light that is scattered afterwards.
         """
         zeniths = tuple(zenith_deg)
         return self._leg_views(
@@ -162,7 +162,7 @@ class Air:
         if count < 1:
             return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
         distinct = tuple(sorted(set(zenith_deg)))
-        # Columns with fewer layers get layers of no thickness at the far end.
+        # Columns with fewer layers get layers of zero thickness at the far end.
         padded = np.minimum(np.arange(count), np.array([[max(len(own) - 2, 0)] for own in edges]))
         first, *others = (
             self._pieces(own, high == SPACE, downward, distinct).take(
@@ -177,7 +177,7 @@ class Air:
         )
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
         weights = np.concatenate((front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1)
-        # Where nothing absorbs, rounding could leave negative weights.
+        # Without absorption, rounding could give negative weights.
         np.maximum(weights, 0.0, out=weights)
         order = -1 if downward else 1
         sources = np.concatenate(
@@ -188,7 +188,7 @@ class Air:
         return LegView(emission, beyond[:, -1], whole)
 
     def near_source(self, lower_m: Heights, upper_m: Heights, downward: bool) -> Array:
-        """Return the Planck radiance (S,) of a leg's near end."""
+        """Return the Planck radiance (S,) at the near end of a leg."""
         top = float(self._profile.altitude_m[-1])
         near = np.minimum(upper_m, top) if downward else np.array(lower_m)
         return self.black_bodies(self._profile.temperature_at(near).tolist())
@@ -198,7 +198,7 @@ class Air:
     ) -> CompositePaths:
         """Parts of the legs of one column (Z x N,): for each zenith angle the first layer, the first two, ...
 
-        Counted from the near end; one part of no length where there is no layer.
+        Counted from the near end; a part of zero length if there is no layer.
         """
         count = len(edges) - 1
         if count < 1:
@@ -212,7 +212,7 @@ class Air:
         return self._crossing.of(paths)
 
     def _edges(self, lower_m: float, upper_m: float, levels: Array) -> tuple[float, ...]:
-        """Levels within a leg, and its ends."""
+        """Return the ends of a leg and the levels within it."""
         top = min(upper_m, float(levels[-1]))
         if top <= lower_m:
             return (lower_m,)
@@ -220,10 +220,10 @@ class Air:
         return (lower_m, *(float(level) for level in inner), top)
 
     def _new_sources(self, edges: tuple[float, ...]) -> Array:
-        """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.
+        """Return the Planck radiance (N, V) of each layer at its pressure-weighted mean temperature.
 
-        For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a twelfth
-        of their difference times ln(p below / p above), to first order. 0 where there is no layer.
+        For temperature linear and density exponential in height, this temperature is to first order the mean of the
+        ends plus a twelfth of their difference times ln(p below / p above). 0 if there is no layer.
         """
         altitude = np.asarray(edges)
         temperature = self._profile.temperature_at(altitude)
@@ -235,7 +235,7 @@ class Air:
 
 
 def _coarse_levels(profile: Profile) -> Array:
-    """Levels of a profile, without those high up between which there is hardly any air."""
+    """Return profile levels without closely spaced ones at high altitude, where there is hardly any air."""
     altitude, pressure = profile.altitude_m, profile.pressure_Pa
     chosen = [0]
     for index in range(1, altitude.size - 1):

@@ -1,9 +1,9 @@
-"""Multiple reflections between interfaces, with the gas in front of them fixed: one linear solve.
+"""Multiple reflections between interfaces, with fixed gas in front of them, as one linear system.
 
-Why a closure: following every reflection exactly (:mod:`~hcss_twin.models.radiance.physical.tracing`) multiplies the
-paths at each change of direction. The rest is summed here in one matrix, whose legs have the transmittance they have
-behind the view's path to the lower end of their gap, because transmittances of a spectral interval do not multiply.
-Rows of the matrix and the weights of the sources sum to one, so that an isothermal enclosure closes exactly.
+Following every reflection exactly (:mod:`~hcss_twin.models.radiance.physical.tracing`) multiplies the number of paths
+at each change of direction. This closure sums the remaining reflections with one matrix. Its leg transmittances are
+those behind the view's path to the lower end of their gap, because transmittances of a spectral interval do not
+multiply. Rows of the matrix and the weights of the sources sum to one, so that an isothermal enclosure closes exactly.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from hcss_twin.physics.paths import Leg, Path
 
 @dataclass(frozen=True)
 class Closure:
-    """Radiances along the streams inside columns, by their sources.
+    """Radiances along the streams inside columns, by source.
 
     Attributes
     ----------
     down : tuple of ndarray (K, N, S)
-        For each gap but the uppermost, into which nothing scatters light down; seen from its upper end downward.
+        For each gap except the uppermost, into which no light is scattered downward; looking down from its upper end.
     up : tuple of ndarray (K, N, S)
-        For each gap, seen from its lower end upward.
+        For each gap, looking up from its lower end.
     below, above : tuple of ndarray (K, N, S)
-        For each cloud, what comes out of the air inside it: from below, seen from its top, and from above, seen
-        from its base.
+        For each cloud, radiance from the air inside it: from below, seen from its top, and from above, seen from its
+        base.
     """
 
     down: tuple[Array, ...]
@@ -43,7 +43,7 @@ class Closure:
 
 @dataclass(frozen=True)
 class FrozenLegs:
-    """Legs of all streams behind the view's path: through gaps and through the insides of clouds, down and up.
+    """Legs of all streams behind the view's path: through gaps and clouds, downward and upward.
 
     ``sun_*``: transmittance (S,) of the sun's path to an interface, behind the same paths. ``down`` and ``sun_top``
     omit the uppermost gap, into which no stream looks down.
@@ -87,7 +87,7 @@ def close(columns: SceneColumns) -> Closure:
 def _solve(kernel: Array, source: Array, above: int) -> Array:
     """Solve u = P u + S, (V, F, F) and (V, F, N).
 
-    The first ``above`` rows look up from the uppermost gap and see only space: they need no inversion.
+    The first ``above`` rows look up from the uppermost gap and see only space, so they need no inversion.
     """
     result = np.empty_like(source)
     sky, inner = source[:, :above], kernel[:, above:, above:]
@@ -99,7 +99,7 @@ def _solve(kernel: Array, source: Array, above: int) -> Array:
 
 
 def _behind(leg: LegView, beyond: Array) -> Array:
-    """Radiance (K, N, S) seen through a leg."""
+    """Return the radiance (K, N, S) seen through a leg."""
     result: Array = leg.transmittance * beyond
     result[SCATTERED_AIR] += leg.emission
     return result
@@ -151,7 +151,7 @@ def _pass_through(
     beyond: int,
     source: Array,
 ) -> None:
-    """Add what a cloud lets through, directly and diffusely, from the gap ``beyond`` it."""
+    """Add the light that a cloud transmits, directly and diffusely, from the gap ``beyond`` it."""
     slab = columns.slabs[index]
     kernel = slab.transmission[streams].copy()
     diagonal = np.arange(len(streams))

@@ -1,6 +1,6 @@
-"""What a cloud layer emits, reflects and transmits: operators that sum to one in every direction.
+"""Emission, reflection and transmission operators of a cloud layer, which sum to one in every direction.
 
-They are solved on a grid of thicknesses, and interpolated between.
+They are solved on a grid of thicknesses and interpolated.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_st
 from hcss_twin.providers import CloudLayer, Optics
 
 PER_OCTAVE = 3
-"""Nodes in each doubling of thickness; each costs a chain of doublings."""
+"""Nodes per doubling of thickness; each costs a chain of doublings."""
 
 _WINDOW = 10
-"""Nodes of the interpolating polynomial: its error is 1e-6 of full reflection, as with 6 per doubling and 6 nodes."""
+"""Nodes of the interpolating polynomial: its error is 1e-6 of full reflection, as for 6 per doubling and 6 nodes."""
 
 
 def thickness_grid(least_m: float, most_m: float) -> Array:
-    """Return thicknesses most 2^(n / 3), ascending, that reach beyond both ends by half a window.
+    """Return ascending thicknesses most 2^(n / 3) that extend beyond both ends by half a window.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def thickness_grid(least_m: float, most_m: float) -> Array:
 
 @dataclass(frozen=True)
 class OperatorTable:
-    """Arrays whose first axis is the thickness.
+    """Table of operators with thickness as first axis.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class OperatorTable:
 
     @cached_property
     def floors(self) -> tuple[Array, ...]:
-        """Minimum of each operator, at most 0: polynomials undershoot where a cloud turns opaque."""
+        """Minimum of each operator, at most 0: polynomials undershoot where a cloud becomes opaque."""
         return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
 
     @property
@@ -68,7 +68,7 @@ class OperatorTable:
 
     @property
     def most_m(self) -> float:
-        """Greatest thickness with a full window around it."""
+        """Largest thickness with a full window around it."""
         return float(self.thickness_m[-_WINDOW // 2])
 
     def at(self, thickness_m: float) -> tuple[Array, ...]:
@@ -83,7 +83,7 @@ class OperatorTable:
 
 
 def _lagrange(position: float) -> Array:
-    """Weights of the nodes 0, 1, ... 9 at a position; they sum to one."""
+    """Return the weights of the nodes 0, 1, ... 9 at a position; they sum to one."""
     weights = np.ones(_WINDOW)
     for i in range(_WINDOW):
         for j in range(_WINDOW):
@@ -94,10 +94,10 @@ def _lagrange(position: float) -> Array:
 
 
 MAX_MODES = 8
-"""Azimuth modes of sunlight between cloud and sea, at most."""
+"""Maximum number of azimuth modes of sunlight between cloud and sea."""
 
 _FAINT_SUN = 0.015
-"""Sunlight over the sea's emission below which the closed form, good to 15 %, suffices: little of it is reflected."""
+"""Ratio of sunlight to sea emission below which the closed form (error 15 %) suffices: little is reflected."""
 
 
 def turned_modes(parameters: PhysicalParameters) -> int:
@@ -117,13 +117,13 @@ class CloudSlab:
     emissivity, far_share, direct : ndarray (D, S)
         As in :class:`LayerOperators`.
     reflection, transmission : ndarray (D, N, S)
-        Share of each stream's radiance in the radiance sent toward a direction.
+        Contribution of each stream's radiance to the radiance toward a direction.
     sun_reflection, sun_transmission : ndarray (D, S)
-        sr-1, toward the view with its azimuth, toward streams the mean over azimuth; 0 without a sun.
+        sr-1; toward the view at its azimuth, toward streams as azimuth mean; 0 without a sun.
     sun_direct : ndarray (S,)
         Direct transmittance for the sun; 0 without one.
     beam_transmission : ndarray (M, 2, N, S)
-        sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight does not matter.
+        sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight is negligible.
     """
 
     base_m: Heights
@@ -155,7 +155,7 @@ def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
 
 
 class SlabSolver:
-    """Solves layers of one optics provider for one set of directions.
+    """Solver for layers of one optics provider and one set of directions.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ class SlabSolver:
     wavenumber_cm1 : ndarray (V,)
     directions : ColumnDirections
     sun_share : ndarray (V,)
-        Sunlight on a white plane over the Planck radiance of the sea.
+        Sunlight reflected by a white plane, relative to the Planck radiance of the sea.
     closed_form : bool
         Whether clouds are solved by the two-stream closed form.
     """
@@ -189,10 +189,10 @@ class SlabSolver:
         self._directions = directions
 
     def solve(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
-        """Return ``layer`` at every thickness, each a column by itself.
+        """Return ``layer`` at every thickness, one column for each.
 
-        Operators are solved once, on a grid of thicknesses that double, and interpolated in ln(thickness); rows
-        keep their sums, because the weights of the interpolation sum to one.
+        Operators are solved once, on a logarithmic grid of thicknesses, and interpolated in ln(thickness); row sums are
+        preserved, because the interpolation weights sum to one.
 
         Parameters
         ----------
@@ -234,7 +234,7 @@ class SlabSolver:
         return slabs
 
     def _solve(self, layer: CloudLayer, thickness_m: Array) -> tuple[Array, ...]:
-        """Operators of a layer with the thickness as first axis, in the order of :class:`CloudSlab`."""
+        """Return the operators of a layer with thickness as first axis, in the order of :class:`CloudSlab`."""
         where = self._directions
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         depth = thickness_m[:, None] * scattering.extinction_m1
@@ -255,17 +255,17 @@ class SlabSolver:
         return emissivity, far, direct, reflection, transmission, back, through, beam, turned
 
     def _solved(self, depth: Array, albedo: Array, moments: Array) -> tuple[LayerOperators, Array, Array, Array]:
-        """Diffuse light; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
+        """Return diffuse operators; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
 
-        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where it
-        is faint.
+        The modes are the diffuse transmission of view and sun beams toward the streams. Sunlight is 0 without a sun;
+        its modes are 0 where it is faint.
         """
         where, parameters, closed = self._directions, self._parameters, self._closed_form
         brdf, btdf = np.zeros((2, *depth.shape))
         turned = np.zeros((depth.shape[0], self._modes - 1, 2, where.count, albedo.size))
         if where.sun is None:
             return self._layers(depth, albedo, moments), brdf, btdf, turned
-        # Where the sun contributes little, the closed form, good to some 15 %, suffices.
+        # Where the sun contributes little, the closed form with its error of about 15 % suffices.
         bright = (self._sun_share > _FAINT_SUN) & (not closed)
         faint = ~bright
         view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
@@ -298,7 +298,7 @@ class SlabSolver:
         return solve(depth, albedo, moments, np.array(extras), where.count)
 
     def _sunlight(self, solved: LayerOperators, brdf: Array, btdf: Array) -> tuple[Array, Array, Array]:
-        """Kernels (T, D, V) for reflected and transmitted sunlight, and its direct part (T, V)."""
+        """Return kernels (T, D, V) for reflected and transmitted sunlight, and the direct transmittance (T, V)."""
         count, size = brdf.shape
         if self._directions.sun is None:
             nothing = np.zeros((count, 1 + self._directions.count, size))
@@ -314,7 +314,7 @@ class SlabSolver:
 def _closed(
     emissivity: Array, far: Array, direct: Array, reflection: Array, transmission: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Normalise rows to one, from which clipping negative values of the interpolation took some 1e-7."""
+    """Normalise row sums to one; clipping negative interpolated values changes them by about 1e-7."""
     whole = emissivity + direct + np.sum(reflection, axis=1) + np.sum(transmission, axis=1)
     emissivity, far, direct = (each / whole for each in (emissivity, far, direct))
     reflection, transmission = (each / whole[:, None] for each in (reflection, transmission))

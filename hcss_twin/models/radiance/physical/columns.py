@@ -1,8 +1,8 @@
 """Columns of air, clouds and sea, each a stack of gaps between interfaces.
 
-Columns of one scene share sea, air and sun and differ in their clouds. Those with the same layers are computed
-together, because the arrays of a single column are so small that calls take longer than the arithmetic in them: arrays
-end with an axis S = C x V, all V wavenumbers of the first of C columns, then of the second, and so on.
+Columns of one scene share sea, air and sun and differ in their clouds. Columns with the same layers are computed
+together, because for a single column the call overhead would exceed the arithmetic. Arrays end with an axis S = C x V:
+all V wavenumbers of the first of C columns, then of the second, and so on.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 
 @dataclass(frozen=True)
 class SceneColumns:
-    """C columns with the same layers: everything that emits, reflects and transmits.
+    """C columns with the same layers: air, clouds, sea and space.
 
     Gap m is the air above cloud m (counted from the top, from 0) or above the sea.
 
@@ -65,11 +65,11 @@ class SceneColumns:
         return (0.0,) * self.count
 
     def crossed(self, path: Callable[[int], Path]) -> CompositePaths:
-        """Return one composite path in each column, given its number."""
+        """Return one composite path for each column, given a function of the column number."""
         return self.air.crossed([[path(number) for number in range(self.count)]])
 
     def slab_emission(self, index: int, from_above: bool) -> Array:
-        """Return what a cloud emits toward each direction, (D, S), seen from one of its faces."""
+        """Return the emission of a cloud toward each direction, (D, S), from one of its faces."""
         slab = self.slabs[index]
         near, far = slab.top_temperature_K, slab.base_temperature_K
         if not from_above:
@@ -79,9 +79,9 @@ class SceneColumns:
         return result
 
     def sun_on_slab(self, index: int, from_above: bool) -> tuple[Array, CompositePaths]:
-        """Return sunlight that a cloud sends toward each direction, (D, S), and the path of the sun to it.
+        """Return the sunlight that a cloud scatters toward each direction, (D, S), and the sun's path to it.
 
-        Includes the direct transmittance of the clouds above, not that of the air.
+        It includes the direct transmittance of the clouds above, but not that of the air.
         """
         slab = self.slabs[index]
         kernel = slab.sun_reflection if from_above else slab.sun_transmission
@@ -89,7 +89,7 @@ class SceneColumns:
         return kernel * (self.received * self._sun_through(index)), self._sun_path(lower)
 
     def sun_on_sea(self) -> tuple[Array, CompositePaths]:
-        """Return sunlight that the sea sends toward each direction, (D, S), and the path of the sun to it."""
+        """Return the sunlight that the sea reflects toward each direction, (D, S), and the sun's path to it."""
         return self.sea.sun * (self.received * self._sun_through(len(self.slabs))), self._sun_path(self.sea_level_m)
 
     def inside(self, index: int, number: int, zenith_deg: float) -> Leg:
@@ -98,7 +98,7 @@ class SceneColumns:
         return Leg(slab.base_m[number], slab.top_m[number], zenith_deg)
 
     def _sun_through(self, count: int) -> Array:
-        """Direct transmittance (S,) of the ``count`` highest clouds for the sun."""
+        """Return the direct transmittance (S,) of the ``count`` highest clouds for the sun."""
         result = np.ones_like(self.received)
         for slab in self.slabs[:count]:
             result = result * slab.sun_direct

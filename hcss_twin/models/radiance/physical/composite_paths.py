@@ -1,7 +1,7 @@
-"""Composite paths from sun, sea and clouds to the sensor, in whatever form the transmittance provider adds them.
+"""Composite paths from sun, sea and clouds to the sensor, in the additive form of the transmittance provider.
 
-Legs are summed, never multiplied. A provider whose legs add as amounts of absorbers computes the amounts of each leg
-once, and sums of amounts represent paths from then on; for other providers a path stays the list of its legs.
+Legs are summed, never multiplied. A provider that adds absorber amounts computes the amounts of each leg once, and
+paths are represented by sums of amounts; for other providers a path is the list of its legs.
 
 A row is one path in each of several columns (:mod:`hcss_twin.models.radiance.physical.columns`).
 """
@@ -31,7 +31,7 @@ class CompositePaths(ABC):
 
     @abstractmethod
     def take(self, rows: Rows) -> Self:
-        """Return the paths of some rows, in their order."""
+        """Return the paths of given rows, in that order."""
 
     @abstractmethod
     def __add__(self, other: Self) -> Self:
@@ -39,12 +39,12 @@ class CompositePaths(ABC):
 
     @abstractmethod
     def beside(self, others: Sequence[Self]) -> Self:
-        """Put the columns of others, with as many paths, beside its own."""
+        """Append the columns of others with the same number of paths."""
 
     @property
     @abstractmethod
     def key(self) -> Hashable:
-        """Hashable; equal for equal paths of one provider."""
+        """Hashable key, equal for equal paths of one provider."""
 
 
 @dataclass(frozen=True)
@@ -117,14 +117,14 @@ class PathTransmittance:
         self._of_amounts = getattr(provider, "transmittance_of_amounts", None)
 
     def of(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
-        """Return paths (P, C) as this provider adds them."""
+        """Return paths (P, C) in the additive form of this provider."""
         if self._amounts is None or self._of_amounts is None:
             return _LegPaths(tuple(tuple(row) for row in paths))
         amounts = self._amounts([path for row in paths for path in row])
         return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
 
     def transmittance(self, crossed: CompositePaths) -> Array:
-        """Return transmittance (P, C x V): that of all wavenumbers of the first column, of the second, ..."""
+        """Return transmittance (P, C x V): all wavenumbers of the first column, then of the second, ..."""
         if isinstance(crossed, _AbsorberPaths) and self._of_amounts is not None:
             amounts = crossed.amounts.reshape(-1, crossed.amounts.shape[2])
             result: Array = self._of_amounts(self._wavenumber, amounts)

@@ -1,6 +1,6 @@
 """Directions of the view, the sun and the Gauss streams, and the terms of the physical radiance.
 
-A term says where the light that reaches the sensor was emitted, or last scattered or reflected if it is sunlight.
+A term identifies where light at the sensor was emitted or, for sunlight, last scattered or reflected.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ TERMS: Mapping[str, str] = {
 SOLAR_TERMS = frozenset({"cloud_reflected_sun", "sea_reflected_sun", "path_scattered_sun"})
 
 SEA_SUN_TERMS = frozenset({"sea_reflected_sun"})
-"""Terms that in a clear column are direct sunlight reflected by the sea."""
+"""Terms that consist of direct sunlight reflected by the sea in a clear column."""
 
 VIEW = 0
 """Index of the view among the directions."""
@@ -55,8 +55,8 @@ class ColumnDirections:
     relative_azimuth : float
         Of view and sun, radians; 0 without a sun.
     wind_azimuth : float
-        Bearing of the sensor minus the one the wind comes from, radians, counted so that the sun lies at
-        wind_azimuth + relative_azimuth.
+        Bearing of the sensor minus the bearing that the wind comes from, radians, counted such that the azimuth of the
+        sun is wind_azimuth + relative_azimuth.
     """
 
     mu: Array
@@ -79,7 +79,7 @@ class ColumnDirections:
 
 
 def column_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> ColumnDirections:
-    """Return the directions of a column; a sun below the horizon is none."""
+    """Return the directions of a column; a sun below the horizon is ignored."""
     gauss = gauss_streams(streams)
     mu_view = math.cos(math.radians(view.zenith_deg))
     zenith = (view.zenith_deg, *(math.degrees(math.acos(mu)) for mu in gauss.mu))

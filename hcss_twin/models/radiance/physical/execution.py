@@ -1,4 +1,4 @@
-"""How the model computes: with one thread for products of matrices, and each spectrum's results only once."""
+"""Execution of the model: single-threaded matrix products, and caching of results by spectrum."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _Arguments = TypeVarTuple("_Arguments")
 
 
 def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
-    """Let BLAS use one thread while a function runs; our own compiled loops keep their threads.
+    """Limit BLAS to one thread while a function runs; our own compiled loops keep their threads.
 
-    The matrices of this model are so small that several BLAS threads wait for each other longer than they compute,
-    above all on a busy machine. The last bits of a product also depend on the number of threads.
+    The matrices of this model are so small that several BLAS threads would wait longer than they compute, especially on
+    a busy machine. The last bits of a product also depend on the number of threads.
 
     Threads that call such functions take turns. The limit holds for the libraries that numpy and scipy have loaded when
     such a function runs for the first time.
@@ -29,7 +29,7 @@ def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
     @wraps(function)
     def limited(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-        # The limit belongs to the process: the first of two threads to end would lift it for the other.
+        # The limit applies to the process: the first of two threads to end would lift it for the other.
         with _turn(), _libraries().limit(limits=1, user_api="blas"):
             return function(*args, **kwargs)
 
@@ -54,7 +54,7 @@ def cached_by_spectrum(
 ) -> Callable[[Array, *_Arguments], _T]:
     """Remember the last results of a function of wavenumbers (V,) and hashable arguments.
 
-    Arrays have no hash, so that their bytes are the key; ``function`` receives a copy that cannot be changed.
+    Arrays have no hash, so their bytes are the key; ``function`` receives a read-only copy.
     """
 
     @lru_cache(maxsize=maxsize)

@@ -1,6 +1,6 @@
 """Radiance models ``physical`` and ``physical-two-stream``: clouds that scatter many times over a rough, emissive sea.
 
-One column at a time: :class:`~hcss_twin.models.radiance.physical.columns.SceneColumns` stacks air, clouds and sea,
+For each column, :class:`~hcss_twin.models.radiance.physical.columns.SceneColumns` stacks air, clouds and sea,
 :mod:`~hcss_twin.models.radiance.physical.tracing` follows rays from the sensor into them, and
 :mod:`~hcss_twin.models.radiance.physical.closure` sums the reflections that remain.
 """
@@ -40,24 +40,24 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun, TransmittanceProvider
 
 MEASURED_STREAMS, MEASURED_MODES = 8, 16
-"""Smallest numbers of streams and azimuth modes for which the error was measured; the model states it from there."""
+"""Minimum numbers of streams and azimuth modes for which the model states a measured error."""
 
 _MAX_SPECTRA, _MAX_WAVENUMBERS = 4, 512
-"""Spectra whose solved clouds stay in memory, and wavenumbers of one over all suns: some 70 kB per wavenumber."""
+"""Limits of solved clouds in memory: spectra, and wavenumbers of a spectrum over all suns (70 kB each)."""
 
 _VALUES_TOGETHER = 1024
-"""Columns times wavenumbers computed together: larger arrays do not stay in the processor's cache."""
+"""Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
 
 _MAX_SUN_ZENITH_DEG = 88.0
-"""Beyond it sunlight scattered in the air is left out: paths to the sun graze the Earth."""
+"""Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 
 _MIN_EARTH_RADIUS_M = 6356752.0
-"""Polar radius: a provider with a larger one sees the sun no lower."""
+"""Polar radius: with a larger radius, a provider sees the sun no lower."""
 
 
 @dataclass(frozen=True)
 class _Scene:
-    """What all columns have in common at some wavenumbers and for one position of the sun.
+    """Properties that all columns share at given wavenumbers and one sun position.
 
     Attributes
     ----------
@@ -66,9 +66,9 @@ class _Scene:
     received : ndarray (V,)
         Solar irradiance on a horizontal plane outside the atmosphere, mu0 E0; 0 without a sun.
     modes : callable
-        Returns the azimuth modes of the sea's BRDF, or None where they do not matter.
+        Returns the azimuth modes of the sea's BRDF, or None if they are negligible.
     scattered : callable
-        Maps an altitude to the sunlight (V,) that the air above scatters once into the view, sr-1.
+        Returns sunlight (V,) scattered once into the view by the air above an altitude, sr-1.
     """
 
     air: Air
@@ -80,11 +80,11 @@ class _Scene:
 
 
 class Physical:
-    """Sea, clouds and air whose emission, reflection and transmission sum to one everywhere.
+    """Multiple-scattering model of sea, clouds and air that conserves energy exactly.
 
-    Emissivity is what reflection and transmission leave over, at the sea and at each face of each cloud. Air weakens
-    and emits along whole composite paths, whose absorber amounts add. An isothermal enclosure therefore sends Planck's
-    radiance in every direction, with any providers.
+    At the sea and at each cloud face, emissivity is 1 minus reflection and transmission. Air attenuates and emits along
+    whole composite paths, whose absorber amounts add. An isothermal enclosure therefore emits the Planck radiance in
+    every direction, with any providers.
 
     Parameters
     ----------
@@ -111,12 +111,12 @@ class Physical:
         self._gas: TransmittanceProvider = inputs.transmittance
         if inputs.transmittance.declares.legs == "to_space":
             self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
-        # The engine asks for the same few spectra again and again, under one sun or several.
+        # The engine requests the same few spectra repeatedly, for one or several sun positions.
         self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
         self._air = cached_by_spectrum(partial(Air, self._gas, inputs.profile), maxsize=2)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
-        # Solved clouds cost most: clear skies under other suns must not push them out.
+        # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
@@ -132,7 +132,7 @@ class Physical:
 
     @in_one_thread
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Return terms (N, V) of columns with a thickness (N, L) of each layer, none all 0.
+        """Return terms (N, V) of columns with layer thicknesses (N, L), not all 0 in any column.
 
         Raises
         ------
@@ -189,7 +189,7 @@ class Physical:
         return column_directions(self._inputs.view, None, self._inputs.wind_from_deg, self._parameters.streams)
 
     def _sunlight_scattered_in_air(self, wavenumber: Array, where: ColumnDirections) -> Callable[[float], Array]:
-        """Map an altitude to the sunlight (V,) scattered once into the view above it, sr-1; 0 from other providers."""
+        """Return sunlight (V,) scattered once into the view above an altitude, sr-1; 0 if the provider has none."""
         own, sun = getattr(self._inputs.transmittance, "solar_path_radiance", None), where.sun
         if own is None or sun is None or self._sun_is_too_low(sun, where):
             return lambda altitude_m: np.zeros_like(wavenumber)
@@ -203,7 +203,7 @@ class Physical:
         return above
 
     def _sun_is_too_low(self, sun: Sun, where: ColumnDirections) -> bool:
-        """Whether the sun is near the horizon of any point between sea and sensor: slant paths reach far."""
+        """Whether the sun is near the horizon at any point of the (long) slant path between sea and sensor."""
         top_m = float(self._inputs.profile.altitude_m[-1])
         highest = sun_zenith_along(
             where.zenith_deg[VIEW], sun.zenith_deg, where.relative_azimuth, top_m, _MIN_EARTH_RADIUS_M
@@ -211,7 +211,7 @@ class Physical:
         return max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG
 
     def _slab_solvers_by_sun(self, wavenumber: Array) -> Callable[[Sun | None], SlabSolver]:
-        """Return what solves clouds under a sun; the solved ones of as many suns stay as there is room for."""
+        """Return the cloud solvers for a sun position; solved clouds of as many suns stay as fit in memory."""
         suns = max(_MAX_WAVENUMBERS // wavenumber.size, 1)
         return lru_cache(maxsize=suns)(partial(self._new_slab_solver, wavenumber))
 
@@ -227,7 +227,7 @@ class Physical:
         )
 
     def _slabs(self, solver: SlabSolver, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
-        """Solved layers by thickness."""
+        """Return solved layers by thickness."""
         thickness = np.unique(thickness_m[thickness_m > 0.0])
         if not thickness.size:
             return {}
@@ -273,10 +273,10 @@ class Physical:
 
 
 class PhysicalTwoStream(Physical):
-    """As :class:`Physical`, with each cloud layer by a delta-Eddington two-stream solution and exact single scattering.
+    """As :class:`Physical`, but with delta-Eddington two-stream clouds and exact single scattering.
 
-    Energy is conserved and an isothermal enclosure is black all the same. Errors of single layers against discrete
-    ordinates are in docs/development/radiance.md: emissivity by some 0.02, reflected sunlight by some 15 percent.
+    Energy is still conserved, and an isothermal enclosure is still black. Errors of single layers against discrete
+    ordinates are in docs/development/radiance.md: about 0.02 in emissivity and 15 percent in reflected sunlight.
     """
 
     closed_form = True
@@ -297,7 +297,7 @@ def _rows_by_layers(thickness_m: Array, slabs: list[dict[float, CloudSlab]]) -> 
 
 
 def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) -> Array:
-    """Sunlight (S,) that the air scatters once into the view; below a cloud it passes the cloud directly, twice."""
+    """Return sunlight (S,) scattered once into the view by air; below a cloud it crosses the cloud twice, directly."""
     result = np.zeros_like(columns.received)
     if columns.directions.sun is None:
         return result
@@ -313,7 +313,7 @@ def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) 
 
 
 def _own_errors(parameters: PhysicalParameters, closed_form: bool) -> tuple[str, ...]:
-    """Errors measured for these numbers of streams or more (docs/development/radiance.md)."""
+    """Return the errors measured for these numbers of streams or more (docs/development/radiance.md)."""
     if closed_form:
         return ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
     errors = []

@@ -1,13 +1,13 @@
-"""Transmittance of any path from a provider that knows only paths from an altitude to space.
+"""Transmittance of any path, from a provider that supports only paths from an altitude to space.
 
-At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
-space, which are reproduced. The exponent a follows from a vertical and a slant path at the surface: 1 for weak
+At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layer amounts w follow from vertical paths to space,
+which are reproduced exactly. The exponent a follows from a vertical and a slant path at the surface: 1 for weak
 absorption, 0.5 for a strong Lorentz line, where absorption is saturated at the line's centre and grows only in its
-wings. Why not products of leg transmittances: they ignore that saturation, and their errors are larger.
+wings. Products of leg transmittances would ignore this saturation and have larger errors.
 
-Errors of band means stay a few percent for paths up and down again; a provider for any path is better. Where the
-provider itself knows the path from the sun down to a target and up again, its answer is used, continued by the law
-where the sun is too low for it.
+Errors of band means are a few percent for paths that go up and down again; a provider for any path is better. If the
+provider supports the path from the sun down to a target and up again, its transmittance is used; the power law
+extrapolates it if the sun is too low.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ _EXPONENTS = (0.2, 1.0)
 """Range of a: below 0.5 for tables that fall off more slowly than a strong Lorentz line, up to weak absorption."""
 
 _MAX_SUN_PATHS = 512
-"""Paths from the sun to a target and up again in memory: columns with the same cloud share them."""
+"""Paths from the sun to a target and up again held in memory: columns with the same cloud share them."""
 
 _SURELY_WITHIN = 0.99
-"""Share of the greatest air mass below which a refused path must have been refused for another reason."""
+"""Fraction of the maximum air mass below which a path must have been rejected for another reason."""
 
 
 class PowerLawGas:
-    """A transmittance provider for any path, fitted to one for paths to space.
+    """Transmittance provider for any path, fitted to one for paths to space.
 
     Parameters
     ----------
     provider : TransmittanceProvider
         Declares ``legs = "to_space"``.
     profile : Profile
-        Its levels are the layers' limits; targets outside the provider's range are not asked for.
+        Its levels are the layer boundaries; targets outside the provider's range are not requested.
     """
 
     def __init__(self, provider: TransmittanceProvider, profile: Profile) -> None:
@@ -68,14 +68,14 @@ class PowerLawGas:
         return result
 
     def _add_airmass(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
-        """Add the air masses (L,) of legs to those known."""
+        """Compute the air masses (L,) of legs and store them."""
         new = list(legs)
         known.update(zip(new, airmass_of_legs(self._profile, new), strict=True))
 
     def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
-        """The provider's own transmittance (V,) from the sun down to a target and up again; None for other paths.
+        """Return the provider's transmittance (V,) from the sun down to a target and up again; None for other paths.
 
-        No emission is weighted with differences of these, so that they need not agree with the law.
+        No emission is weighted with differences of these, so they need not be consistent with the power law.
         """
         if sum(leg.upper_m == SPACE for leg in path.legs) != 2:
             return None
@@ -93,10 +93,10 @@ class PowerLawGas:
         return own
 
     def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
-        """Transmittance (V,) of a path with more air than the provider's angles reach, from its longest by the law.
+        """Extrapolate the provider's longest path by the power law to a path with more air; return (V,).
 
-        The fit alone is some percent off there, and light of a low sun would jump where clouds rise out of that range.
-        None where the provider refuses the path for another reason.
+        The fit alone would have errors of some percent, and the light of a low sun would jump where clouds rise out of
+        that range. None if the provider rejects the path for another reason.
         """
         target, angles = legs[0].lower_m, self.declares.valid.get("view_zenith")
         if angles is None:
@@ -114,7 +114,7 @@ class PowerLawGas:
         return np.asarray(np.exp(-depth * (mass / longest) ** exponent))
 
     def _fit(self, wavenumber_cm1: Array) -> tuple[Array, Array]:
-        """Amounts of the layers (L, V) and exponents (V,)."""
+        """Return layer amounts (L, V) and exponents (V,)."""
         key = wavenumber_cm1.tobytes()
         if key not in self._known:
             vertical = self._depth(wavenumber_cm1, [to_space(z, 0.0) for z in self._targets])
@@ -122,7 +122,7 @@ class PowerLawGas:
             mass = float(self._profile.mean_airmass(self._targets[0], np.array([_SLANT_DEG]))[0])
             exponent = np.clip(np.log(slant / vertical[0]) / np.log(mass), *_EXPONENTS)
             above = vertical ** (1.0 / exponent)
-            # Amounts fall with height, but for a table's rounding.
+            # Amounts decrease with height, except for rounding in a table.
             above = np.minimum.accumulate(above, axis=0)
             amount = np.zeros((self._profile.altitude_m.size - 1, wavenumber_cm1.size))
             amount[: len(self._targets)] = above - np.concatenate((above[1:], np.zeros_like(above[:1])))
@@ -136,7 +136,7 @@ class PowerLawGas:
 
 
 def joined(path: Path) -> tuple[Leg, ...]:
-    """Return the legs of a path with those joined that continue one another in the same direction."""
+    """Return the legs of a path, with consecutive legs in the same direction merged."""
     legs: list[Leg] = []
     for leg in sorted(path.legs, key=lambda each: (each.zenith_deg, each.lower_m)):
         if legs and legs[-1].zenith_deg == leg.zenith_deg and legs[-1].upper_m == leg.lower_m:

@@ -1,4 +1,4 @@
-"""The sea as an interface: emission, reflection of the sky by streams, and glint."""
+"""The sea as an interface: emission, reflection of sky radiance by streams, and glint."""
 
 from __future__ import annotations
 
@@ -12,27 +12,26 @@ from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.providers import SeaModel
 
 MAX_DEFECT = 0.1
-"""Largest allowed difference between the integral of a BRDF and 1 - emissivity."""
+"""Maximum difference between the integral of a BRDF and 1 - emissivity."""
 
 _COSINES, _AZIMUTHS = 64, 48
 
 
 @dataclass(frozen=True)
 class SeaSurface:
-    """Rows of the sea; emissivity and reflection sum to one in each.
+    """Emissivity and reflection of the sea, which sum to one in each direction.
 
     Attributes
     ----------
     emissivity : ndarray (D, V)
         Toward the view and the streams.
     reflection : ndarray (D, N, V)
-        Share of each stream's downwelling radiance in the radiance sent toward a direction.
+        Contribution of each stream's downwelling radiance to the radiance toward a direction.
     sun : ndarray (D, V)
-        BRDF in sr-1 for sunlight, with its azimuth toward the view and as a mean over azimuth toward streams; 0
-        without a sun.
+        BRDF in sr-1 for sunlight: at the view azimuth toward the view, as azimuth mean toward streams; 0 without a sun.
     defect : float
-        Largest difference between 1 and the sum of emissivity and integrated BRDF before it was closed; 0 for a
-        provider that gives its own reflection weights.
+        Largest difference between 1 and the sum of emissivity and integrated BRDF before normalisation; 0 for a
+        provider with its own reflection weights.
     """
 
     emissivity: Array
@@ -41,7 +40,7 @@ class SeaSurface:
     defect: float
 
     def repeated(self, columns: int) -> SeaSurface:
-        """Return the sea of so many columns, (..., C x V)."""
+        """Return the sea repeated for C columns, (..., C x V)."""
         if columns == 1:
             return self
         return replace(
@@ -53,29 +52,29 @@ class SeaSurface:
 
 
 def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
-    """Return a surface with the sunlight that it sends under the sun of ``directions``."""
+    """Return a surface with the sunlight that it reflects for the sun of ``directions``."""
     return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions))
 
 
 def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
-    """Return what a sea model emits and reflects of the sky, whatever the sun; sunlight stays 0.
+    """Return emission and sky reflection of a sea model, independent of the sun; sunlight is 0.
 
-    A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the share of the light
-    seen in each direction that came from the sky at each node. Otherwise its BRDF is integrated over a fine grid of
-    directions that is folded onto the streams.
+    A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the fraction of the light in
+    each direction that comes from the sky at each node. Otherwise its BRDF is integrated over a fine grid of directions
+    that is folded onto the streams.
 
     Raises
     ------
     ProviderError
-        If emissivity and integrated BRDF of a provider do not sum to one within 0.1.
+        If the emissivity and integrated BRDF of a provider do not sum to one within 0.1.
     """
     own = getattr(sea, "reflection_weights", None)
     wind = _wind(sea, directions)
-    # Only the view has a bearing to the wind; streams are means over all bearings.
+    # Only the view has an azimuth relative to the wind; streams are azimuth means.
     others = slice(VIEW + 1, None) if wind else slice(None)
     weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
     if own is not None:
-        # Before the emissivity, which some providers then have in memory.
+        # Called before the emissivity, which some providers then have in memory.
         weights[others] = own(wavenumber_cm1, directions.mu[others], directions.streams.mu)
         if wind:
             weights[VIEW] = own(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind)[0]
@@ -95,7 +94,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
             )
     total = weights.sum(axis=1)
     nothing = total <= 0.0
-    # Where the BRDF is 0 everywhere, there is nothing to scale: all light comes from the mirror direction.
+    # If the BRDF is 0 everywhere, it cannot be scaled: all light comes from the mirror direction.
     if np.any(nothing & (left > 0.0)):
         nearest = np.argmin(np.abs(directions.mu[:, None] - directions.streams.mu), axis=1)
         for row, node in enumerate(nearest):
@@ -106,7 +105,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
 
 
 def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
-    """Integral of BRDF x cosine over the sky, folded onto the streams by linear weights, (D, N, V)."""
+    """Integrate BRDF x cosine over the sky onto the streams with linear weights, (D, N, V)."""
     nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
     mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
@@ -121,7 +120,7 @@ def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirectio
 
 
 def _hats(mu: Array, nodes: Array) -> Array:
-    """Linear interpolation weights (M, N) of positions ``mu`` between ascending or descending ``nodes``."""
+    """Return linear interpolation weights (M, N) of ``mu`` between ascending or descending ``nodes``."""
     order = np.argsort(nodes)
     place = np.interp(mu, nodes[order], np.arange(nodes.size, dtype=np.float64))
     low = np.minimum(place.astype(np.int64), nodes.size - 2)
@@ -153,5 +152,5 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections
 
 
 def _wind(sea: SeaModel, directions: ColumnDirections) -> dict[str, Array]:
-    """Return the view's bearing to the wind for a sea that depends on it; streams get the mean over bearings."""
+    """Return the view azimuth relative to the wind for a sea that depends on it; streams get the azimuth mean."""
     return {"wind_azimuth": np.array([directions.wind_azimuth])} if getattr(sea, "anisotropic", False) else {}

@@ -1,8 +1,8 @@
 """Rays from the sensor into the scene: gas exact along every path with a given number of changes of direction.
 
-A ray is followed through the gaps. Where an interface scatters, it continues along every stream, with the whole
-composite path behind it; after ``order`` changes of direction the closure provides the rest. Light that crosses a cloud
-directly does not change direction.
+Rays are traced through the gaps. At a scattering interface, a ray continues along every stream, with its whole
+composite path; after ``order`` changes of direction the closure provides the rest. Light that crosses a cloud directly
+does not change direction.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from hcss_twin.physics.paths import Path
 
 
 class Rays:
-    """P rays on their way into the scene.
+    """P rays traced into the scene.
 
     Parameters
     ----------
     crossed : CompositePaths (P,)
-        What lies between each ray's front and the sensor.
+        Path between the front of each ray and the sensor.
     transmittance : ndarray (P, S)
         Of these paths.
     directions : ndarray of int (P,)
         Index of each ray's direction.
     source : int
-        Where the emission of air counts: ``AIR`` before the first scattering, ``SCATTERED_AIR`` behind it.
+        Term for the emission of air: ``AIR`` before the first scattering, ``SCATTERED_AIR`` after it.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Rays:
 
 
 class Tracer:
-    """Follows rays through columns with the same layers.
+    """Traces rays through columns with the same layers.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Tracer:
         self._order = order
 
     def radiance(self) -> Array:
-        """Return the radiance at the sensor by sources, (K, S)."""
+        """Return the radiance at the sensor by source, (K, S)."""
         size = self._columns.received.size
         view = Rays(self._columns.crossed(lambda _: Path()), np.ones((1, size)), np.array([VIEW]), AIR)
         return self._down(view, 0, self._order)[:, 0]
@@ -95,7 +95,7 @@ class Tracer:
         return result + self._cloud(rays, gap - 1, order, from_above=False)
 
     def _cross(self, rays: Rays, lower_m: Heights, upper_m: Heights, *, downward: bool) -> tuple[Array, Rays]:
-        """Emission of a leg, and the rays behind it."""
+        """Return the emission of a leg, and the rays behind it."""
         where = self._columns.directions.zenith_deg
         zeniths = [where[index] for index in rays.directions]
         leg = self._columns.air.leg(
@@ -146,12 +146,12 @@ class Tracer:
         )
         result[CLOUD] += rays.transmittance * columns.slab_emission(index, from_above)[rays.directions]
         self._add_sun(result[CLOUD_SUN], rays, *columns.sun_on_slab(index, from_above))
-        # Directly through: the same direction, so that no change is spent.
+        # Direct transmission: the same direction, so the order does not change.
         result += slab.direct[rays.directions] * through(rays, order)
         return result
 
     def _add_sun(self, target: Array, rays: Rays, sunlight: Array, to_sun: CompositePaths) -> None:
-        """Add sunlight (D, S) that leaves an interface; the sun's and the ray's air are one composite path."""
+        """Add sunlight (D, S) that leaves an interface; the paths of sun and ray are one composite path."""
         if self._columns.directions.sun is None:
             return
         seen = self._columns.air.transmittance(rays.crossed + to_sun)
@@ -160,15 +160,15 @@ class Tracer:
     def _scattered(
         self, rays: Rays, kernel: Array, order: int, look: Callable[[Rays, int], Array], closure: Callable[[], Array]
     ) -> Array:
-        """Light from all streams that an interface turns into the rays' directions.
+        """Return the light from all streams that an interface scatters into the ray directions.
 
         Parameters
         ----------
         kernel : ndarray (D, N, S)
         look : callable
-            What rays along the streams see, given the changes that are left.
+            Returns the radiance along the streams, given the remaining changes of direction.
         closure : callable
-            The same (K, N, S) behind frozen gas, for rays that have none left.
+            The same (K, N, S) behind fixed gas, for rays without remaining changes of direction.
         """
         rows = kernel[rays.directions]
         if not np.any(rows):

@@ -1,8 +1,8 @@
 """Azimuth modes of sunlight between one cloud and the sea: the glint seen through a thin cloud.
 
-Diffuse light along the streams is a mean over azimuth. Sunlight that a thin cloud scatters forward is not: it still
-comes from near the sun, and the sea mirrors it into the glint. With T_m and R_m the modes of the cloud's transmission
-and of the sea's BRDF, the mean over azimuth omits, for one reflection by the sea,
+Diffuse light along the streams is an azimuth mean. Sunlight scattered forward by a thin cloud is not azimuthally
+uniform: it still comes from near the sun, and the sea reflects it into the glint. With the modes T_m of the cloud
+transmission and R_m of the sea BRDF, the azimuth mean omits, for one reflection by the sea,
 
     sum over m of 2 cos(m phi) [t_view R_m(view, k) T_m(k, sun) + T_m(view, j) R_m(j, sun) t_sun
                                 + T_m(view, j) R_m(j, k) T_m(k, sun)]
@@ -27,7 +27,7 @@ _AZIMUTHS = 32
 
 @dataclass(frozen=True)
 class SeaModes:
-    """Azimuth modes 1 to M of a sea's BRDF, sr-1; the mean over bearings to the wind.
+    """Azimuth modes 1 to M of a sea BRDF, sr-1, averaged over wind directions.
 
     Attributes
     ----------
@@ -44,14 +44,14 @@ class SeaModes:
     between: Array
 
     def repeated(self, columns: int) -> SeaModes:
-        """Return the modes of the sea of so many columns, (..., C x V)."""
+        """Return the modes of the sea repeated for C columns, (..., C x V)."""
         if columns == 1:
             return self
         return SeaModes(*(np.tile(each, columns) for each in (self.view, self.sun, self.between)))
 
 
 def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, modes: int) -> SeaModes:
-    """Return the modes of a sea model's BRDF from 1 to ``modes`` - 1; those of the sun stay 0."""
+    """Return the modes of a sea model's BRDF from 1 to ``modes`` - 1; those of the sun are 0."""
     streams = directions.streams.mu
     count = streams.size
     first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
@@ -61,7 +61,7 @@ def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDire
 
 
 def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaModes:
-    """Return modes with those toward the streams from the sun of ``directions``."""
+    """Return the modes, completed for the sun of ``directions``."""
     streams = directions.streams.mu
     toward_sun = np.full(streams.size, directions.mu_sun)
     sun = _expanded(sea, wavenumber_cm1, streams, toward_sun, unlit.view.shape[0] + 1)
@@ -69,7 +69,7 @@ def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directio
 
 
 def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int) -> Array:
-    """Modes (M, P, V) of a sea's BRDF for pairs of directions (P,)."""
+    """Return the modes (M, P, V) of a sea BRDF for pairs of directions (P,)."""
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
     cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / _AZIMUTHS
     many = mu_out.size
@@ -79,10 +79,10 @@ def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array,
 
 
 def turned_glint(columns: SceneColumns, modes: SeaModes) -> tuple[Array, Array]:
-    """Return the sunlight to be added to that of the cloud and of the sea, both (S,), in columns with one cloud.
+    """Return the sunlight to add to the cloud and sea terms, both (S,), in columns with one cloud.
 
-    By the cloud: what it scatters on the way down; by the sea: what reaches it directly. ``modes`` (..., S) are those
-    of each column.
+    The cloud term contains light that the cloud scatters on the way down, the sea term light that reaches the sea
+    directly. ``modes`` (..., S) are those of each column.
     """
     slab, where = columns.slabs[0], columns.directions
     sun = where.sun
