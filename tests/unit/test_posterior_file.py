@@ -95,7 +95,7 @@ def damage(path, attribute, value):
 @pytest.mark.parametrize(
     ("attribute", "value", "message"),
     [
-        ("hcss_posterior_version", None, "no posterior"),
+        ("hcss_posterior_version", None, "not a posterior"),
         ("hcss_posterior_version", np.int32(2), "allowed: 1"),
         ("converged", "false", "not converged"),
     ],
