@@ -316,7 +316,7 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
         (["--draws", "3", "--posterior", "none.nc"], "no such file"),
         (["--draws", "3", "--posterior", "UNFINISHED"], "not converged"),
         (["--draws", "3", "--posterior", "TEXT"], "not a NetCDF file"),
-        (["--draws", "3", "--posterior", "CUBE"], "no posterior of hcss fit"),
+        (["--draws", "3", "--posterior", "CUBE"], "not a posterior of hcss fit"),
         (["--draws", "3", "--posterior", "HALF"], "only one of Lx and Ly"),
     ],
 )
