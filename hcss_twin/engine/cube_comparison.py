@@ -146,7 +146,7 @@ class CubeComparison:
     def add_part(
         self, theirs: int, ours: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
     ) -> None:
-        """Compare a frame, or the rows and columns ``place`` of it, with the recomputation."""
+        """Compare a frame, or the part of it given by ``place``, with the recomputation."""
         self._add_geometry(self._geometry.of_frames, theirs, self._header.frame_times_s[ours], place)
         corner = (0, 0) if place is None else (place[0].start, place[1].start)
         index: Any = theirs if place is None else (theirs, ..., *place)

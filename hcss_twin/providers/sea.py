@@ -52,7 +52,7 @@ class SeaModel(Protocol):
     """Directional emissivity and bidirectional reflectance of the sea surface.
 
     Kirchhoff's law: emissivity plus the integral of BRDF times ``mu_in`` over the sky is 1. The integral must not
-    exceed 1 - emissivity; without ``reflection_weights`` it may be lower by up to 0.1, and the engine scales it.
+    exceed 1 - emissivity; without ``reflection_weights`` it may be lower by up to 0.1, and the engine rescales it.
     """
 
     declares: Declares

@@ -186,7 +186,7 @@ def _quantiles(name: str, of: Mapping[str, float], share: NDArray[np.float64], s
         raise ValueError(f"standard_deviation = {spread:g}; allowed: > 0")
     below, above = ndtr((low - mean) / spread), ndtr((high - mean) / spread)
     if not below < above:
-        raise ValueError(f"from {low:g} to {high:g} has nothing of a normal distribution around {mean:g}")
+        raise ValueError(f"from {low:g} to {high:g} contains no probability of the normal distribution around {mean:g}")
     drawn: NDArray[np.float64] = mean + spread * ndtri(below + share * (above - below))
     return drawn
 

@@ -130,7 +130,11 @@ def test_what_is_no_store_is_not_replaced(tmp_path):
     (tmp_path / "file.zarr").write_text("mine")
     (tmp_path / "folder.zarr").mkdir()
     (tmp_path / "folder.zarr" / "thesis.txt").write_text("mine")
-    for name, why in (("file", "it is a file"), ("folder", "a folder that is not a Zarr store"), ("no/such", "no folder")):
+    for name, why in (
+        ("file", "it is a file"),
+        ("folder", "a folder that is not a Zarr store"),
+        ("no/such", "no folder"),
+    ):
         with pytest.raises(CubeError, match=why), ZarrWriter(tmp_path / f"{name}.zarr", header):
             pass
     assert (tmp_path / "folder.zarr" / "thesis.txt").read_text() == "mine"

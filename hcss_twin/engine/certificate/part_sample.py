@@ -204,7 +204,7 @@ class PartSample:
         window: Window,
         thickness_m: Sequence[Thickness],
     ) -> None:
-        """Add pixels of one stratum, sorted by random number, and drop those with too large numbers."""
+        """Add pixels of one stratum, sorted by random number, and drop those whose numbers are too large."""
         samples = self._plan.samples_per_pixel
         points = np.empty((keys.size, *self._points.shape[1:]), dtype=np.float32)
         for pixel, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):

@@ -31,7 +31,7 @@ def smear_mtf(frequency_x: Array, pixels: float) -> Array:
 
 
 class Blur:
-    """Kernels of optics and motion, with finite reach, and their convolution with a frame.
+    """Blur kernels of optics and motion with finite support, and their convolution with a frame.
 
     Raises
     ------

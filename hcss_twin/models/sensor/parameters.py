@@ -187,10 +187,10 @@ class RadiometerParameters(BaseModel):
         given = [name for name in _ETENDUE if getattr(self, name) is not None]
         if len(given) == 1:
             other = next(name for name in _ETENDUE if name not in given)
-            raise PydanticCustomError("needs", f"{given[0]} has no influence without {other}")
+            raise PydanticCustomError("needs", f"{given[0]} has no effect without {other}")
         for name in ("transmission", "photon_temperature"):
             if name in self.model_fields_set and not given:
-                raise PydanticCustomError("idle", f"{name} has no influence without {' and '.join(_ETENDUE)}")
+                raise PydanticCustomError("idle", f"{name} has no effect without {' and '.join(_ETENDUE)}")
         self._check_converter()
         return self
 
@@ -198,7 +198,7 @@ class RadiometerParameters(BaseModel):
         if self.bits is None:
             for name in ("electrons_per_number", "radiance_per_number", "number_offset"):
                 if name in self.model_fields_set:
-                    raise PydanticCustomError("idle", f"{name} has no influence without bits")
+                    raise PydanticCustomError("idle", f"{name} has no effect without bits")
             return
         range_of, step = (
             ("well_depth", "electrons_per_number")

@@ -79,7 +79,7 @@ class ScaledScattering:
 
 
 def extended_moments(moments: Array, count: int) -> Array:
-    """First ``count`` moments: g^l where only 1 and g are given, else zeros after the last one.
+    """First ``count`` moments: g^l if only 1 and g are given; otherwise padded with zeros.
 
     Parameters
     ----------

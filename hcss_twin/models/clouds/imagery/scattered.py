@@ -85,7 +85,7 @@ class ScatteredClouds:
         )
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return thickness (y, x) of a window inside the scene."""
+        """Return the thickness (y, x) within a window of the scene."""
         shift_y, shift_x = (whole_pixels(speed, time_s) for speed in self._speed)
         farthest = max(abs(shift_y), abs(shift_x)) + max(self._grid.rows, self._grid.columns)
         if farthest > FARTHEST_PIXEL:

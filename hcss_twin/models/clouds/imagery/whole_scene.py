@@ -201,7 +201,7 @@ class WholeScene:
         )
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return thickness (y, x) of a window inside the scene.
+        """Return the thickness (y, x) within a window of the scene.
 
         Raises
         ------
