@@ -1,5 +1,6 @@
 """A stranger's package adds commands to ``hcss``: listed without importing their code, and harmless when broken."""
 
+import importlib
 import json
 import re
 import sys
@@ -45,6 +46,8 @@ def install(tmp_path, monkeypatch):
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.2\n")
         (info / "entry_points.txt").write_text(f"[{group}]\n{distribution} = {module}\n")
         (tmp_path / f"{module}.py").write_text(source)
+        # A folder changed within the same tick of the file clock would otherwise be taken from the list of before.
+        importlib.invalidate_caches()
         modules.add(module)
 
     yield install
