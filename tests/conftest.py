@@ -47,8 +47,11 @@ def _own_cache(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _fresh_analysis_and_references(monkeypatch, tmp_path_factory):
+def _fresh_analysis_and_references(request, tmp_path_factory):
     """The keys of cached scene analyses and references do not contain what a test replaces in the code."""
-    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
-    own = tmp_path_factory.mktemp("references").name
-    monkeypatch.setattr("hcss_twin.engine.certificate.certify.REFERENCES", (own, ".npz"))
+    with pytest.MonkeyPatch.context() as patch:
+        if "monkeypatch" in request.fixturenames:
+            patch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
+            own = tmp_path_factory.mktemp("references").name
+            patch.setattr("hcss_twin.engine.certificate.certify.REFERENCES", (own, ".npz"))
+        yield

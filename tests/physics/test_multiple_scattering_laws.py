@@ -1,8 +1,11 @@
 """Laws that any layer keeps: energy, reciprocity, addition, and the limits that have closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hcss_twin.physics.geometry import scattering_cosine
 from hcss_twin.physics.multiple_scattering.forward_peak import once_through
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m
@@ -199,3 +202,20 @@ def test_a_low_sun_fades_smoothly_through_thick_layers(g) -> None:
     # Where the sun has gone, what it lit at the top fades along the view.
     steps = np.diff(np.log(btdf.ravel()))
     np.testing.assert_allclose(steps, -0.05 * (1.0 - 0.9 * scaled.peak[0]) / 0.94, rtol=0.02)
+
+
+@pytest.mark.parametrize("thickness", [0.01, 1.0, 12.0])
+@pytest.mark.parametrize("g", [-0.6, 0.6])
+def test_light_towards_the_sun_is_the_series_of_small_angles(g, thickness) -> None:
+    """C_l of van de Hulst (1980), section 14.1.2, with the direct light of the scaled problem alone."""
+    count, albedo, mu = 4, np.array([0.95]), 0.8
+    scaled = delta_m(np.array([[thickness]]), albedo, henyey_greenstein_moments([g]), count)
+    unscattered = replace(scaled, albedo=np.zeros(1))
+    azimuth = np.array([np.pi, 2.0])
+    btdf = once_through(unscattered, albedo, henyey_greenstein_moments([g]), np.full(2, mu), mu, azimuth)
+    degree, y = np.arange(200), thickness / mu
+    moment, below = g**degree, np.exp(-y * (1.0 - 0.95 * g**count)) - np.exp(-y)
+    missing = np.where(degree < count, below, np.exp(-y) * np.expm1(0.95 * moment * y))
+    turned = np.array([scattering_cosine(-mu, mu, each) for each in azimuth])
+    series = np.polynomial.legendre.legval(turned, (2 * degree + 1) * missing)
+    np.testing.assert_allclose(btdf[0, 0], series / (4.0 * np.pi * mu), rtol=1e-6)
