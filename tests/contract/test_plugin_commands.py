@@ -1,6 +1,5 @@
 """A stranger's package adds commands to ``hcss``: listed without importing their code, and harmless when broken."""
 
-import importlib
 import json
 import re
 import sys
@@ -36,8 +35,8 @@ not_a_command = 3
 def install(tmp_path, monkeypatch):
     """Return a function that installs a distribution whose hook module, of its own name, has this source."""
     monkeypatch.syspath_prepend(tmp_path)
-    (tmp_path / "stranger_code.py").write_text(CODE)
-    modules = {"stranger_code"}
+    (tmp_path / "visitor_code.py").write_text(CODE)
+    modules = {"visitor_code"}
 
     def install(distribution, source, group="hcss_twin.commands"):
         module = distribution.replace("-", "_")
@@ -46,8 +45,6 @@ def install(tmp_path, monkeypatch):
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.2\n")
         (info / "entry_points.txt").write_text(f"[{group}]\n{distribution} = {module}\n")
         (tmp_path / f"{module}.py").write_text(source)
-        # A folder changed within the same tick of the file clock would otherwise be taken from the list of before.
-        importlib.invalidate_caches()
         modules.add(module)
 
     yield install
@@ -55,7 +52,7 @@ def install(tmp_path, monkeypatch):
         sys.modules.pop(module, None)
 
 
-def specs(*names, target="stranger_code:greet"):
+def specs(*names, target="visitor_code:greet"):
     return HOOK.format(specs=", ".join(f'CommandSpec("{name}", "{target}", "Greet somebody.")' for name in names))
 
 
@@ -68,15 +65,15 @@ def broken():
 
 
 def test_help_lists_a_command_without_importing_its_code_and_it_runs(install):
-    install("stranger", specs("greet"))
+    install("visitor", specs("greet"))
     helped = hcss("--help").output
     of_plugins = helped.split("Of plugins:")[1]
     assert re.search(r"^  greet +Greet somebody\.$", of_plugins, re.MULTILINE)
-    assert "stranger_code" not in sys.modules
+    assert "visitor_code" not in sys.modules
     assert hcss("greet", "you").output == "hello you\n"
     assert "Greet NAME." in hcss("greet", "--help").output
     [listed] = [each for each in json.loads(hcss("plugins", "--json").output)["commands"] if each["name"] == "greet"]
-    assert listed == {"name": "greet", "summary": "Greet somebody.", "distribution": "stranger"}
+    assert listed == {"name": "greet", "summary": "Greet somebody.", "distribution": "visitor"}
     assert "greet" in hcss("plugins").output
 
 
@@ -91,14 +88,14 @@ def test_help_lists_a_command_without_importing_its_code_and_it_runs(install):
         (specs("greet").replace("@hookimpl", ""), "lacks the @hookimpl mark"),
         (specs("greet").replace("return [", "return None and ["), "returned None; expected a list of CommandSpec"),
         (HOOK.format(specs="'greet'"), "expected a list of CommandSpec"),
-        (specs("greet", target="stranger_code"), "must look like 'package.module:Class'"),
+        (specs("greet", target="visitor_code"), "must look like 'package.module:Class'"),
         (specs("Greet!"), "lower-case letters"),
     ],
 )
 def test_a_broken_plugin_is_listed_with_its_error_and_the_others_work(install, source, error):
-    install("broken-stranger", source)
+    install("broken-visitor", source)
     install("good", specs("wave"))
-    assert error in broken()["broken-stranger"]
+    assert error in broken()["broken-visitor"]
     helped = hcss("--help").output
     assert "wave" in helped
     assert "1 broken: see hcss plugins" in helped
@@ -106,24 +103,24 @@ def test_a_broken_plugin_is_listed_with_its_error_and_the_others_work(install, s
     assert hcss("scenarios").exit_code == 0
     unknown = hcss("greet")
     assert unknown.exit_code == 2
-    assert "broken-stranger 1.2" in unknown.output
+    assert "broken-visitor 1.2" in unknown.output
 
 
-@pytest.mark.parametrize("target", ["stranger_code:no_name", "no_such_module:greet", "stranger_code:not_a_command"])
+@pytest.mark.parametrize("target", ["visitor_code:no_name", "no_such_module:greet", "visitor_code:not_a_command"])
 def test_a_command_that_cannot_be_imported_fails_alone_when_it_is_run(install, target):
-    install("stranger", specs("greet", target=target))
+    install("visitor", specs("greet", target=target))
     install("good", specs("wave"))
     assert "greet" in hcss("--help").output
     error = hcss("greet", "you").exception
     assert isinstance(error, HcssError)
-    assert "command 'greet' of stranger 1.2" in str(error)
+    assert "command 'greet' of visitor 1.2" in str(error)
     assert target in str(error)
     assert hcss("wave", "you").output == "hello you\n"
 
 
 def test_a_name_of_the_core_is_refused_and_the_other_commands_of_the_plugin_remain(install):
-    install("stranger", specs("run", "greet"))
-    assert broken()["stranger"] == "command 'run' is also brought by hcss-twin"
+    install("visitor", specs("run", "greet"))
+    assert broken()["visitor"] == "command 'run' is also brought by hcss-twin"
     assert "SCENARIO" in hcss("run", "--help").output
     assert hcss("greet", "you").output == "hello you\n"
 
@@ -141,8 +138,8 @@ def test_a_name_of_two_plugins_is_refused_with_both_named(install):
 
 
 def test_a_hook_in_the_group_of_providers_alone_is_told_its_group(install):
-    install("stranger", specs("greet"), group="hcss_twin")
-    assert "entry point group hcss_twin.commands" in broken()["stranger"]
+    install("visitor", specs("greet"), group="hcss_twin")
+    assert "entry point group hcss_twin.commands" in broken()["visitor"]
 
 
 @pytest.mark.parametrize("change", [{"name": "a b"}, {"target": "a.b"}, {"summary": "two\nlines"}])

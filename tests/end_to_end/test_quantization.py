@@ -86,6 +86,8 @@ def test_rounding_beyond_the_accuracy_would_fail_the_certificate(monkeypatch):
 def test_rounding_by_more_than_its_share_of_the_accuracy_is_refused_with_the_closest_choice():
     with pytest.raises(ScenarioError, match=r"output.quantization: 0.0006 .*closest valid choice is 0.0003"):
         planned(6e-4)
+    # The closest valid choice itself is one.
+    assert planned(output.LARGEST_SHARE * 1e-3).variables[0].significant_bits == 11
     assert planned(3e-4).variables[0].significant_bits == 11
     assert planned(6e-4, accuracy=1e-2).variables[0].significant_bits == 10
 

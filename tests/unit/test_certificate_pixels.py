@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
 from hcss_twin.engine.tables.spectrum import checked_frames
@@ -54,7 +55,8 @@ def test_neighbours_above_and_below_make_edges_and_diagonal_ones_do_not(layer):
 def test_a_pixel_that_is_clear_in_part_is_an_edge_and_its_clear_points_do_not_make_it_thin(layer):
     thickness = np.full((2, 8), 150.0)
     thickness[0, 0] = 0.0
-    assert names([layer], [thickness], (1, 4), 2) == [["edge", "edge", "thick", "thick"]]
+    thickness[:, 6:] = 50.0
+    assert names([layer], [thickness], (1, 4), 2) == [["edge", "edge", "thick", "thin"]]
 
 
 def test_two_layers_are_told_apart(layer):
@@ -185,3 +187,15 @@ def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
         own = sample._place[:, 0] == stratum
         np.testing.assert_array_equal(sample._place[own, 1:], wanted)
         np.testing.assert_array_equal(sample._points[own, 0, 0], thickness[wanted[:, 0], wanted[:, 1]])
+
+
+def test_a_certificate_counts_over_its_strata_and_reports_the_worst_of_each_band(plan):
+    strata = (
+        StratumCheck("clear", 50, 10, 1, (1e-4, 5e-3), {}),
+        StratumCheck("thin", 20, 7, 2, (3e-4, 2e-4), {}),
+        StratumCheck("thick", 9, 0, 0, (), {}),
+    )
+    certificate = Certificate(plan.accuracy, 1e-4, ("mwir", "lwir"), strata, (0,), 0.1, {}, {}, (), ())
+    assert (certificate.checked, certificate.exceeding, certificate.passed) == (17, 3, False)
+    assert certificate.achieved == {"mwir": 3e-4, "lwir": 5e-3}
+    assert replace(certificate, strata=(replace(strata[0], exceeding=0),)).passed

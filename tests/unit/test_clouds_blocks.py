@@ -1,10 +1,14 @@
 """The store of lattice nodes: never another value, and no growth without need."""
 
 import numpy as np
+import pytest
 
 from hcss_twin.models.clouds.fractal import blocks
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, separate_octaves
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import Grid, Motion
 
 
 def at_once(part, count):
@@ -72,3 +76,31 @@ def test_a_full_store_throws_out_the_oldest(monkeypatch):
         (table,) = cache.load(0.0, [wanted], at_once)
         np.testing.assert_array_equal(nodes(cache, table, wanted), expected(0, wanted))
     assert cache.slots == 16
+
+
+def test_a_window_larger_than_the_store_is_held_whole(monkeypatch):
+    monkeypatch.setattr(blocks, "MAX_BLOCKS", 16)
+    cache, wanted = BlockCache(), window(rows=(0, 64 * 30), columns=(0, 1024))
+    (table,) = cache.load(0.0, [wanted], at_once)
+    np.testing.assert_array_equal(nodes(cache, table, wanted), expected(0, wanted))
+
+
+@pytest.mark.parametrize(
+    ("cloud_speed_m_s", "evolution_time_s", "is_new"),
+    [(0.0, 1e6, False), (50.0, 1e6, True), (100.0, 1e6, False), (0.0, 0.01, True)],
+)
+def test_noise_is_new_in_a_frame_if_it_evolves_or_drifts_by_a_part_of_a_pixel(
+    cloud_speed_m_s, evolution_time_s, is_new
+):
+    """Pixels of 100 m and frames each second, over cells of 4 m."""
+    shape = FractalParameters(gamma=8.0, H=0.5, L=(1.0, 1.0), k=(4, 4))
+    motion = Motion(0.0, (0.0, cloud_speed_m_s), evolution_time_s, 1.0)
+    (octave,) = separate_octaves(shape, Grid(8, 8, 100.0), motion)
+    assert octave.is_white
+    assert octave.t.nearest == is_new
+    assert separate_octaves(shape, Grid(8, 8, 100.0), motion, noise=False)[0].t.nearest is False
+
+
+@pytest.mark.parametrize(("step", "phases"), [(0.5, 0), (2.7, 2), (4.0, 4), (1000.0, 4)])
+def test_noise_divides_a_pixel_into_its_cells_up_to_four(step, phases):
+    assert AxisScale(step, True).phases == phases

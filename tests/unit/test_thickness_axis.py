@@ -8,7 +8,7 @@ import pytest
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.layer_pair import place_pair
-from hcss_twin.engine.tables.thickness_axis import Source, breakpoints, place_axis
+from hcss_twin.engine.tables.thickness_axis import Source, breakpoints, place_axis, relative, worst
 from hcss_twin.providers import CloudLayer, Microphysics
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
@@ -81,3 +81,14 @@ def test_two_layers_that_do_not_converge_say_which_one_jumps(monkeypatch):
     axes = [place_axis(lambda m: terms(0.0 * m), each, LEVELS, 1e-3, SOURCE) for each in (low, high)]
     with pytest.raises(ProviderError, match=r"term 'cloud' of radiance model 'mine' .* near .* of layer 'x' at 5[67]"):
         place_pair(lambda m: terms(m[:, 1] > 700.0), *axes, 1e-3, SOURCE, (low, high))
+
+
+def test_the_worst_column_is_the_one_of_the_largest_error_of_either_sign():
+    exact = np.ones((3, 2, 1))
+    guess = exact.copy()
+    guess[0, 0], guess[1, 1] = 1.1, 0.6
+    assert worst(guess, exact) == (1, 1)
+    assert relative(guess, exact) == pytest.approx(0.4)
+    # Errors of terms that cancel in the total do not count.
+    guess[2] = [[3.0], [-1.0]]
+    assert worst(guess, exact) == (1, 1)
