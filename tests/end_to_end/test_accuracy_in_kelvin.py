@@ -1,12 +1,15 @@
 """An accuracy in kelvin is kept in brightness temperature, in every band."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
+from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.engine.compile import compile_tables
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.accuracy import SHARES, share_out
 from hcss_twin.plan.description import describe
@@ -29,6 +32,23 @@ def test_cube_and_certificate_keep_the_kelvin_asked_for(kelvin):
     achieved = json.loads(made.attrs["hcss_accuracy_achieved_kelvin"])
     assert set(achieved) == {"mwir", "lwir"}
     assert 0.0 < max(achieved.values()) < kelvin
+
+
+def test_the_kelvin_achieved_are_those_of_the_worst_pixel(monkeypatch):
+    """Radiance of the clear sky 1 % too high: clouds are right."""
+
+    def wrong(plan):
+        tables = compile_tables(plan)
+        return replace(tables, tables=tuple(replace(each, clear=1.01 * each.clear) for each in tables.tables))
+
+    monkeypatch.setattr("hcss_twin.engine.simulate.tables_of", wrong)
+    with pytest.warns(CertificateWarning, match="FAILED"):
+        made = simulate(Scenario.load("stratus", {**SMALL, "accuracy": "0.1 K", "output.certificate": 48}))
+    clear = made.radiance.isel(time=0).to_numpy().reshape(2, -1).max(axis=1, keepdims=True)
+    temperature = BrightnessTemperature(make_plan(Scenario.load("stratus", SMALL)).spectral_grid, ["mwir", "lwir"])
+    off = temperature(clear) - temperature(clear / np.float32(1.01))
+    achieved = json.loads(made.attrs["hcss_accuracy_achieved_kelvin"])
+    np.testing.assert_allclose([achieved["mwir"], achieved["lwir"]], off[:, 0], rtol=0.05)
 
 
 def test_a_kelvin_is_the_share_by_which_the_hottest_black_body_of_the_scene_grows():

@@ -1,5 +1,7 @@
 """Ice crystals: published band averages come back, and the limits of large particles and of spheres hold."""
 
+import shutil
+
 import netCDF4
 import numpy as np
 import pytest
@@ -107,6 +109,25 @@ def test_unknown_tables_are_refused(tmp_path) -> None:
         load_crystals(Catalog(), "ice-yang-2013", "rough")
     (tmp_path / "mine.nc").write_bytes(b"no")
     with pytest.raises(CatalogError, match="not a readable NetCDF"):
+        load_crystals(Catalog(base=tmp_path), "mine.nc", "severe")
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value", "message"),
+    [
+        ("band_limits", (0, 0), 0.0, "above 0"),
+        ("band_limits", (0, 1), 1.0, "limits ascend"),
+        ("band_limits", (1, 0), 1.0, "must increase"),
+        ("effective_diameter", 0, 0.0, "above 0"),
+        ("extinction_ratio", (2, 3, 4), 0.0, "ratios must be above 0"),
+    ],
+)
+def test_a_table_with_an_impossible_value_is_refused(tmp_path, name, place, value, message) -> None:
+    path = tmp_path / "mine.nc"
+    shutil.copyfile(Catalog().root / "optics" / "ice-yang-2013.nc", path)
+    with netCDF4.Dataset(path, "a") as data:
+        data[name][place] = value
+    with pytest.raises(CatalogError, match=message):
         load_crystals(Catalog(base=tmp_path), "mine.nc", "severe")
 
 

@@ -115,6 +115,18 @@ def test_a_cloud_that_vanishes_leaves_clear_sky(sun):
     np.testing.assert_allclose(thin[0] - clear, (thin[1] - clear) / 10.0, rtol=0.05, atol=1e-7 * clear.max())
 
 
+@pytest.mark.parametrize("model", [Physical, PhysicalTwoStream])
+def test_an_opaque_cloud_radiates_at_the_temperature_of_its_top(model):
+    """Its base is 5 K warmer, 8 % in the window; light comes from the first tens of metres."""
+    inputs = scene(profile_at(None), optics_name="bulk", zenith=0.0)
+    window, thickness = np.array([900.0, 1000.0]), np.array([[800.0]])
+    with_gradient, without = (
+        total(model(inputs, PhysicalParameters(cloud_temperature=choice)).cloudy(window, thickness, None))
+        for choice in ("profile", "isothermal-top")
+    )
+    np.testing.assert_allclose(with_gradient, without, rtol=0.03)
+
+
 def test_one_exact_change_of_direction_is_enough():
     inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk", 50.0)
     one, two = (

@@ -83,6 +83,7 @@ def test_transmittance_at_the_nodes_is_the_stored_one(atmosphere):
     table, _ = atmosphere
     with netCDF4.Dataset(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc") as stored:
         wavenumber = np.asarray(stored["wavenumber_cm1"][:], dtype=np.float64)
+        assert table.declares.valid["wavenumber_cm1"] == (wavenumber.min(), wavenumber.max())
         for height in (0, 5, 12):
             for angle in (0, 4, 10):
                 target = float(stored["target_altitude_m"][height])

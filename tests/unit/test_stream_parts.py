@@ -1,0 +1,109 @@
+"""Windows of clouds and truth: which frames are computed whole, and where each window lies."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.engine import stream
+from hcss_twin.engine.stream import FrameClouds
+from hcss_twin.engine.tables.spectrum import _sun_moves
+from hcss_twin.engine.truth import Truth
+from hcss_twin.providers import Declares
+
+SHAPE = (6, 10)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    size = {"image.rows": SHAPE[0], "image.columns": SHAPE[1], "output.variables": ["truth"]}
+    return make_plan(Scenario.load("stratus", CHEAP | size))
+
+
+class Numbered:
+    """The thickness of a point is its number; asked for the frame, a window of it, and around it."""
+
+    def __init__(self, tileable):
+        self.declares = Declares(tileable=tileable)
+        self.asked = []
+
+    def _at(self, how, rows, columns):
+        self.asked.append(how)
+        y, x = (np.arange(part.start, part.stop) for part in (rows, columns))
+        return (1.0 + 100.0 * y[:, None] + x).astype(np.float32)
+
+    def thickness_m(self, time_s, rows, columns):
+        return self._at("thickness_m", rows, columns)
+
+    def frame_summary(self, time_s):
+        self.asked.append("frame_summary")
+        return "summary"
+
+    def thickness_in_frame_m(self, time_s, rows, columns, summary):
+        return self._at("thickness_in_frame_m", rows, columns)
+
+    def thickness_around_m(self, time_s, rows, columns, summary):
+        return self._at("thickness_around_m", rows, columns)
+
+
+def of(plan, generator):
+    assembly = SimpleNamespace(generators=(generator,), cloudy_layers=(True,))
+    return SimpleNamespace(assembly=assembly, grid=plan.grid, samples_per_pixel=1)
+
+
+@pytest.mark.parametrize(
+    ("tileable", "largest", "asked"),
+    [(True, 1, ["thickness_m"]), (False, 60, ["thickness_m"]), (False, 59, ["frame_summary", "thickness_in_frame_m"])],
+)
+def test_only_a_large_frame_of_a_generator_of_whole_frames_is_computed_by_its_summary(
+    plan, monkeypatch, tileable, largest, asked
+):
+    monkeypatch.setattr(stream, "WHOLE_POINTS", largest)
+    generator = Numbered(tileable)
+    (found,) = FrameClouds(of(plan, generator), 0.0).thickness_m((slice(2, 4), slice(3, 7)))
+    np.testing.assert_array_equal(found, 1.0 + 100.0 * np.array([[2], [3]]) + np.arange(3, 7))
+    assert generator.asked == asked
+
+
+@pytest.mark.parametrize("window", [(-1, 3, 0, 5), (0, 7, 0, 5), (0, 3, -1, 5), (0, 3, 4, 11)])
+def test_a_window_with_any_pixel_outside_the_image_is_one_around_it(plan, window):
+    generator = Numbered(True)
+    FrameClouds(of(plan, generator), 0.0).thickness_m((slice(*window[:2]), slice(*window[2:])))
+    assert generator.asked == ["thickness_around_m"]
+
+
+def test_truth_of_a_window_stands_in_its_rows_and_columns(plan):
+    truth, window = Truth(plan), (slice(1, 3), slice(4, 9))
+    truth.start(*SHAPE)
+    thickness = np.linspace(100.0, 900.0, 10, dtype=np.float32).reshape(2, 5)
+    truth.fill(window, [thickness])
+    inside = np.zeros(SHAPE, dtype=bool)
+    inside[window] = True
+    np.testing.assert_array_equal(truth.variables["cloud_mask"] > 0, inside)
+    np.testing.assert_array_equal(truth.variables["cloud_thickness"][window], thickness)
+    assert not truth.variables["cloud_thickness"][~inside].any()
+    np.testing.assert_array_equal(np.isfinite(truth.variables["cloud_top_altitude"]), inside)
+
+
+@pytest.mark.parametrize(
+    ("view_zenith_deg", "sun_zenith_deg", "sun_azimuth_deg", "moves"),
+    [
+        (0.0, [40.0, 40.0], [0.0, 170.0], False),
+        (50.0, [40.0, 40.0], [0.0, 170.0], True),
+        (0.0, [40.0, 60.0], [0.0, 0.0], True),
+        (50.0, [95.0, 120.0], [0.0, 90.0], False),
+    ],
+)
+def test_a_sun_moves_if_its_height_or_the_scattering_angle_changes(
+    plan, view_zenith_deg, sun_zenith_deg, sun_azimuth_deg, moves
+):
+    moved = SimpleNamespace(
+        sun_matters=True,
+        sun_zenith_deg=np.array(sun_zenith_deg),
+        sun_azimuth_deg=np.array(sun_azimuth_deg),
+        view=replace(plan.view, zenith_deg=view_zenith_deg),
+    )
+    assert _sun_moves(moved, 1e-3) == moves
