@@ -152,7 +152,7 @@ def _check(path: Path, options: ImportOptions) -> None:
         given = "not given" if options.coverage is None else f"{options.coverage:g} given"
         raise CatalogError(
             f"{path}: coverage: {given} with the method '{options.method}'; allowed: with the method 'coverage', "
-            "and only with it"
+            "not with others"
         )
     if options.window is not None and (options.method != "local" or options.window < 3):
         raise CatalogError(
@@ -168,7 +168,7 @@ def _pixel_size(path: Path, image: SatelliteImage, options: ImportOptions) -> fl
     size = options.pixel_size_m or image.pixel_size_m
     if size is None:
         why = image.pixel_size_note or "the file gives no pixel size"
-        raise CatalogError(f"{path}: {why}; say how large a pixel is on the ground (--pixel-size)")
+        raise CatalogError(f"{path}: {why}; give the pixel size on the ground (--pixel-size)")
     return size
 
 

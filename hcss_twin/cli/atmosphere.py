@@ -93,7 +93,7 @@ def atmosphere_plot(
     from hcss_twin.reports import atmosphere_plot as plot
 
     if len(sources) > 2:
-        raise click.UsageError(f"{len(sources)} sources; one is drawn, or two are compared")
+        raise click.UsageError(f"{len(sources)} sources; allowed: one to plot, or two to compare")
     spectra = plot.sample(
         [plot.open_source(name, profile) for name in sources],
         zenith or plot.ZENITHS_DEG,

@@ -51,7 +51,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
 @click.option("--pixels", default=24, type=click.IntRange(1, 3000), help="Random pixels that are checked.")
 @click.option("--folder", default=".", type=EXISTING_FOLDER, help="Folder of temporary cubes.")
 @json_file_option
-@click.option("--plot", type=NEW_FILE, help="Picture (.png, .svg, .pdf) of time against error.")
+@click.option("--plot", type=NEW_FILE, help="Plot (.png, .svg, .pdf) of time against error.")
 @force_option
 def bench(
     scenario: str,

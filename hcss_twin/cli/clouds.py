@@ -53,7 +53,7 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
             "--cloud-is",
             default="auto",
             type=click.Choice(["auto", "bright", "dark"]),
-            help="Sign of cloud; auto: dark in temperatures and thermal radiances.",
+            help="Cloud contrast; auto: dark in temperatures and thermal radiances.",
         ),
         click.option(
             "--pixel-size",

@@ -167,7 +167,7 @@ def _nested(assignments: dict[str, Any]) -> dict[str, Any]:
 @click.command()
 @click.argument("cube", type=EXISTING)
 @click.option("--frames", type=click.IntRange(min=1), help="Number of frames to check, spread evenly; default: all.")
-@click.option("--base", type=EXISTING_FOLDER, help="Folder of relative paths in the scenario; default: as recorded.")
+@click.option("--base", type=EXISTING_FOLDER, help="Base folder of relative scenario paths; default: as recorded.")
 @json_option
 @click.pass_context
 def verify(context: click.Context, cube: Path, frames: int | None, base: Path | None, as_json: bool) -> None:

@@ -99,7 +99,7 @@ def _side_options(command: Any) -> Any:
     "--cloud-is",
     default="auto",
     type=click.Choice(["auto", "bright", "dark"]),
-    help="Sign of cloud; auto: dark in temperatures and thermal radiances.",
+    help="Cloud contrast; auto: dark in temperatures and thermal radiances.",
 )
 @click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
 @click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
@@ -152,7 +152,7 @@ def evaluate_command(
     choices = (choice("real"), choice("sim"))
     for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
         if options[name] is not None and needs not in {each.method for each in choices}:
-            raise click.UsageError(f"--{name.partition('_')[0]} goes with method {needs}, and only with it")
+            raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
     shown = partial(progress, context.ensure_object(Stop), label="measuring")
     with announce_compilation(partial(click.echo, err=True)):
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)

@@ -56,7 +56,7 @@ def cli() -> None:
 @click.option("-o", "--output", type=NEW, help="Cube to write, NetCDF or Zarr (NAME.zarr); default: NAME.nc.")
 @force_option
 @click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the cube is the same.")
-@click.option("--scheduler", metavar="ADDRESS", help="Dask cluster to use instead, for example tcp://host:8786.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask cluster instead of --workers, for example tcp://host:8786.")
 @click.option("--verbose", is_flag=True, help="Print the whole certificate.")
 @propagation_options
 @json_option
@@ -80,7 +80,7 @@ def run(
     """
     if is_propagation(propagation):
         if workers != 1 or scheduler is not None:
-            raise click.UsageError("--workers and --scheduler beside --draws, whose scenes are made in one process")
+            raise click.UsageError("--workers, --scheduler: not allowed with --draws, which runs in one process")
         run_propagation(context, scenario, assignments, output, force, as_json, propagation)
         return
     loaded = load(scenario, assignments)
@@ -292,8 +292,8 @@ def main() -> None:
         if "no locator available" not in str(error):  # message of numba
             raise
         click.echo(
-            "error: compiled kernels can be kept neither beside the package nor in the user's cache folder; set the "
-            "environment variable NUMBA_CACHE_DIR to a folder that can be written",
+            "error: cannot store compiled kernels beside the package or in the user's cache folder; set the "
+            "environment variable NUMBA_CACHE_DIR to a writable folder",
             err=True,
         )
         sys.exit(EXIT_FAILED)

@@ -23,7 +23,7 @@ json_file_option = click.option(
     "--json",
     "json_file",
     type=click.Path(dir_okay=False, allow_dash=True, path_type=Path),
-    help="File for all numbers as JSON; - prints them in place of the table.",
+    help="JSON file for all numbers; - prints them instead of the table.",
 )
 set_option = click.option(
     "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Change a key, for example view.zenith=40; repeat."

@@ -60,7 +60,7 @@ def sweep_command(
     Finished points are not computed again. A point that fails is reported and does not stop the others.
     """
     if scheduler is not None and workers != 1:
-        raise click.UsageError("--workers beside --scheduler, which has its own; allowed: one of both")
+        raise click.UsageError("--workers with --scheduler, which has its own; allowed: one of the two")
     overrides, over = assigned(assignments), assigned(swept, "--over")
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.sweeps.run import sweep as run_sweep
@@ -118,7 +118,7 @@ _DRAW_OPTIONS = (
         metavar="NUMBERS",
         help="With --draws: also write the cubes of these draws, for example 0,17.",
     ),
-    click.option("--layer", type=int, help="With --posterior: its cloud layer, if there are two."),
+    click.option("--layer", type=int, help="With --posterior: cloud layer it applies to, if there are two."),
 )
 
 

@@ -150,7 +150,7 @@ def collect(
             others = [str(each.origin) for each in claimants if each is not command]
             others = [OWN_DISTRIBUTION, *others] if name in core else others
             if others:
-                refuse(command.origin, f"command '{name}' is also brought by {' and '.join(others)}")
+                refuse(command.origin, f"command '{name}' is also provided by {' and '.join(others)}")
             else:
                 commands[name] = command
     return commands, broken
@@ -164,7 +164,7 @@ def _specs(plugin: Any) -> list[CommandSpec]:
     manager.register(plugin)
     if not manager.hook.hcss_commands.get_hookimpls():
         guess = closest(hook, [name for name in dir(plugin) if name.startswith("hcss")])
-        hint = f"; '{guess}' is misspelt or lacks the @hookimpl mark" if guess else ""
+        hint = f"; '{guess}' is misspelt or lacks the @hookimpl decorator" if guess else ""
         raise ProviderError(f"no hook {hook} found in {plugin!r}{hint}")
     results = manager.hook.hcss_commands()
     # pluggy drops a returned None silently.

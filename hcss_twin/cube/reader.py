@@ -132,12 +132,12 @@ def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
     except OSError:
         return str(error)
     if start.startswith(_SIGNATURES):
-        return f"it is NetCDF, but damaged, cut off or of another kind ({error})"
+        return f"it is NetCDF, but damaged, truncated or unsupported ({error})"
     if not start:
         return "it is empty; a cube is needed, as `hcss run` writes it"
     if os.path.splitext(path)[1].lower() in (".toml", ".json"):
-        return f"it is no NetCDF file; if it is a scenario, `hcss run {os.fspath(path)}` makes a cube of it"
-    return "it is no NetCDF file; a cube is needed, as `hcss run` writes it"
+        return f"it is not a NetCDF file; if it is a scenario, `hcss run {os.fspath(path)}` makes a cube from it"
+    return "it is not a NetCDF file; a cube is needed, as `hcss run` writes it"
 
 
 def scenario_text(path: str | os.PathLike[str]) -> str:

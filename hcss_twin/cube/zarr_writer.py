@@ -199,7 +199,7 @@ def require_zarr(path: str | os.PathLike[str]) -> Any:
         import zarr
     except ImportError as error:
         raise CubeError(
-            f"{os.fspath(path)}: Zarr stores need the package 'zarr' from version 3 on, which is not installed; "
+            f"{os.fspath(path)}: Zarr stores need the package 'zarr', version 3 or later, which is not installed; "
             "pip install 'hcss-twin[zarr]', or choose a name that ends in .nc"
         ) from error
     return zarr

@@ -31,7 +31,7 @@ LARGEST_TABLE_BYTES = 128_000_000
 """Maximum size of the table of two layers at one instant; memory holds three of them if the sun moves."""
 
 LONGEST_TIME_STEP_S = 3600.0
-"""Maximum distance of time nodes if the sun matters."""
+"""Maximum interval between time nodes if the motion of the sun matters."""
 
 
 def compile_tables(plan: Plan) -> RadianceTables:

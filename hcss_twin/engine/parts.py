@@ -284,7 +284,7 @@ def _in_order(plan: Plan, executor: Executor, workers: int, tasks: Iterator[Task
             waiting.popleft()
     except BrokenProcessPool as error:
         raise ProviderError(
-            f"a worker process ended before its part of the scene was made ({error}): it may have been killed, for "
+            f"a worker process ended before its part of the scene was computed ({error}): it may have been killed, for "
             "example because memory ran out; fewer workers need less"
         ) from error
     finally:

@@ -222,7 +222,7 @@ def _build(section: SensorSection, cube: CleanCube, name: str) -> BuiltSensor:
     sensor = alone(make_sensor(section, cube.inputs))
     if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
         raise CubeError(
-            f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' remembers earlier ones; "
+            f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' needs earlier ones; "
             "allowed: each frame after the one before it"
         )
     return sensor

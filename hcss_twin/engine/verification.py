@@ -141,7 +141,7 @@ def verify_cube(
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
         axes = {name: dataset[name].to_numpy() for name in ("time", "band", LAYER) if name in dataset.coords}
     if axes.get("time", np.empty(0)).dtype.kind != "M":
-        raise CubeError(f"cannot read {os.fspath(path)}: it has no times of frames (coordinate time)")
+        raise CubeError(f"cannot read {os.fspath(path)}: it has no frame times (coordinate time)")
     base = recorded.base if base is None else base
     outcome = Verification(os.fspath(path), str(base), axes["time"].size, versions=recorded.version_changes())
     plan: Plan | None = None

@@ -90,7 +90,7 @@ class RoughSeaParameters(BaseModel):
     )
     re_reflection: bool = Field(
         default=True,
-        description="Whether light reflected by one facet can come from another facet; this raises emissivity "
+        description="Whether facets also reflect light from other facets (second reflection); this raises emissivity "
         "toward the horizon.",
     )
     foam: bool = Field(default=True, description="Whether foam covers part of the sea.")
@@ -178,13 +178,13 @@ class AsPrintedParameters(BaseModel):
         1.0,
         ge=0,
         le=10,
-        description="Factor on the sunlight reflected by the sea; 0.162 fits Tables II and IV, 1 is eq 18.",
+        description="Scale factor for sunlight reflected by the sea; 0.162 fits Tables II and IV, 1 is eq 18.",
     )
     cloud_sun_scale: float = Field(
         1.0,
         ge=0,
         le=10,
-        description="Factor on the sunlight reflected by the cloud; 0 fits Tables II and IV, 1 is eq 16.",
+        description="Scale factor for sunlight reflected by the cloud; 0 fits Tables II and IV, 1 is eq 16.",
     )
     literal_eq14: bool = Field(False, description="Use the printed sign of eq 14 in the scattering angle.")
     literal_eq18: bool = Field(False, description="Attenuate sunlight on the sea only once, from sea to sensor.")

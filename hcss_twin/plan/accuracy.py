@@ -132,14 +132,14 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
         hottest = kelvin_there + MARGIN_K
         if hottest > HOTTEST_K:
             message = (
-                f"{scenario.accuracy!r}: pixels of band '{name}' look hotter than {HOTTEST_K:g} K, as reflected "
-                "sunlight does at short wavelengths; allowed: a share of the radiance"
+                f"{scenario.accuracy!r}: brightness temperature in band '{name}' exceeds {HOTTEST_K:g} K, as with "
+                "reflected sunlight at short wavelengths; allowed: a fraction of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
         if kelvin_there < COLDEST_K:
             message = (
-                f"{scenario.accuracy!r}: pixels of band '{name}' look colder than {COLDEST_K:g} K at every wavenumber; "
-                "allowed: a share of the radiance"
+                f"{scenario.accuracy!r}: brightness temperature in band '{name}' is below {COLDEST_K:g} K "
+                "at every wavenumber; allowed: a fraction of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
         if scenario.sea.waves != "averaged":

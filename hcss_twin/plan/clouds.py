@@ -103,7 +103,7 @@ def _require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -
     """Reject a generator of whole frames if paths leave the image."""
     if not generator.declares.tileable:
         message = (
-            f"that of '{layer.name}' only makes whole frames, and slant paths meet clouds outside the image; allowed: "
+            f"computes '{layer.name}' in whole frames only, but slant paths meet clouds outside the image; allowed: "
             f"a generator that gives windows (closest is 'fractal'), {_REMEDY}"
         )
         raise ScenarioError([Problem(f"{field}.generator", message)])

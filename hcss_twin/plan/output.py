@@ -68,8 +68,8 @@ def quantized(
     most = LARGEST_SHARE * accuracy.relative
     if requested > most:
         message = (
-            f"{requested:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy ({accuracy}), the rest of which "
-            f"the radiance needs before it is rounded; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
+            f"{requested:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy ({accuracy}); the radiance before "
+            f"rounding needs the rest; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
         )
         raise ScenarioError([Problem("output.quantization", message)])
     bits = bits_for(requested)

@@ -186,7 +186,7 @@ def _wanted(asked: tuple[str, ...], given: tuple[str, ...], entry: Entry) -> tup
     """Names of the variables other than radiance."""
     for name in asked:
         if name not in (*given, ALL, MEASURED_RADIANCE.name):
-            message = f"'{name}' is not among what the sensor '{entry.name}' gives with these parameters"
+            message = f"'{name}' is not an output of the sensor '{entry.name}' with these parameters"
             raise ScenarioError([Problem("sensor.variables", f"{message}; {choose_from(name, (*given, ALL))}")])
     return given if ALL in asked else tuple(name for name in given if name in asked)
 
@@ -219,7 +219,7 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
         return None
     variables = cube_variables(scenario, assembly, waves=True)
     if "radiance" not in {spec.name for spec in variables}:
-        message = 'a [sensor] measures radiance, which is not asked for; allowed: with "radiance" among them'
+        message = '[sensor] needs radiance, which is not requested; allowed: a list with "radiance"'
         raise ScenarioError([Problem("output.variables", message)])
     inputs = SensorInputs(
         bands=sensor_bands(assembly.bands),

@@ -109,8 +109,8 @@ def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Prof
             [
                 Problem(
                     field,
-                    f"provider '{atmosphere.provider}' belongs to one profile, '{bound.name}', and its water vapour; "
-                    "allowed: leave the key out, or choose a provider that takes any profile",
+                    f"provider '{atmosphere.provider}' supports only the profile '{bound.name}' with its water vapour; "
+                    "allowed: omit the key, or choose a provider that supports any profile",
                 )
             ]
         )

@@ -206,8 +206,8 @@ def choose_views(
     if error > tolerance or nodes > MAX_NODES:
         many = f"{x + 1} x {y + 1} views"
         limit = (
-            f"an error of {error:.1e} of the radiance remains with {many}, the most along an axis are "
-            f"{MAX_ORDER + 1}; allowed: an error of {tolerance:.1e}"
+            f"an error of {error:.1e} of the radiance remains with {many} (at most "
+            f"{MAX_ORDER + 1} along an axis); allowed: an error of {tolerance:.1e}"
             if error > tolerance
             else f"an error below {tolerance:.1e} of the radiance needs {many}, which are {nodes}; allowed: up to "
             f"{MAX_NODES} views"
@@ -257,7 +257,7 @@ def _refuse_beside(scenario: Scenario, tolerance: float) -> None:
     problems = [
         Problem(
             field,
-            "is made for one view, and here pixels need views of their own: the view changes the radiance over the "
+            "supports one view only, but the pixels need individual views: the view changes the radiance over the "
             f"image by more than {tolerance:.1e}; allowed: {allowed}, a smaller image, a lower accuracy, or no "
             "platform.altitude",
         )

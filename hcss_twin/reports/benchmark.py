@@ -255,7 +255,7 @@ def _bench(
         message = "none of these needs radiance, so that there is nothing to measure; add radiance"
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
     time_stages(Rounds(), "", plan.scenario, folder, True)
-    say("some pixels by themselves, at all wavenumbers and at fewer")
+    say("integrating some pixels, at all wavenumbers and at fewer")
     grids = {step: every_nth(plan, step) for step, _ in BRUTE_FORCE}
     columns = random_columns(plan, pixels)
     known = {step: integrate(plan, grid, columns, pixels) for step, grid in grids.items()}

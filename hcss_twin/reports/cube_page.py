@@ -127,7 +127,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
         more = f" The first {DRAWN_BANDS} of {len(group)} bands." if len(group) > DRAWN_BANDS else ""
         if len(group) < len(own):
             alike = ", ".join(one.part for one in own if one.histogram is None)
-            more += f" Without {alike}, where all pixels have one value."
+            more += f" Not shown: {alike}, where all pixels have the same value."
         kinds[0].append(
             drawing(_histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}")
         )

@@ -126,10 +126,10 @@ def _selection_text(reader: Reader, first: FrameSelection, others: FrameSelectio
         pixels = "every pixel" if reader.step == 1 else f"those pixels of {every}"
         if selection.binning > 1:
             read = "" if reader.step == 1 else f" of {every}"
-            pixels = f"means over {selection.binning} x {selection.binning} pixels{read} (flags: one of them)"
-        shown.append(f"of {label} {frames}, {pixels}")
+            pixels = f"means over {selection.binning} x {selection.binning} pixels{read}, flags from one of them"
+        shown.append(f"{label} ({frames}, {pixels})")
     numbers = "all pixels" if reader.step == 1 else f"the pixels of {every}"
-    return f"Shown are {'; '.join(shown)}. Mean, lowest and highest are those of {numbers} of the frame."
+    return f"Shown: {'; '.join(shown)}. Mean, lowest and highest are over {numbers} of the frame."
 
 
 def viewer_script(dataset: xr.Dataset, series: Sequence[Series]) -> str:

@@ -194,8 +194,8 @@ def _spectra(evaluation: Evaluation) -> list[Block]:
 
 def _over_time(evaluation: Evaluation) -> list[Block]:
     text = (
-        f"{_pairing(evaluation)} Correlation is at fixed pixels: it falls by motion through the field of view, of wind "
-        "or platform, as well as by change."
+        f"{_pairing(evaluation)} Correlation is at fixed pixels: motion by wind or platform decreases it, and so does "
+        "evolution of the scene."
     )
     shown = [picture(each, f"{name} of every frame") for name, each in drawn.draw_frames(evaluation)]
     correlation = drawn.draw_correlation(evaluation)

@@ -58,7 +58,7 @@ def _scene(plan: Plan) -> Rows:
     if plan.is_window:
         rows, columns = plan.extent
         window = f"rows {rows.start} to {rows.stop - 1} and columns {columns.start} to {columns.stop - 1}"
-        yield "window", f"of it {window} ({plan.pixels[0]} x {plan.pixels[1]} pixels) are computed"
+        yield "window", f"{window} of the image ({plan.pixels[0]} x {plan.pixels[1]} pixels) are computed"
     points = plan.samples_per_pixel
     if points > 1:
         yield "pixel", f"mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
@@ -152,7 +152,7 @@ def _output(plan: Plan) -> Rows:
         yield "rounding", line
     if plan.sensor is not None:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
-        yield "sensor", f"{plan.sensor.title} ({_named(plan.sensor.entry)}); a cube of its own: {measured}"
+        yield "sensor", f"{plan.sensor.title} ({_named(plan.sensor.entry)}); separate cube: {measured}"
         for note in plan.sensor.notes:
             yield "sensor", f"note: {note}"
     if plan.needs_radiance:

@@ -81,7 +81,7 @@ def draw_preview(
         If the cube cannot be read or lacks the variable, or ``kelvin`` and another variable are given.
     """
     if kelvin and variable not in (None, "brightness_temperature"):
-        raise CubeError(f"'{variable}' in kelvin: allowed: one of both, a variable or kelvin")
+        raise CubeError(f"'{variable}' with kelvin; allowed: a variable or kelvin, not both")
     folder = Path(folder)
     written: list[Path] = []
     with open_cube(cube) as dataset:

@@ -233,7 +233,7 @@ def _metrics(contents: PropagationContents) -> Iterator[Block]:
     data = contents.dataset
     yield paragraph(
         "Coverage, and EV, Den, DP and FD of the clouds' thickness (entropy, density, diagonal peak, fractal "
-        "dimension), means over frames. Images below 32 x 32 pixels, or without clouds, have none but coverage."
+        "dimension), means over frames. Images below 32 x 32 pixels, or without clouds, have only coverage."
     )
     yield tables.metrics(contents)
     yield from (tables.contrasts(contents, name) for name in RADIATION)
@@ -274,7 +274,7 @@ def _inputs(contents: PropagationContents) -> Iterator[Block]:
         yield tables.correlations(contents)
     count = min(tables.LISTED_DRAWS, values.shape[0])
     draws = "Every draw" if count == values.shape[0] else f"The first {count} of {values.shape[0]} draws"
-    yield folded(f"{draws}: with these values any can be run by itself", tables.draws(contents))
+    yield folded(f"{draws}: each can be run alone with these values", tables.draws(contents))
 
 
 def _scenes(contents: PropagationContents) -> Iterator[Block]:

@@ -83,7 +83,7 @@ def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
         listed = Table(["file", "SHA-256"], list(hashes.items()), text_columns=2)
         yield folded("SHA-256 of the files that were read", listed)
     if SCENARIO_ATTRIBUTE in attributes:
-        yield scenario(attributes[SCENARIO_ATTRIBUTE], " (as a file NAME.json, hcss run makes the cube again)")
+        yield scenario(attributes[SCENARIO_ATTRIBUTE], " (saved as NAME.json, hcss run reproduces the cube)")
 
 
 def scenario(text: object, use: str = "") -> Markup:

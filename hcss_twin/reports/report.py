@@ -55,7 +55,7 @@ def report(
     name = _page_of(path)
     target = Path(output) if output is not None else _beside(path)
     if target.exists() and target.samefile(path):
-        raise HcssError(f"cannot write {target}: it is what the report is about; allowed: another name with -o")
+        raise HcssError(f"cannot write {target}: it is the input of the report; allowed: another name with -o")
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
     # imported when needed, because pages import matplotlib
@@ -94,8 +94,8 @@ def _why_not(path: Path) -> str:
     if os.path.getsize(path) == 0:
         return "it is empty"
     if path.suffix.lower() in (".toml", ".json"):
-        return f"it is no NetCDF file; if it is a scenario, `hcss run {path}` makes a cube of it"
-    return "it is no NetCDF file, or it is damaged"
+        return f"it is not a NetCDF file; if it is a scenario, `hcss run {path}` computes its cube"
+    return "it is not a NetCDF file, or it is damaged"
 
 
 def _beside(path: Path) -> Path:

@@ -94,7 +94,7 @@ def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
         yield note("No key has more than one value.")
         return
     others = ", the line their mean over all other axes" if len(sweep.keys) > 1 else ", joined by a line"
-    pixels = "all pixels" if summary.step == 1 else f"every row and column whose number {summary.step} divides"
+    pixels = "all pixels" if summary.step == 1 else f"one in {summary.step} rows and columns"
     frames = "the one frame" if summary.frames == 1 else f"up to {frames_text(summary.frames)}, evenly spread"
     count = sum(point.cube is not None for point in sweep.points)
     points = (

@@ -100,7 +100,7 @@ def _index(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise SweepError(f"{path} cannot be read: {error}") from error
     if not isinstance(index, dict) or index.get("format") != FORMAT or not isinstance(index.get("points"), list):
-        raise SweepError(f"{path} is no index of a sweep of this version")
+        raise SweepError(f"{path} is not a sweep index of this version")
     return index
 
 

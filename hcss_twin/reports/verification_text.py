@@ -28,7 +28,7 @@ def verification_text(check: Verification) -> str:
 def _rows(check: Verification) -> Rows:
     yield from (("problem", problem) for problem in check.problems)
     if check.problems:
-        yield "base", f"relative paths of the scenario lead to {check.base} (--base)"
+        yield "base", f"relative paths of the scenario start at {check.base} (--base)"
     yield from _changes("cube", check.layout, "in the cube", "by its scenario")
     for each in check.variables:
         if each.unequal:
@@ -45,7 +45,7 @@ def _rows(check: Verification) -> Rows:
         yield (
             "cause",
             "none recorded: files, packages and scenario are those of the cube; its values were changed since, code "
-            "was changed under the same version, or another processor rounds otherwise",
+            "was changed under the same version, or another processor rounds differently",
         )
 
 
@@ -75,7 +75,7 @@ def _changes(label: str, changes: Iterable[Change], recorded: str = "recorded", 
 def _variable(check: VariableCheck) -> Rows:
     count = check.beyond or check.unequal
     how = "differ" if check.beyond else "differ in their last bits"
-    size = "more than any number (one of both is missing)" if math.isinf(check.largest) else f"{check.largest:.1e}"
+    size = "infinity (one of the two is missing)" if math.isinf(check.largest) else f"{check.largest:.1e}"
     rule = _RULES[check.relative_to]
     yield "values", f"{check.name}: {count} of {check.values} {how}, by up to {size}, {rule}"
     if check.first is not None:

@@ -82,7 +82,7 @@ def _limits(value: list[Any] | tuple[Any, ...]) -> Limits:
         raise PydanticCustomError("band", f"{shown(list(value))} um is too narrow; {narrowest}")
     if low > high:
         raise PydanticCustomError(
-            "band", f"[{low:g}, {high:g}] um is upside down; closest valid choice is [{high:g}, {low:g}]"
+            "band", f"[{low:g}, {high:g}] um is reversed; closest valid choice is [{high:g}, {low:g}]"
         )
     return (low, high)
 

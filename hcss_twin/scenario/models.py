@@ -144,7 +144,7 @@ class Atmosphere(ScenarioSection):
         STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
     )
     water_vapour_scale: Number | None = Field(
-        None, ge=0, le=10, description="Factor on the water vapour of all levels."
+        None, ge=0, le=10, description="Scale factor for the water vapour of all levels."
     )
     water_vapour_column: Number | None = Field(
         None,
@@ -158,7 +158,7 @@ class Atmosphere(ScenarioSection):
     def _one_amount(self) -> Self:
         if self.water_vapour_scale is not None and self.water_vapour_column is not None:
             raise PydanticCustomError(
-                "water_vapour", "water_vapour_scale beside water_vapour_column; allowed: one of them"
+                "water_vapour", "water_vapour_scale given with water_vapour_column; allowed: one of them"
             )
         return self
 
@@ -259,7 +259,7 @@ def single_layer(data: Any) -> Any:
     if "layers" in data:
         raise PydanticCustomError(
             "layers",
-            f"{', '.join(map(shown, short))} beside [[clouds.layers]]; allowed: the keys of the layer in [clouds] or "
+            f"{', '.join(map(shown, short))} with [[clouds.layers]]; allowed: the keys of the layer in [clouds] or "
             "in [[clouds.layers]], not in both",
         )
     for key in short:

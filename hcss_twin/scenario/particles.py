@@ -54,7 +54,7 @@ class TypeMicrophysics(ScenarioSection):
         if value is not None and not 0 < value[0] < value[1]:
             low, high = value
             raise PydanticCustomError(
-                "radius_range_um", f"[{low:g}, {high:g}] is no range; allowed: 0 < smallest < largest"
+                "radius_range_um", f"[{low:g}, {high:g}] is not a range; allowed: 0 < smallest < largest"
             )
         return value
 
@@ -149,7 +149,7 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
     variance = effective_variance(particles) if variance is None else variance
     if section.effective_variance is None and not NARROWEST <= variance <= WIDEST:
         message = (
-            f"is missing; that of type '{section.type}', {variance:.3g}, is out of range beside effective_radius; "
+            f"is missing; that of type '{section.type}', {variance:.3g}, is out of range with effective_radius; "
             f"allowed: >= {NARROWEST:g} and <= {WIDEST:g}; closest valid choice is "
             f"{min(max(variance, NARROWEST), WIDEST):g}"
         )

@@ -26,7 +26,7 @@ def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
     if altitude is None:
         given = [name for name in Platform.model_fields if getattr(platform, name) is not None]
         if given:
-            yield Problem("platform.altitude", f"is missing beside {', '.join(given)}; allowed: 100 km to 42000 km")
+            yield Problem("platform.altitude", f"is required with {', '.join(given)}; allowed: 100 km to 42000 km")
         elif scenario.motion.platform_speed == ORBIT:
             yield Problem("motion.platform_speed", f"'{ORBIT}' without platform.altitude; allowed: with it, or a speed")
         return
@@ -96,13 +96,13 @@ def _look_angle(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
     if "zenith" in scenario.view.model_fields_set:
         yield Problem(
             "platform.off_nadir",
-            f"{off_nadir:g} deg beside view.zenith {scenario.view.zenith:g} deg; allowed: one of them",
+            f"{off_nadir:g} deg given with view.zenith {scenario.view.zenith:g} deg; allowed: one of them",
         )
         return
     zenith = view_zenith_deg(off_nadir, altitude)
     if zenith > LARGEST_ZENITH_DEG:
         most = off_nadir_deg(LARGEST_ZENITH_DEG, altitude)
-        problem = "passes the Earth" if math.isinf(zenith) else f"meets the ground at zenith {zenith:.2f} deg"
+        problem = "misses the Earth" if math.isinf(zenith) else f"meets the ground at zenith {zenith:.2f} deg"
         yield Problem(
             "platform.off_nadir",
             f"{off_nadir:g} deg from {altitude / 1e3:g} km {problem}; allowed: up to zenith {LARGEST_ZENITH_DEG:g} "
@@ -118,11 +118,11 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
         return
     if missing:
         (other,) = set(pair) - set(missing)
-        yield Problem(f"platform.{missing[0]}", f"is missing beside {other}; allowed: both, or image.pixel_size alone")
+        yield Problem(f"platform.{missing[0]}", f"is required with {other}; allowed: both, or image.pixel_size alone")
         return
     if "pixel_size" in scenario.image.model_fields_set:
         yield Problem(
-            "platform.detector_pitch", f"beside image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them"
+            "platform.detector_pitch", f"with image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them"
         )
         return
     zenith = scenario.view.zenith
@@ -145,11 +145,11 @@ def _motion(scenario: ScenarioModel) -> Iterator[Problem]:
         return
     speed = motion.platform_speed
     if mode == "staring" and speed != 0.0:
-        yield Problem("platform.mode", f"'staring' beside motion.platform_speed {shown(speed)}; allowed: speed 0")
+        yield Problem("platform.mode", f"'staring' with motion.platform_speed {shown(speed)}; allowed: speed 0")
     if mode == "push-broom" and speed == 0.0:
         yield Problem(
             "platform.mode",
-            f"'push-broom' beside motion.platform_speed 0; allowed: another speed, '{ORBIT}', or mode = 'staring'",
+            f"'push-broom' with motion.platform_speed 0; allowed: another speed, '{ORBIT}', or mode = 'staring'",
         )
 
 

@@ -127,7 +127,7 @@ def axis_of(key: str, given: Any) -> SweptAxis:
         _check_names(given, _RANGE)
         values = _range(given)
     else:
-        raise ValueError(f"{shown(given)} is no set of values; allowed: {FORMS}")
+        raise ValueError(f"{shown(given)} is not a set of values; allowed: {FORMS}")
     if not values:
         raise ValueError("the list is empty; allowed: at least one value")
     if len(values) > MAX_VALUES:
@@ -171,7 +171,7 @@ def _quantiles(name: str, of: Mapping[str, float], share: NDArray[np.float64], s
     """Quantiles (N,) of a distribution for probabilities (N,)."""
     low, high = of.get("from", -math.inf), of.get("to", math.inf)
     if not low < high:
-        raise ValueError(f"from {low:g} to {high:g}: allowed: from below to")
+        raise ValueError(f"from {low:g} to {high:g}: allowed: from < to")
     if name == "uniform":
         return low + share * (high - low)
     if name == "log-uniform":

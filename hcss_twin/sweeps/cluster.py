@@ -126,7 +126,7 @@ class Cluster:
             other = [f"{name} {theirs.get(name)}, here {own}" for name, own in mine.items() if theirs.get(name) != own]
             if other:
                 raise SweepError(
-                    f"the worker at {address} has other versions, which may round otherwise: {'; '.join(other)}"
+                    f"the worker at {address} has other versions, which may round differently: {'; '.join(other)}"
                 )
         for address, sees in self._client.run(os.path.isdir, str(folder)).items():
             if not sees:
@@ -196,7 +196,7 @@ def _require_answer(scheduler: str) -> None:
     address = _ADDRESS.fullmatch(scheduler)
     if address is None:
         raise SweepError(
-            f"'{scheduler}' is no address of a Dask scheduler; allowed: tcp://HOST:PORT or tls://HOST:PORT, "
+            f"'{scheduler}' is not the address of a Dask scheduler; allowed: tcp://HOST:PORT or tls://HOST:PORT, "
             "for example tcp://127.0.0.1:8786"
         )
     host, port = address.groups()
@@ -222,7 +222,7 @@ def _undisturbed() -> Iterator[None]:
 def _outcome(future: Any, task: PointTask) -> PointOutcome | None:
     """Return the outcome of a point; None if its worker died."""
     if future.status in ("cancelled", "lost"):
-        raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to go on where it was")
+        raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to resume it")
     error = future.exception()
     if error is None:
         outcome: PointOutcome = future.result()

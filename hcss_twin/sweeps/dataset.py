@@ -49,7 +49,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
         raise CubeError(f"cannot read {os.fspath(path)}: {error}") from error
     if MARK not in dataset.attrs:
         dataset.close()
-        raise CubeError(f"cannot read {os.fspath(path)}: it is no dataset of a sweep; open_cube reads cubes")
+        raise CubeError(f"cannot read {os.fspath(path)}: it is not a sweep dataset; open_cube reads cubes")
     described = [spec.name for spec in COORDINATES if spec.name in dataset]
     of_points = [str(name) for name in dataset.variables if str(name).startswith("point_")]
     named = dataset.set_coords([*described, *of_points])
@@ -84,7 +84,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
     except (OSError, RuntimeError):
         known = None
     if known != digest:
-        raise SweepError(f"{path} exists and is no dataset of this sweep; allowed: another name, or --force")
+        raise SweepError(f"{path} exists and is not the dataset of this sweep; allowed: another name, or --force")
 
 
 def write_dataset(path: Path, design: Design, digest: str, folder: Path, records: Sequence[PointRecord]) -> None:

@@ -197,10 +197,10 @@ def key_problems(
     for place, key in enumerate(keys):
         for other in keys[:place]:
             if keys_overlap(key, other):
-                yield Problem(f"{section}.{key}", f"overlaps {other}, which is {adjective}, too; allowed: one of both")
+                yield Problem(f"{section}.{key}", f"overlaps {other}, which is {adjective}, too; allowed: one of them")
         for other in overrides:
             if keys_overlap(key, other):
-                message = f"is {adjective}, but {other} is set to one value; allowed: one of both"
+                message = f"is {adjective}, but {other} is set to one value; allowed: one of them"
                 yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
         if first not in ScenarioModel.model_fields:

@@ -160,7 +160,7 @@ class SweepFolder:
             raise SweepError(f"{path} cannot be read: {error}; give another folder") from error
         names = {"format", "sweep", "versions", "points"}
         if not isinstance(known, dict) or not names <= set(known) or known["format"] != FORMAT:
-            raise SweepError(f"{path} is no index of a sweep of this version; give another folder")
+            raise SweepError(f"{path} is not a sweep index of this version; give another folder")
         return known
 
     def _require_empty(self) -> None:
@@ -188,7 +188,7 @@ class SweepFolder:
         ]
         if changed:
             raise SweepError(
-                f"{self.path} was begun with other versions, which may round otherwise: {'; '.join(changed)}; {remedy}"
+                f"{self.path} is from other versions, which may round differently: {'; '.join(changed)}; {remedy}"
             )
 
     def _remove(self, known: Mapping[str, Any]) -> None:

@@ -119,7 +119,7 @@ def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
     for number, other in enumerate(plain, start=1):
         for key in OF_ALL_POINTS:
             if value_at(other, key) != value_at(first, key):
-                message = f"differs between points 0 and {number}; a dataset needs it in common, allowed: no dataset"
+                message = f"differs between points 0 and {number}; a dataset needs one value; allowed: no dataset"
                 raise ScenarioError([Problem(f"{SWEEP}: {key}", message)], design.origin)
 
 

@@ -128,7 +128,7 @@ def sweep(
     if workers < 1:
         raise SweepError(f"workers = {workers}; allowed: 1 or more")
     if scheduler is not None and workers != 1:
-        raise SweepError(f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both")
+        raise SweepError(f"{workers} workers with the scheduler {scheduler}, which has its own; allowed: one of them")
     digest = digest_of(points)
     about = {
         "title": design.title,

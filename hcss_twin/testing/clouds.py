@@ -116,7 +116,7 @@ class CloudGeneratorContract(ProviderContract):
     def test_a_sky_goes_on_around_the_image(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """Windows that reach outside the image have its pixels inside it, and one value for each pixel outside."""
         if not hasattr(provider, "thickness_around_m"):
-            pytest.skip("the generator knows no clouds outside the image")
+            pytest.skip("the generator computes no clouds outside the image")
         summary = None if provider.declares.tileable else provider.frame_summary(4.0)  # type: ignore[attr-defined]
         around = functools.partial(provider.thickness_around_m, summary=summary)
         (rows, columns), (above, right) = (inputs.grid.rows, inputs.grid.columns), (5, 9)

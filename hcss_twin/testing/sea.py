@@ -70,7 +70,7 @@ class SeaModelContract(SpectralContract):
     def test_what_is_not_emitted_is_reflected(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """Nor does it fall short of 1 - emissivity by more than 0.1, where the engine has to integrate it."""
         if hasattr(provider, "reflection_weights"):
-            pytest.skip("the model says itself what it reflects of the sky")
+            pytest.skip("the model provides its own reflection weights")
         for view in (1.0, 0.8, 0.5):
             left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
             reflected = _integral(provider, wavenumber_cm1, view)

@@ -91,7 +91,7 @@ class SensorContract(ProviderContract):
         """Changing one pixel affects only pixels within ``reach_pixels``."""
         reach = provider.declares.reach_pixels
         if reach is None:
-            pytest.skip("the whole frame has a share in each pixel")
+            pytest.skip("each pixel depends on the whole frame")
         row, column = inputs.grid.rows // 2, inputs.grid.columns // 3
         changed = np.array(scene[0])
         changed[:, row, column] *= 1.2

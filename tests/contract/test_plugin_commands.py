@@ -85,7 +85,7 @@ def test_help_lists_a_command_without_importing_its_code_and_it_runs(install):
         ("import no_such_module_anywhere", "no_such_module_anywhere"),
         ("x = 1", "no hook hcss_commands found"),
         (specs("greet").replace("hcss_commands", "hcss_command"), "'hcss_command' is misspelt"),
-        (specs("greet").replace("@hookimpl", ""), "lacks the @hookimpl mark"),
+        (specs("greet").replace("@hookimpl", ""), "lacks the @hookimpl decorator"),
         (specs("greet").replace("return [", "return None and ["), "returned None; expected a list of CommandSpec"),
         (HOOK.format(specs="'greet'"), "expected a list of CommandSpec"),
         (specs("greet", target="visitor_code"), "must look like 'package.module:Class'"),
@@ -120,7 +120,7 @@ def test_a_command_that_cannot_be_imported_fails_alone_when_it_is_run(install, t
 
 def test_a_name_of_the_core_is_refused_and_the_other_commands_of_the_plugin_remain(install):
     install("visitor", specs("run", "greet"))
-    assert broken()["visitor"] == "command 'run' is also brought by hcss-twin"
+    assert broken()["visitor"] == "command 'run' is also provided by hcss-twin"
     assert "SCENARIO" in hcss("run", "--help").output
     assert hcss("greet", "you").output == "hello you\n"
 
@@ -128,8 +128,8 @@ def test_a_name_of_the_core_is_refused_and_the_other_commands_of_the_plugin_rema
 def test_a_name_of_two_plugins_is_refused_with_both_named(install):
     install("first", specs("greet"))
     install("second", specs("greet", "wave"))
-    assert broken()["first"] == "command 'greet' is also brought by second 1.2"
-    assert broken()["second"] == "command 'greet' is also brought by first 1.2"
+    assert broken()["first"] == "command 'greet' is also provided by second 1.2"
+    assert broken()["second"] == "command 'greet' is also provided by first 1.2"
     unknown = hcss("greet", "you")
     assert unknown.exit_code == 2
     assert "first 1.2" in unknown.output

@@ -209,7 +209,7 @@ def test_a_stranger_sensor_measures_the_frames_in_order(installed, usual):
     np.testing.assert_allclose(measured["radiance"][0], first, rtol=1e-6)
     np.testing.assert_allclose(measured["radiance"][1], 0.75 * second + 0.25 * first, rtol=1e-6)
     assert json.loads(measured.attrs["hcss_providers"])["sensors"]["distribution"] == "hcss-stranger"
-    with pytest.raises(CubeError, match="out of order, and the sensor 'lagging' remembers earlier ones"):
+    with pytest.raises(CubeError, match="out of order, and the sensor 'lagging' needs earlier ones"):
         hcss_twin.sense(usual.isel(time=[1, 0]), {"model": "lagging"})
 
 

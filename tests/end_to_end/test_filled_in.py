@@ -168,7 +168,7 @@ class TestWaterVapour:
 
     def test_one_of_the_two_keys(self):
         both = {"atmosphere.water_vapour_scale": 0.5, "atmosphere.water_vapour_column": 10.0}
-        with pytest.raises(ScenarioError, match="water_vapour_scale beside water_vapour_column"):
+        with pytest.raises(ScenarioError, match="water_vapour_scale given with water_vapour_column"):
             Scenario.from_toml(CLEAR, {**SMALL, **both})
 
 

@@ -167,7 +167,7 @@ def test_an_image_of_a_satellite_is_fitted(tmp_path):
         (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H=.1", "--fix", "H=.2"], "H is given twice"),
         (["--fd", 2.3, "--fd-error", 0.1, "--octaves", 5, 2], "first <= last"),
         (["--fd", 2.3, "--fd-error", 0.1, "-o", "none/p.nc"], "there is no folder"),
-        (["clouds1.npy"], "does not give it"),
+        (["clouds1.npy"], "not in clouds1.npy"),
         (["cloudy.npy", "--pixel-size", "20 m"], "all pixels have the value 7"),
         (["holes.npy", "--pixel-size", "20 m"], "missing"),
         (["tiny.npy", "--pixel-size", "20 m"], "allowed: 32 or more along each axis"),

@@ -140,7 +140,7 @@ def test_wrong_options_are_refused_before_the_search(here, arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("clouds.npy",), "pixel_size: clouds.npy does not give it"),
+        (("clouds.npy",), "pixel_size: not in clouds.npy"),
         (("clouds.npy", "--pixel-size", 500, "--rows", 8), "allowed: 32 or more"),
         (("clouds.npy", "--pixel-size", 500, "--rows", 800), "closest is 96"),
         (("clouds.npy", "--pixel-size", 500, "--coverage", 0.2), "goes with the method 'coverage'"),

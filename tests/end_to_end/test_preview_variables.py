@@ -99,7 +99,7 @@ def test_what_the_run_left_out_is_said_with_how_to_have_it(tmp_path):
         ),
         ("day.nc", b"time = 2024-04-20T12:30:00Z\n", "no NetCDF file; a cube is needed, as `hcss run` writes it"),
         ("day.nc", b"", "it is empty; a cube is needed"),
-        ("day.nc", b"\x89HDF\r\n\x1a\n and no more", "it is NetCDF, but damaged, cut off or of another kind"),
+        ("day.nc", b"\x89HDF\r\n\x1a\n and no more", "it is NetCDF, but damaged, truncated or unsupported"),
     ],
 )
 def test_a_file_that_is_no_cube_is_told_from_one_that_is_damaged(command, name, content, told, tmp_path, monkeypatch):

@@ -303,7 +303,7 @@ def test_a_dataset_replaces_nothing_but_itself(tmp_path, computed, name):
     folder = tmp_path / "sweep"
     (tmp_path / "index.json").write_text("precious")
     folder.mkdir()
-    with pytest.raises(SweepError, match=r"is no dataset of this sweep|it is a folder|no folder|another file"):
+    with pytest.raises(SweepError, match=r"is not the dataset of this sweep|it is a folder|no folder|another file"):
         swept(folder, {"seed": [1]}, dataset=tmp_path / name)
     assert not computed[0]
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")

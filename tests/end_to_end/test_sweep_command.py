@@ -88,7 +88,7 @@ def test_problems_come_before_anything_is_written(tmp_path):
 
 def test_wrong_options_are_told():
     assert "allowed: key=value" in hcss("mine.toml", "--over", "seed").output
-    assert "allowed: one of both" in hcss("mine.toml", "--workers", "2", "--scheduler", "tcp://here:1").output
+    assert "allowed: one of the two" in hcss("mine.toml", "--workers", "2", "--scheduler", "tcp://here:1").output
 
 
 def test_a_scheduler_that_does_not_answer_is_told():

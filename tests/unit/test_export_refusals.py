@@ -56,7 +56,7 @@ def run(*arguments):
         ({"frames": [1, 1]}, "frame 1: requested more than once"),
         ({"output": "a.tif"}, r"a.tif: names of fits end in .fits or .fit or .fts"),
         ({"output": "nowhere/a.fits"}, "there is no folder .*nowhere"),
-        ({"limits": (0.0, 1.0)}, "limits: fits holds the values themselves; allowed: for png"),
+        ({"limits": (0.0, 1.0)}, "limits: fits stores unscaled values; allowed: with png only"),
         ({"to": "png", "limits": (1.0, 0.0)}, "limits: 1 to 0; two finite values that grow"),
         ({"to": "png", "limits": (0.0, 0.5)}, "radiance, SWIR frame 0 .*the limits 0 to 0.5 have to hold all"),
     ],

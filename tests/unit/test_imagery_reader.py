@@ -237,9 +237,9 @@ def test_broken_files_are_named(tmp_path, content):
     ("content", "message"),
     [
         (b"", "it is empty"),
-        (b"not an image", "it is no NetCDF file, or its beginning is damaged"),
-        (b"\x89HDF\r\n\x1a\nrest", "it is NetCDF, but damaged, cut off or of another kind"),
-        (b"CDF\x01", "it is NetCDF, but damaged, cut off or of another kind"),
+        (b"not an image", "it is not a NetCDF file, or its header is damaged"),
+        (b"\x89HDF\r\n\x1a\nrest", "it is NetCDF, but damaged, truncated or unsupported"),
+        (b"CDF\x01", "it is NetCDF, but damaged, truncated or unsupported"),
     ],
 )
 def test_a_broken_file_that_is_called_netcdf_is_said_to_be_none_or_damaged(tmp_path, content, message):

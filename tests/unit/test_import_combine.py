@@ -65,7 +65,7 @@ def test_ray_upwards_keeps_its_angle_at_the_target(profile):
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"geometry": None, "source": "a.csv"}, "a.csv: the file does not tell its line of sight"),
+        ({"geometry": None, "source": "a.csv"}, "a.csv: the file does not give its line of sight"),
         ({"geometry": PathGeometry(2e3, 1e4, 30.0, horizontal=True)}, r"line 12\): the path is horizontal"),
         ({"geometry": PathGeometry(0.0, 10e3, 30.0)}, r"ends at 10 km .* must reach space"),
         ({"geometry": PathGeometry(2e3, 100e3, 90.9)}, "tangent point"),

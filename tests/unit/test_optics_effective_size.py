@@ -84,5 +84,5 @@ def test_extreme_radii_and_narrow_widths_do_not_underflow(radius, variance):
 
 def test_a_range_without_particles_is_refused():
     far = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (5000.0, 6000.0))
-    with pytest.raises(ValueError, match=r"holds none of the particles, which are about [56]"):
+    with pytest.raises(ValueError, match=r"contains no particles, whose radius is about [56]"):
         size.effective_radius_um(far)

@@ -35,7 +35,7 @@ def test_the_short_form_and_the_table_are_the_same(short, table):
         ({"sea.temperature": "normal:291:-1"}, "standard_deviation = -1; allowed: > 0"),
         ({"sea.temperature": "normal:a:b"}, "'a', 'b': allowed: numbers"),
         ({"sea.temperature": "uniform:1:inf"}, "inf: allowed: finite numbers"),
-        ({"sea.temperature": "uniform:2:1"}, "allowed: from below to"),
+        ({"sea.temperature": "uniform:2:1"}, "allowed: from < to"),
         ({"sea.temperature": [1, 2]}, "[1, 2] is no distribution"),
         ({"sea.temperature": 291}, "291 is no distribution"),
         ({"sea": {"temperature": {"distribution": "normal", "mean": 1}}}, "lacks standard_deviation"),

@@ -98,7 +98,7 @@ BROKEN = {
     "raises": (plugin(error=RuntimeError("boom")), "RuntimeError: boom"),
     "exits": (plugin(error=SystemExit(3)), "SystemExit: 3"),
     "misspelt": (plugin([spec()], hook="hcss_register_transmitance_providers"), f"did you mean '{HOOK}'"),
-    "unmarked": (plugin([spec()], mark=None), "lacks the @hookimpl mark"),
+    "unmarked": (plugin([spec()], mark=None), "lacks the @hookimpl decorator"),
     "empty": (SimpleNamespace(), "no hook found"),
     "none": (plugin(None), "returned None"),
     "a single spec": (plugin(spec()), "returned ProviderSpec; expected a list"),

@@ -267,7 +267,7 @@ STRATUS = (catalog_root() / "cloud_types" / "stratus.toml").read_text(encoding="
         ('"water"', '"wader"', ["layer.phase: 'wader' is not a choice", "closest is 'water'"]),
         ("top = 1000.0", "top = '10 m'", ["top 10 m is not above the base", "above 33"]),
         ("thickness_min = 10.0", "thickness_min = 999.0", ["thickness_min 999 m", "choice is 967"]),
-        ("[0.02, 50.0]", "[50.0, 0.02]", ["radius_range_um: [50, 0.02] is no range"]),
+        ("[0.02, 50.0]", "[50.0, 0.02]", ["radius_range_um: [50, 0.02] is not a range"]),
         ("b = 0.193", "b = true", ["microphysics.b: true is not a number"]),
         (
             "b = 0.193",

@@ -84,17 +84,17 @@ def test_a_scenario_with_a_platform_survives_json_and_overrides():
 @pytest.mark.parametrize(
     ("platform", "sections", "field", "words"),
     [
-        ({"off_nadir": 30}, {}, "platform.altitude", ["is missing beside off_nadir", "100 km to 42000 km"]),
-        ({"mode": "staring"}, {}, "platform.altitude", ["is missing beside mode"]),
+        ({"off_nadir": 30}, {}, "platform.altitude", ["is required with off_nadir", "100 km to 42000 km"]),
+        ({"mode": "staring"}, {}, "platform.altitude", ["is required with mode"]),
         ({"altitude": "99 km"}, {}, "platform.altitude", ["out of range", "closest valid choice is 100000"]),
         ({"altitude": "42 Mm"}, {}, "platform.altitude", ["'Mm' is not a unit"]),
         (
             {**ALTITUDE, "off_nadir": 30},
             {"view": {"zenith": 0}},
             "platform.off_nadir",
-            ["30 deg beside view.zenith 0 deg", "one of them"],
+            ["30 deg given with view.zenith 0 deg", "one of them"],
         ),
-        ({**ALTITUDE, "off_nadir": 70}, {}, "platform.off_nadir", ["passes the Earth", "choice is 62.258"]),
+        ({**ALTITUDE, "off_nadir": 70}, {}, "platform.off_nadir", ["misses the Earth", "choice is 62.258"]),
         ({**ALTITUDE, "off_nadir": 62.5}, {}, "platform.off_nadir", ["meets the ground at zenith 86"]),
         (
             {**ALTITUDE, **OPTICS},
@@ -114,13 +114,13 @@ def test_a_scenario_with_a_platform_survives_json_and_overrides():
             {**ALTITUDE, "mode": "staring"},
             {"motion": {"platform_speed": 1000}},
             "platform.mode",
-            ["'staring' beside motion.platform_speed 1000.0"],
+            ["'staring' with motion.platform_speed 1000.0"],
         ),
         (
             {**ALTITUDE, "mode": "push-broom"},
             {"motion": {"platform_speed": 0}},
             "platform.mode",
-            ["'push-broom' beside motion.platform_speed 0", "'orbit'"],
+            ["'push-broom' with motion.platform_speed 0", "'orbit'"],
         ),
         ({**ALTITUDE, "mode": "pushbroom"}, {}, "platform.mode", ["closest is 'push-broom'"]),
         ({}, {"motion": {"platform_speed": "orbit"}}, "motion.platform_speed", ["without platform.altitude"]),

@@ -117,7 +117,7 @@ def test_a_number_for_each_of_the_bands_is_needed():
     [
         (
             {"sensor.variables": ["saturatd"]},
-            "sensor.variables: 'saturatd' is not among what the sensor 'radiometer' gives with these parameters",
+            "sensor.variables: 'saturatd' is not an output of the sensor 'radiometer' with these parameters",
         ),
         (
             {"sensor.seed": 1, "output.variables": ["truth"]},
@@ -149,7 +149,7 @@ def test_wrong_bands_of_a_users_sensor_are_told_at_its_name(tmp_path):
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
     found = problems(base=tmp_path, **{"sensor.name": "mine.toml"})
     assert list(found) == ["sensor.name"]
-    assert "bands[0]: [5, 3] um is upside down" in found["sensor.name"]
+    assert "bands[0]: [5, 3] um is reversed" in found["sensor.name"]
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def cube_footage(
     kelvin = _kelvin(dataset, path, selection, plane, notes)
     size = choice.pixel_size_m or abs(selection.grid.step_x_m)
     if choice.pixel_size_m and choice.pixel_size_m != abs(selection.grid.step_x_m):
-        notes.append(f"Pixels of {abs(selection.grid.step_x_m):g} m are taken for pixels of {size:g} m.")
+        notes.append(f"Pixels of {abs(selection.grid.step_x_m):g} m are treated as pixels of {size:g} m.")
 
     def values(number: int) -> Array:
         return np.asarray(selection.values(frames[number])[0], dtype=np.float64)

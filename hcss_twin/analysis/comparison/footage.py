@@ -53,11 +53,11 @@ class EvaluationChoice:
     def check(self) -> None:
         """Raise ImageOptionError for contradictory options; none is ignored."""
         if (self.coverage is None) is (self.method == "coverage"):
-            raise ImageOptionError("coverage: goes with the method 'coverage', and only with it")
+            raise ImageOptionError("coverage: needed with the method 'coverage', not allowed with others")
         if self.coverage is not None and not 0.0 < self.coverage <= 1.0:
             raise ImageOptionError(f"coverage: {self.coverage} given, allowed: greater than 0, up to 1")
         if self.window_pixels is not None and self.method != "local":
-            raise ImageOptionError("window_pixels (--window): goes with the method 'local', and only with it")
+            raise ImageOptionError("window_pixels (--window): allowed with the method 'local' only")
         if self.pixel_size_m is not None and not self.pixel_size_m > 0.0:
             raise ImageOptionError(f"pixel_size: {self.pixel_size_m} m given, allowed: greater than 0")
 

@@ -38,7 +38,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     for name, given in (("band", choice.band), ("frames", choice.frames)):
         if given:
             raise ImageOptionError(
-                f"{name}: has a meaning for cubes only, and {paths[0].name} is an image; allowed: leave it out"
+                f"{name}: applies to cubes only, and {paths[0].name} is an image; leave it out"
                 + ("; planes of a file are chosen with variable" if name == "band" else "")
             )
     if choice.method == "truth":
@@ -50,9 +50,9 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     notes = []
     size = choice.pixel_size_m or first.pixel_size_m
     if choice.pixel_size_m and first.pixel_size_m and choice.pixel_size_m != first.pixel_size_m:
-        notes.append(f"Pixels of {first.pixel_size_m:.6g} m are taken for pixels of {choice.pixel_size_m:g} m.")
+        notes.append(f"Pixels of {first.pixel_size_m:.6g} m are treated as pixels of {choice.pixel_size_m:g} m.")
     elif size is not None and first.pixel_size_is_nominal and choice.pixel_size_m is None:
-        notes.append("The pixel size is that below the satellite; pixels elsewhere are larger.")
+        notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     elif size is None:
         notes.append(f"The file gives no pixel size{': ' + first.pixel_size_note if first.pixel_size_note else ''}.")
     coefficients = planck_coefficients(paths[0]) if first.units == UNITS else None

@@ -247,7 +247,7 @@ def _directions(
     return [
         Metric(
             name="degree",
-            meaning=f"a, where power by direction goes as 1 + a cos 2 (direction - d); by chance about {noise:.2g}",
+            meaning=f"a, where power varies with direction as 1 + a cos 2 (direction - d); by chance about {noise:.2g}",
             unit="1",
             definition="both",
             group=DIRECTIONS,

@@ -125,7 +125,7 @@ class ComparedSide:
         if not level.any():
             raise ImageError(
                 f"the compared part, {level.shape[0]} x {level.shape[1]} pixels, has no cloud; allowed: another "
-                "method, or a file cut to where there is some"
+                "method, or a file cropped to a cloudy part"
             )
         part = values[self.part]
         # Cloud products have no value in clear pixels, which are not missing.

@@ -205,7 +205,7 @@ def clouds_fragment(
     lines: list[str] = []
     for comment in (
         *comments,
-        f"Judged at: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}",
+        f"Evaluated with: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}",
         f"The type {cloud_type} gives height and particles, which grey levels do not determine.",
     ):
         # A comment in TOML must not contain control characters, but a file name may.

@@ -168,5 +168,5 @@ _WHY = {
     "anisotropy": "one ratio of lengths for all scales",
     "aspect": "one ratio of lengths for all scales",
     "oblique": "the lattices of eq 2 stretch along x and y only",
-    "uneven": "the field is alike everywhere; a storm or a front is not",
+    "uneven": "the field is statistically homogeneous; a storm or a front is not",
 }

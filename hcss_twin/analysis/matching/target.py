@@ -108,7 +108,7 @@ def _read(path: Path, choice: ImageChoice) -> Target:
     shape = source.shape
     size = choice.pixel_size_m or source.pixel_size_m
     if size is None:
-        raise ImageError(f"pixel_size: {path} does not give it{source.why}; allowed: a length, as --pixel-size '1 km'")
+        raise ImageError(f"pixel_size: not in {path}{source.why}; allowed: a length, for example --pixel-size '1 km'")
     part = (choice.rows or min(shape[0], LARGEST_SIDE), choice.columns or min(shape[1], LARGEST_SIDE))
     if min(part) < SMALLEST_SIDE:
         raise ImageError(f"image: {part[0]} rows x {part[1]} columns, allowed: {SMALLEST_SIDE} or more along each axis")
@@ -129,9 +129,9 @@ def _read(path: Path, choice: ImageChoice) -> Target:
         which = f"the centre of {shape[0]} x {shape[1]}"
     notes = [f"{part[0]} rows x {part[1]} columns of {size:g} m: {which}.", f"Cloud is {how}."]
     if choice.pixel_size_m is None and source.is_nominal:
-        notes.append("The pixel size is that below the satellite; pixels elsewhere are larger.")
+        notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     if source.pixel_size_m is not None and size != source.pixel_size_m:
-        notes.append(f"Pixels of {source.pixel_size_m:.6g} m are taken for pixels of {size:g} m.")
+        notes.append(f"Pixels of {source.pixel_size_m:.6g} m are treated as pixels of {size:g} m.")
     return Target(CloudImage(level, size), path.name, tuple(notes))
 
 
@@ -164,9 +164,9 @@ def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
 def _check(choice: ImageChoice) -> None:
     """Refuse options that contradict each other: none is ignored."""
     if (choice.coverage is None) is (choice.method == "coverage"):
-        raise ImageError("coverage: goes with the method 'coverage', and only with it")
+        raise ImageError("coverage: needed with the method 'coverage', not allowed with others")
     if choice.window_pixels is not None and choice.method != "local":
-        raise ImageError("window_pixels: goes with the method 'local', and only with it")
+        raise ImageError("window_pixels: allowed with the method 'local' only")
 
 
 def _method(choice: ImageChoice, image: SatelliteImage | None) -> Literal["otsu", "local", "coverage", "valid"]:

@@ -256,8 +256,8 @@ DEFINITIONS = (
     ),
     Definition(
         "FD",
-        "eq 6, whose limit runs the wrong way and names no set, has to be read: boxes that fill the body of the cloud, "
-        "the one count that gives the printed values",
+        "eq 6 needs interpretation (wrong limit direction, no set named): boxes that fill the body of the cloud, "
+        "the only count that reproduces the printed values",
         "the same; dimensions of surface and outline are separate rows",
     ),
     Definition(

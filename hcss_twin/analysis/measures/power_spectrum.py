@@ -43,7 +43,7 @@ def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
     span = greatest - least
     surface = without_plane((pixels.astype(np.float64) - least) / span)
     if np.abs(surface).max() < 1e-9:
-        raise ImageError("image: a plane, allowed: values that vary otherwise")
+        raise ImageError("image: the values form a plane, allowed: values that deviate from a plane")
     rows, columns = surface.shape
     surface *= hann(rows)[:, None] * hann(columns)
     return np.abs(rfft2(surface, overwrite_x=True)) ** 2, span

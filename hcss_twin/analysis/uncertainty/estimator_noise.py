@@ -164,7 +164,7 @@ def _mean_and_deviation(features: Array, linear: Array, residuals: Array) -> tup
     mean = np.asarray(np.linalg.solve(features.T @ features + ridge, features.T @ residuals))
     deviation = (residuals - features @ mean).std(axis=0)
     if not np.all(deviation > 0.0):
-        raise PosteriorError("simulations: a semivariance never varies; allowed: larger images, or other priors")
+        raise PosteriorError("simulations: a semivariance is constant; allowed: larger images, or other priors")
     slopes = np.zeros((linear.shape[1], residuals.shape[1]))
     slopes[0] = np.log(deviation)
     prior = np.full((linear.shape[1], 1), _SLOPE**-2)

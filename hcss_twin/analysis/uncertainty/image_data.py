@@ -196,8 +196,8 @@ class ImageData:
         for count, what in ((cloudy, "cloudy"), (level.size - cloudy, "clear")):
             if count < _FEWEST_PIXELS:
                 raise ImageError(
-                    f"image: {count} of {level.size} pixels are {what}, allowed: {_FEWEST_PIXELS} or more; another "
-                    "part, or another method of finding cloud, may have them"
+                    f"image: {count} of {level.size} pixels are {what}, allowed: {_FEWEST_PIXELS} or more; try another "
+                    "part of the image, or another cloud detection method"
                 )
         lags = [lag for lag in octave_lags(level.shape) if lag >= smallest_lag]
         if len(lags) < 2:

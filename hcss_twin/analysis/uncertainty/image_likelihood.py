@@ -238,7 +238,7 @@ class ImageLikelihood:
                 variogram, threshold = self.data.simulate(shapes[index], octaves, seeds[index])
             except ImageError as error:
                 named = ", ".join(f"{n} = {v:.4g}" for n, v in zip(SHAPE, shapes[index], strict=True))
-                raise PosteriorError(f"simulation: {error}, with {named}; allowed: priors without such") from error
+                raise PosteriorError(f"simulation: {error}, with {named}; allowed: priors that exclude them") from error
             statistics[index, :-1] = np.log(variogram)
             statistics[index, -1] = threshold
 

@@ -227,7 +227,7 @@ class Space:
                 raise PosteriorOptionError(f"parameter: '{name}' given, {choose_from(name, KINDS)}")
         for name in fixed:
             if name in priors:
-                raise PosteriorOptionError(f"{name}: fixed and given a prior, allowed: one of both")
+                raise PosteriorOptionError(f"{name}: fixed and given a prior, allowed: one of the two")
             kind = KINDS[name]
             if not kind.low < fixed[name] < kind.high:
                 raise PosteriorOptionError(

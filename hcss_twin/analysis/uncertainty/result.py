@@ -167,7 +167,7 @@ def _diagnostics(
         kind = KINDS[plain]
         meaning, prior = kind.long_name, priors.get(name, priors[plain])
         if name.startswith("mean_"):
-            meaning = f"location of the population{_ON_SCALE[kind.scale.kind]}, taken back: {meaning}"
+            meaning = f"location of the population{_ON_SCALE[kind.scale.kind]}, transformed back: {meaning}"
         elif name.startswith("spread_"):
             meaning = f"standard deviation in the population{_ON_SCALE[kind.scale.kind]}: {meaning}"
         elif len(columns) > 1 or isinstance(model, PopulationModel):
@@ -195,7 +195,7 @@ def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Spac
         part = float(np.mean(away > 1.0 - _EDGE))
         if part > _CROWDED:
             lines.append(
-                f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior, or of what was "
-                "simulated: the interval shows that limit, not the data."
+                f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior or of the "
+                "simulated range: the interval shows that limit, not the data."
             )
     return lines

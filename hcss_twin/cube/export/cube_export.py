@@ -207,9 +207,9 @@ def export_cube(
 
 def _check_limits(to: str, limits: Limits) -> None:
     if to != "png":
-        raise CubeError(f"limits: {to} holds the values themselves; allowed: for png")
+        raise CubeError(f"limits: {to} stores unscaled values; allowed: with png only")
     if not (math.isfinite(limits[0]) and math.isfinite(limits[1]) and limits[0] < limits[1]):
-        raise CubeError(f"limits: {limits[0]:g} to {limits[1]:g}; two finite values that grow are needed")
+        raise CubeError(f"limits: {limits[0]:g} to {limits[1]:g}; two finite, increasing values are needed")
 
 
 def _write(

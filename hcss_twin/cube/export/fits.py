@@ -107,7 +107,7 @@ def _image_header(fits: Any, selection: Selection, source: str, kind: np.dtype[A
     if selection.comment:
         header["COMMENT"] = ascii_text(selection.comment)
     header["COMMENT"] = "x points east, y north, relative to the centre of each frame; the table FRAMES"
-    header["COMMENT"] = "says where that has moved to. NaN: the value does not exist."
+    header["COMMENT"] = "gives the displacement of that centre. NaN: missing value."
     return header
 
 

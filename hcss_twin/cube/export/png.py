@@ -79,7 +79,7 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
             if limits is not None and not limits[0] <= span[0] <= span[1] <= limits[1]:
                 raise CubeError(
                     f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {span[0]:g} to "
-                    f"{span[1]:g}; the limits {limits[0]:g} to {limits[1]:g} have to hold all of them"
+                    f"{span[1]:g}; the limits {limits[0]:g} to {limits[1]:g} must include all of them"
                 )
             lowest[index], highest[index] = min(lowest[index], span[0]), max(highest[index], span[1])
     whole = selection.dtype.kind in "iu" and limits is None

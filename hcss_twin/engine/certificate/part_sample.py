@@ -85,8 +85,8 @@ def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
 Counts = NDArray[np.int64]
 
 LOOKED_AT_FIRST = 64
-"""Pixels of a window, by their numbers and times as many as are drawn, among which those of a stratum are looked for
-first."""
+"""Expected size of the random subset of a window that is searched first for pixels of a stratum, relative to the
+number of pixels drawn."""
 
 _SEED_KEY = 2**17
 """Distinguishes the seed of the sample from those of clouds and waves."""

@@ -45,10 +45,10 @@ CLEAR_SKIES = 5
 """Number of sun elevations over clear sky for the fit; one if the sun hardly moves."""
 
 SUN_DEG_PER_TOLERANCE = 200.0
-"""At rainbow scattering angles, weights fitted for one sun lose up to 3e-3 per degree."""
+"""At rainbow scattering angles, weights fitted for one sun position gain errors of up to 3e-3 per degree."""
 
 TRIED_SUNS = 2
-"""Number of suns between those of the fit, for tests if the sun moves."""
+"""Number of sun positions between those of the fit, for tests if the sun moves."""
 
 MAX_TRIALS = 6
 """Maximum number of fits; after that all wavenumbers are used."""

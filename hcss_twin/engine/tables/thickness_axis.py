@@ -63,7 +63,7 @@ def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, pl
     moving = "top" if layer.anchor == "base" else "base"
     return ProviderError(
         f"{what}: term '{source.terms[term]}' of {source.model} seems to jump near {at:.6g} m ({moving} of layer "
-        f"'{layer.name}' at {face:.6g} m); it must be continuous, and so must what it asks other providers for"
+        f"'{layer.name}' at {face:.6g} m); it must be continuous, and so must its inputs from other providers"
     )
 
 

@@ -77,7 +77,7 @@ class Climatology:
             raise ValueError(f"latitude_deg {latitude_deg}: allowed -90 to 90")
         where = _place(latitude_deg, longitude_deg)
         if self.is_land(latitude_deg, longitude_deg):
-            raise CatalogError(f"{where} is on land, and the climatology knows the sea only; give a value")
+            raise CatalogError(f"{where} is on land, and the climatology covers the sea only; give a value")
         months = 12.0 * _year_fraction(time) - 0.5
         month, share = math.floor(months), months - math.floor(months)
         climates = []

@@ -342,7 +342,7 @@ def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
 
     def model() -> Profile:
         def incomplete() -> Profile:
-            raise CatalogError(f"'{above}' cannot complete '{name}': it has gaps itself; allowed: whole profiles")
+            raise CatalogError(f"'{above}' cannot complete '{name}': it has gaps itself; allowed: complete profiles")
 
         return build_profile(read_sounding(catalog.find(above, "atmospheres", ".csv"), above), incomplete)
 

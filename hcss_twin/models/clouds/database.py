@@ -36,7 +36,7 @@ _CLEAR, _CLOUD, _MISSING = 0, 1, 2
 _YES_NO = {"yes": True, "no": False}
 
 _LONG_NAMES = {
-    "image": "image, cloud bright, 0 where missing: for people to look at",
+    "image": "image, cloud bright, 0 where missing: for display",
     "grey": "grey level of cloud: 0 clear, 1 to 255 from the threshold to the brightest cloud",
     "mask": "cloud mask",
     "label": "number of the single cloud; 0 is clear",

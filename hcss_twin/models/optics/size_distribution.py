@@ -63,8 +63,8 @@ def _log_incomplete(cloud: Microphysics, power: float) -> float:
         low, high = cloud.radius_range_um
         most = (s / cloud.b) ** (1.0 / cloud.nu)
         raise ValueError(
-            f"radius_range_um {low:g}, {high:g}: holds none of the particles, which are about {most:.3g} um large; "
-            "allowed: a range that does"
+            f"radius_range_um {low:g}, {high:g}: contains no particles, whose radius is about {most:.3g} um; "
+            "allowed: a range that contains them"
         )
     return float(np.log(share) + special.gammaln(s) - power / cloud.nu * np.log(cloud.b) - np.log(cloud.nu))
 
@@ -162,7 +162,7 @@ def gamma_distribution(
     ):
         if not abs(actual - wanted) <= 0.01 * wanted:
             raise ValueError(
-                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {actual:.4g} instead "
+                f"radius_range_um {limits[0]:g}, {limits[1]:g}: is so narrow that {name} is {actual:.4g} instead "
                 f"of {wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
                 f"{WHOLE[1] * radius_um:g}"
             )

@@ -99,7 +99,7 @@ class AsPrinted:
         if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
             raise ValueError(f"thickness_m: shape {thickness_m.shape}; allowed (N, {len(layers)})")
         if np.any(thickness_m < 0) or not np.all(np.any(thickness_m > 0, axis=1)):
-            raise ValueError("thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()")
+            raise ValueError("thickness_m: allowed >= 0, at least one layer > 0; use clear() without cloud")
         clear = self.clear(wavenumber_cm1, sun)
         shape = thickness_m.shape[0], wavenumber_cm1.size
         emitted, reflected, air = np.zeros(shape), np.zeros(shape), np.zeros(shape)

@@ -260,6 +260,6 @@ def unresolved(slopes: SlopeStatistics, spectrum: WaveSpectrum, pixel_size_m: fl
         raise ProviderError(
             f"waves longer than {2.0 * pixel_size_m:g} m have slope variances of {upwind:.3g} upwind and "
             f"{crosswind:.3g} crosswind, the whole sea only {slopes.variance_upwind:.3g} and "
-            f"{slopes.variance_crosswind:.3g}: pixels so small cannot be resolved; allowed: larger ones"
+            f"{slopes.variance_crosswind:.3g}: waves cannot be resolved with pixels this small; allowed: larger pixels"
         )
     return rest

@@ -104,39 +104,34 @@ class RadiometerParameters(BaseModel):
         description="Angle that the side of a pixel subtends, rad: detector pitch over focal length.",
     )
     transmission: _Fraction = Field(1.0, description="Of the optics, above 0 to 1.")
-    integration_time: float | None = Field(
-        None, gt=0, le=1e4, description="Time in which light is collected for a frame, s."
-    )
+    integration_time: float | None = Field(None, gt=0, le=1e4, description="Integration time of a frame, s.")
     smear: bool = Field(
         True, description="Blur along x by the footprint motion during integration_time, centred on the frame time."
     )
     noise: Literal["none", "photon", "nedt", "ner"] = Field(
         "none",
-        description='"photon": that of counted electrons (needs aperture_diameter, pixel_angle, integration_time); '
-        '"nedt" or "ner": Gaussian, of the size given.',
+        description='"photon": computed from electron counts (needs aperture_diameter, pixel_angle, integration_time); '
+        '"nedt" or "ner": Gaussian, with the given standard deviation.',
     )
-    nedt: _Kelvin | None = Field(
-        None, description="Temperature difference of a black body that equals the noise's standard deviation, K."
-    )
+    nedt: _Kelvin | None = Field(None, description="Noise-equivalent temperature difference (NEDT) of a black body, K.")
     nedt_temperature: _Scene = Field(300.0, description="Temperature of that black body, K.")
     ner: _Radiance | None = Field(None, description="Standard deviation of the noise as band radiance, W m-2 sr-1.")
     photon_temperature: float | None = Field(
         None,
         ge=60,
         le=10_000,
-        description="Temperature of the black body whose spectrum the light within a band has, K, for the number of "
+        description="Black-body temperature of the spectrum within a band, K, to convert radiance to "
         "photons; default: the same spectral radiance at all wavelengths.",
     )
     quantum_efficiency: _Fraction = Field(1.0, description="Electrons per photon, above 0 to 1.")
-    shot_noise: bool = Field(True, description="Whether electrons come one by one (Poisson).")
+    shot_noise: bool = Field(True, description="Whether to add shot noise (Poisson statistics of electrons).")
     read_noise: float = Field(0.0, ge=0, le=1e9, description="Read noise of a pixel (standard deviation), electrons.")
     dark_current: float = Field(
         0.0, ge=0, le=1e15, description="Electrons per second and pixel without light; its mean is subtracted."
     )
     fixed_pattern: Literal["pixel", "row"] = Field(
         "pixel",
-        description='Which pixels have a detector of their own: each ("pixel"), or each row, which makes stripes '
-        'along x ("row").',
+        description='"pixel": one detector per pixel; "row": one detector per row, which causes stripes along x.',
     )
     gain_deviation: float = Field(0.0, ge=0, le=1, description="Standard deviation of the detectors' gain, relative.")
     offset_electrons: float = Field(
@@ -144,21 +139,21 @@ class RadiometerParameters(BaseModel):
     )
     offset_radiance: _Offset = Field(0.0, description="Standard deviation of the detectors' offset, W m-2 sr-1.")
     well_depth: float | None = Field(
-        None, gt=0, le=1e15, description="Electrons at which a detector is full, those of the dark current included."
+        None, gt=0, le=1e15, description="Full-well capacity of a detector, electrons, including dark current."
     )
     saturation_radiance: _Radiance | None = Field(
-        None, description="Band radiance at which a detector is full, W m-2 sr-1."
+        None, description="Band radiance at which a detector saturates, W m-2 sr-1."
     )
     bits: int | None = Field(None, ge=1, le=24, description="Of the converter; default: not digitised.")
     electrons_per_number: float | None = Field(
-        None, gt=0, le=1e15, description="Electrons of one digital number; default: well_depth over the largest number."
+        None, gt=0, le=1e15, description="Electrons per digital number; default: well_depth / largest digital number."
     )
     radiance_per_number: _Radiance | None = Field(
         None,
-        description="Radiance of one digital number, W m-2 sr-1; default: saturation_radiance over the largest number.",
+        description="Radiance per digital number, W m-2 sr-1; default: saturation_radiance / largest digital number.",
     )
     number_offset: int = Field(
-        0, ge=0, le=2**24 - 1, description="Digital number of no signal, which keeps noise about 0 from being cut."
+        0, ge=0, le=2**24 - 1, description="Digital number at zero signal; prevents clipping of noise around 0."
     )
 
     @model_validator(mode="after")

@@ -101,7 +101,7 @@ def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array,
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
         largest = max(float(np.max(np.abs(moments[1]), initial=0.0)), 0.1)
         if largest > _MAX_ASYMMETRY:
-            raise ValueError(f"moments[1] {largest:g} in size: sunlight allows up to {_MAX_ASYMMETRY}; closest is that")
+            raise ValueError(f"|moments[1]| {largest:g}: allowed up to {_MAX_ASYMMETRY}; closest is {_MAX_ASYMMETRY}")
         known = extended_moments(moments, max(count + 1, int(np.log(_MIN_MOMENT) / np.log(largest)) + 1))
     else:
         known = extended_moments(moments, max(count + 1, moments.shape[0]))

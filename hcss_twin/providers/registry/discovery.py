@@ -113,8 +113,8 @@ def _other_version(spec: ProviderSpec) -> str:
     remedy = (
         f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"
         if newer
-        else f"install a newer release of the plugin; its author runs the conformance kit (hcss_twin.testing), mends "
-        f"what it finds, and writes api_version={API_VERSION} (docs/provider-api.md)"
+        else f"install a newer release of the plugin; its author runs the conformance kit (hcss_twin.testing), fixes "
+        f"what fails, and sets api_version={API_VERSION} (docs/provider-api.md)"
     )
     draft = ", the draft before version 1," if spec.api_version == 0 else ""
     return (
@@ -138,4 +138,4 @@ def _check_names(manager: pluggy.PluginManager, plugin: object) -> None:
         why = f"; {', '.join(bare)} lacks the @hookimpl mark" if bare else ""
         raise ProviderError(f"no hook found in {plugin!r}{why}; hooks are {', '.join(known)}")
     if not set(implemented) & set(known):
-        raise ProviderError("it has hook hcss_commands alone: name it in the entry point group hcss_twin.commands")
+        raise ProviderError("its only hook is hcss_commands: declare it in the entry point group hcss_twin.commands")

@@ -79,7 +79,7 @@ class Registry:
         for kind, spec in collection.specs:
             if (kind, spec.name) in taken:
                 raise ProviderError(
-                    f"{kind.human} '{spec.name}' is also brought by the entry point "
+                    f"{kind.human} '{spec.name}' is also registered by the entry point "
                     f"'{taken[kind, spec.name]}' of the same distribution"
                 )
 
@@ -126,7 +126,7 @@ class Registry:
             who = " and ".join(str(entry.origin) for entry in matches)
             how = " or ".join(f'"{entry.qualified_name}"' for entry in matches)
             raise ProviderError(
-                f"{kind.human} '{name}' is brought by {who}; select one of them by its qualified name: {how}"
+                f"{kind.human} '{name}' is provided by {who}; select one of them by its qualified name: {how}"
             )
         raise self._unknown(kind, name)
 
@@ -144,7 +144,7 @@ class Registry:
             text += f". {verb} an installed plugin that is broken: {listed}"
         else:
             text += (
-                ". If a package of its own brings it, install that package into this environment "
+                ". If it is part of a separate package, install that package into this environment "
                 "(pip install ...); `hcss plugins` shows what is installed"
             )
         error = ProviderError(text)

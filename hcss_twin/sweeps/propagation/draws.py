@@ -140,7 +140,7 @@ def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
     elif layer is None and len(layers) > 1:
         problem = Problem(
             "clouds.layers",
-            f"{len(layers)} layers; say which the posterior is of, allowed: layer 0 to {len(layers) - 1}",
+            f"{len(layers)} layers; name the layer of the posterior; allowed: layer 0 to {len(layers) - 1}",
         )
     elif not 0 <= number < len(layers):
         problem = Problem("clouds.layers", f"layer {number} given; allowed: 0 to {len(layers) - 1}")
@@ -158,7 +158,7 @@ def overlap_problems(
     """Yield an error for each uncertain key that is also set by the posterior or by ``--set``."""
     for key, other in product(sample_keys, posterior_keys):
         if keys_overlap(key, other):
-            message = f"overlaps {other}, which the posterior has values for; allowed: one of both"
+            message = f"overlaps {other}, which the posterior determines; allowed: one of them"
             yield Problem(f"{UNCERTAIN}.{key}", message)
     yield from key_problems(UNCERTAIN, sample_keys, "uncertain", _KEYS, source.overrides)
 

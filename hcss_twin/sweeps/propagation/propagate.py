@@ -271,7 +271,7 @@ def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) 
         if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < draws:
             raise PropagationOptionError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
     if cubes_of and path is None:
-        raise PropagationOptionError("cubes of draws lie beside the file of the propagation: it needs a name, too")
+        raise PropagationOptionError("cubes of draws are written next to the propagation file: name that, too")
     if path is not None and path.suffix != ".nc":
         raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
     if path is not None and (path.is_dir() or not path.parent.is_dir()):

@@ -61,8 +61,8 @@ def test_json_to_the_screen_is_all_that_is_written_there(save):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--coverage", "0.5"], "--coverage goes with method coverage, and only with it"),
-        (["--window", "9"], "--window goes with method local, and only with it"),
+        (["--coverage", "0.5"], "--coverage: allowed with method coverage only"),
+        (["--window", "9"], "--window: allowed with method local only"),
         (["--sim-frames", "3-1"], "'3-1' given, allowed: numbers and ranges"),
         (["-o", "x.html", "--json", "x.html"], "are both x.html"),
         (["-o", "nowhere/x.html"], "there is no folder"),

@@ -33,7 +33,7 @@ def bad(tmp_path):
         ("tiny.npy", "5 rows x 5 columns, allowed: 32 or more"),
         ("cubic.npy", "allowed: real numbers, (rows, columns)"),
         ("one-cloud.npy", "all cloudy pixels are"),
-        ("text.nc", "it is no NetCDF file, or its beginning is damaged"),
+        ("text.nc", "it is not a NetCDF file, or its header is damaged"),
         ("gaps.npy", "largest part without missing pixels"),
         ("nowhere.npy", "no image"),
     ],

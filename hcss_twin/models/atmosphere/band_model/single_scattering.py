@@ -77,7 +77,7 @@ class ScatteredSunlight:
         sun_angle = _sun_along(zenith - local, sun)
         if np.max(sun_angle) > math.radians(_MAX_SUN_ZENITH_DEG):
             raise ProviderError(
-                f"band model: the sun stands {math.degrees(float(np.max(sun_angle))):.1f} deg from the zenith of a "
+                f"band model: the sun is {math.degrees(float(np.max(sun_angle))):.1f} deg from the zenith of a "
                 f"point on the path; allowed {_MAX_SUN_ZENITH_DEG:g} deg"
             )
         # Unscattered light travels opposite to the direction of the sun.

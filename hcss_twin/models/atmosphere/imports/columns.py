@@ -204,7 +204,7 @@ def _wavenumber(axis: Array, unit: AxisUnit, run: Run) -> tuple[Array, NDArray[n
     step = np.diff(axis)
     if step.size and np.any(np.sign(step) != np.sign(step[0])):
         row = int(np.argmax(np.sign(step) != np.sign(step[0]))) + 1
-        raise run.error(row, f"the spectral coordinate turns back at {axis[row]:g}; it must be monotonic")
+        raise run.error(row, f"the spectral coordinate reverses direction at {axis[row]:g}; it must be monotonic")
     if np.any(step == 0):
         raise run.error(int(np.argmax(step == 0)) + 1, "the spectral coordinate repeats a value")
     wavenumber = axis if unit == "cm1" else (1e4 if unit == "um" else 1e7) / axis

@@ -64,7 +64,7 @@ def surface_zenith_deg(path: SpectralPath, profile: Profile) -> tuple[float, flo
     geometry = path.geometry
     if geometry is None:
         raise CatalogError(
-            f"{path.source}: the file does not tell its line of sight; give --geometry H1_km,H2_km,ANGLE_deg"
+            f"{path.source}: the file does not give its line of sight; give --geometry H1_km,H2_km,ANGLE_deg"
         )
     if geometry.kind not in ("up", "down"):
         what = "is horizontal" if geometry.horizontal else "passes a tangent point or contradicts its own ends"
@@ -136,7 +136,7 @@ def combine(paths: Sequence[SpectralPath], profile: Profile, resolution_cm1: flo
     checks = [
         f"{len(paths)} runs: {heights.size} heights ({_listed(heights / 1e3)} km) x {angles.size} zenith angles "
         f"({_listed(angles)} deg) x {wavenumber.size} wavenumbers ({wavenumber[0]:g} to {wavenumber[-1]:g} cm-1)",
-        f"angles put on common nodes: moved by at most {spread:.3f} deg (allowed {ZENITH_TOLERANCE_DEG:g})",
+        f"angles snapped to common nodes: shifted by at most {spread:.3f} deg (allowed {ZENITH_TOLERANCE_DEG:g})",
         *_physical(wavenumber, transmittance, radiance, profile),
     ]
     resolutions = {path.resolution_cm1 for path in paths if path.resolution_cm1 is not None}
@@ -192,7 +192,7 @@ def _require_rectangle(cells: dict[tuple[int, int], list[_Placed]], heights: Arr
         shown = "; ".join(missing[:12]) + (f"; and {len(missing) - 12} more" if len(missing) > 12 else "")
         raise CatalogError(
             f"{len(missing)} of {heights.size * angles.size} combinations of height and zenith angle are missing: "
-            f"{shown}. Zenith angles count where the straight path meets the surface: sin(angle at the target) = "
+            f"{shown}. Zenith angles apply where the straight path meets the surface: sin(angle at the target) = "
             "sin(zenith) R / (R + height)"
         )
 
@@ -247,7 +247,7 @@ def _physical(wavenumber: Array, transmittance: Array, radiance: Array, profile:
             at = wavenumber[np.unravel_index(int(np.argmax(change)), change.shape)[2]]
             raise CatalogError(f"transmittance {text} by {worst:.3g} at {at:g} cm-1; runs are mislabelled")
         if change.size:
-            lines.append(f"transmittance never {text} (largest step the wrong way {max(worst, 0.0):.1e})")
+            lines.append(f"transmittance never {text} (largest step in the wrong direction {max(worst, 0.0):.1e})")
     warmest = float(profile.temperature_K[profile.altitude_m <= 60_000.0].max())
     black = planck(wavenumber, warmest)
     excess = radiance - (1.0 - transmittance + _ROUNDING) * black * 1.02

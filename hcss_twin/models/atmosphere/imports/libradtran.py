@@ -151,7 +151,7 @@ def _thermal(
 ) -> list[SpectralPath]:
     cosines = _numbers(path, settings, "umu")
     if _one(path, settings, "albedo", 0.0) != 0.0:
-        raise CatalogError(f"{path}: a thermal run needs 'albedo 0': reflected air light is not path radiance")
+        raise CatalogError(f"{path}: a thermal run needs 'albedo 0': reflected sky radiance is not path radiance")
     temperature = _one(path, settings, "sur_temperature", None)
     quantity = (settings.get("output_quantity") or ["radiance"])[0]
     if quantity != "radiance":

@@ -194,7 +194,4 @@ def _profile_of(paths: Sequence[SpectralPath]) -> str:
         return "us-standard-1976"
     named = ", ".join(sorted(_MODEL_NAMES.get(model or 0, "unknown") for model in models))
     known = ", ".join(Catalog().names("atmospheres", ".csv"))
-    raise CatalogError(
-        f"the runs' atmosphere is {named}; say which profile they were made with: --profile NAME ({known}) or a "
-        "CSV file"
-    )
+    raise CatalogError(f"the runs' atmosphere is {named}; give their profile: --profile NAME ({known}) or a CSV file")

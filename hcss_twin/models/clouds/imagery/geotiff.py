@@ -136,7 +136,7 @@ def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
     elif "ModelTransformation" in tags:
         (step_x, turn_x, _, _), (turn_y, step_y, _, top) = tags["ModelTransformation"][:2]
         if turn_x or turn_y:
-            raise CatalogError(f"{path}: the grid is turned against north; resample the image")
+            raise CatalogError(f"{path}: the grid is rotated relative to north; resample the image")
     else:
         return None, "", True
     if not (step_x > 0.0 and step_y != 0.0 and math.isfinite(step_x) and math.isfinite(step_y)):
@@ -152,7 +152,7 @@ def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
     if model == _GEOGRAPHIC and int(tags.get("GeogAngularUnitsGeoKey", _DEGREE)) == _DEGREE:
         latitude = top + step_y * page.imagelength / 2.0
         return *_of_degrees(step_x, abs(step_y), latitude), north_first
-    return None, "its grid is neither in lengths nor in degrees", north_first
+    return None, "its grid unit is neither a length nor degrees", north_first
 
 
 def _of_degrees(step_x: float, step_y: float, latitude: float) -> tuple[float | None, str]:
@@ -164,6 +164,6 @@ def _of_degrees(step_x: float, step_y: float, latitude: float) -> tuple[float | 
     if abs(side_x - side_y) > SQUARE * max(side_x, side_y):
         return None, (
             f"its pixels, in degrees, are {side_x:.4g} m x {side_y:.4g} m at latitude {latitude:.4g}: not square; "
-            "resample it, or give the size to take them for"
+            "resample it, or give the pixel size to assume"
         )
     return math.sqrt(side_x * side_y), ""

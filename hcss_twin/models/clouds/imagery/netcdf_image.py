@@ -48,7 +48,7 @@ def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
             name = choose_plane(path, variable, _planes(dataset), list(dataset.variables))
             return _netcdf_plane(path, dataset, dataset.variables[name])
     except (OSError, RuntimeError, ValueError, TypeError) as error:
-        raise CatalogError(f"{path}: it is NetCDF, but damaged, cut off or of another kind ({error})") from error
+        raise CatalogError(f"{path}: it is NetCDF, but damaged, truncated or unsupported ({error})") from error
 
 
 def _text(item: Any, name: str) -> str:

@@ -26,7 +26,7 @@ class ImageReading(BaseModel):
     )
     method: Literal["otsu", "local", "coverage"] = Field(
         "otsu",
-        description='How cloudy pixels are found: "otsu" splits the histogram, "local" adds pixels that are '
+        description='Cloud detection method: "otsu" splits the histogram, "local" adds pixels that are '
         'cloudier than their surroundings, "coverage" takes the cloudiest until the coverage is reached.',
     )
     window_pixels: int | None = Field(
@@ -40,7 +40,7 @@ class ImageReading(BaseModel):
         description='Whether large or small values are cloud; "auto": small for temperatures and thermal radiances.',
     )
     reinterpret_pixel_size: bool = Field(
-        False, description="Take image pixels for scene pixels although their sizes differ."
+        False, description="Treat image pixels as scene pixels although their sizes differ."
     )
     row_origin: int | None = Field(
         None, ge=0, description="First image row of the scene, counted from the first stored row; default: centred."
@@ -49,7 +49,7 @@ class ImageReading(BaseModel):
         None, ge=0, description="First image column of the scene, counted from the first stored one; default: centred."
     )
     missing: Literal["error", "clear"] = Field(
-        "error", description='What missing pixels inside the scene are: an error, or "clear" sky.'
+        "error", description='Treatment of missing pixels inside the scene: as an error, or as "clear" sky.'
     )
 
 
@@ -70,9 +70,9 @@ class ImageryParameters(ImageReading):
     placement: Literal["scene", "single-clouds"] = Field(
         "scene",
         description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
-        "scattered at random, without end, until the coverage is met.",
+        "scattered at random over an unbounded sky to match the coverage.",
     )
-    turned: bool = Field(True, description="Whether scattered clouds are turned by quarters and mirrored at random.")
+    turned: bool = Field(True, description="Rotate scattered clouds by quarter turns and mirror them, at random.")
     cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(
         None, description="Smallest and largest area of the clouds that are scattered, pixels; default: all."
     )
@@ -82,7 +82,7 @@ class ImageryParameters(ImageReading):
         """Reject parameters that would be ignored."""
         if (self.image is None) is (self.entry is None):
             given = "neither" if self.image is None else "both"
-            raise ValueError(f"{given} given of image and entry; allowed: one of them")
+            raise ValueError(f"image, entry: {given} given; allowed: one of them")
         scattered = self.placement == "single-clouds"
         if scattered and self.entry is None:
             raise ValueError('placement "single-clouds" needs an entry; make one with hcss import')

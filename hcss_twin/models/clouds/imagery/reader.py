@@ -77,9 +77,9 @@ def _read_picture(path: Path) -> SatelliteImage:
         if path.stat().st_size == 0:
             why = "it is empty"
         elif path.suffix.lower() in _NETCDF:
-            why = "it is no NetCDF file, or its beginning is damaged"
+            why = "it is not a NetCDF file, or its header is damaged"
         else:
-            why = "not an image that can be read: it is of no known kind"
+            why = "not a readable image: unknown format"
         raise CatalogError(f"{path}: {why}; allowed: NetCDF, TIFF, PNG, JPEG, .npy, .npz") from error
     except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
         raise CatalogError(f"{path}: not an image that can be read: {error}") from error

@@ -153,7 +153,7 @@ class MovingWindow:
                 outside = max(-start, start + size - whole)
                 problem = Problem(
                     "motion",
-                    f"at {time_s:g} s the footprint has left the image by {outside} of its {size} {name}; "
+                    f"at {time_s:g} s the footprint lies outside the image by {outside} of its {size} {name}; "
                     f"allowed: less than {last:.6g} s, a larger image, or another {name[:-1]}_origin",
                 )
                 raise ScenarioError([problem], origin="imagery clouds")

@@ -110,7 +110,7 @@ class SurrogateClouds:
         # The crop is all clear or of uniform thickness, and so are all frames.
         self._is_flat = np.ptp(self._amplitudes) == 0.0
         if not self._is_flat and not magnitude.any():
-            message = f"{coverage:g} given, but all pixels of the image's crop are alike; allowed: 0 or 1"
+            message = f"{coverage:g} given, but all pixels of the image's crop have the same value; allowed: 0 or 1"
             raise ScenarioError([Problem("clouds.coverage", message)], origin="surrogate clouds")
         self._noise: EvolvingNoise | None = None
         self._frozen: AdjustedSpectrum | None = None
@@ -237,7 +237,7 @@ def _period(grid: Grid, template: Template, parameters: SurrogateParameters) -> 
         problems.append(
             Problem(
                 "image.rows",
-                f"a torus of {sizes[0]} x {sizes[1]} pixels, which surrogate clouds compute as a whole; allowed: "
+                f"a periodic field of {sizes[0]} x {sizes[1]} pixels, computed as a whole; allowed: at most "
                 f'{MAX_PIXELS} pixels, closest is {max(1, MAX_PIXELS // sizes[1])} rows; or generator = "fractal"',
             )
         )

@@ -59,6 +59,6 @@ class SurrogateParameters(ImageReading):
         ge=0.0,
         le=2.0,
         allow_inf_nan=False,
-        description="Structures half as large change 2 to this power times as fast: 0 all alike, 2/3 as in "
-        "turbulence, 1 as in the fractal generator with gamma = 2.",
+        description="Structures of half the size change 2 to this power times as fast; 0: all equally fast, 2/3: as in "
+        "turbulence, 1: as in the fractal generator with gamma = 2.",
     )

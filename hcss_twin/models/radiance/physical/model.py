@@ -143,7 +143,7 @@ class Physical:
         if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
             raise ValueError(f"thickness_m: shape {thickness_m.shape}; allowed (N, {len(layers)})")
         if np.any(thickness_m < 0) or not np.all(np.any(thickness_m > 0, axis=1)):
-            raise ValueError("thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()")
+            raise ValueError("thickness_m: allowed >= 0, at least one layer > 0; use clear() without cloud")
         sun = _above_horizon(sun)
         scene = self._scene(wavenumber_cm1, sun)
         solver = self._slab_solvers(wavenumber_cm1)(sun)
