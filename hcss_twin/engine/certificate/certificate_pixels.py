@@ -13,7 +13,7 @@ from hcss_twin.engine.tables.spectrum import checked_frames
 from hcss_twin.plan.plan import Plan
 
 PIXELS_PER_FRAME = 24
-"""Pixels per sampled frame: each frame has a different sun, which dominates the cost of the model."""
+"""Pixels per sampled frame; the main cost of the model is the different sun of each frame."""
 
 POINTS_PER_PIXEL = 4
 """Mean number of points per checked pixel; fewer pixels are checked if they have more points."""

@@ -85,8 +85,7 @@ def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
 Counts = NDArray[np.int64]
 
 LOOKED_AT_FIRST = 64
-"""Pixels of a window, by their numbers and times as many as are drawn, among which those of a stratum are looked for
-first."""
+"""Pixels with the smallest random numbers, searched first for each stratum: this many times the number to draw."""
 
 _SEED_KEY = 2**17
 """Distinguishes the seed of the sample from those of clouds and waves."""
