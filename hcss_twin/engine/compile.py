@@ -139,7 +139,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
         exact = columns.probe(plan.sun_at(float(times[middle])))
         weight = (times[middle] - times[low]) / (times[high] - times[low])
         error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
-        # Over a day, agreement at the middle alone proves nothing: noon, noon and noon agree.
+        # Over days, agreement at the middle alone proves nothing: the noons of three days agree.
         near = times[high] - times[low] <= LONGEST_TIME_STEP_S
         if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
             worst = max(worst, error)

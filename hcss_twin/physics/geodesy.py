@@ -24,11 +24,11 @@ SEMI_MINOR_AXIS_M = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING)
 ECCENTRICITY_SQUARED = FLATTENING * (2.0 - FLATTENING)
 
 _ALTITUDE_ITERATIONS = 8
-"""Each leaves less than a hundredth of the error."""
+"""Each iteration reduces the error by more than a factor of 100."""
 
 
 def to_earth_centred(latitude_deg: Array, longitude_deg: Array, altitude_m: float = 0.0) -> Array:
-    """Return positions (..., 3) in m from the Earth's centre: toward 0 N 0 E, 0 N 90 E and the north pole.
+    """Return Earth-centred positions (..., 3) in m; axes toward 0 N 0 E, 0 N 90 E and the north pole.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def east_north_up(latitude_deg: Array, longitude_deg: Array) -> tuple[Array, Arr
 def altitude_m(position_m: Array) -> float:
     """Return the altitude of a position (3,) above the ellipsoid, along its normal; the position lies outside.
 
-    Fixed-point iteration of the geodetic latitude with the reduced one (B. R. Bowring, "Transformation from spatial to
+    Fixed-point iteration between geodetic and reduced latitude (B. R. Bowring, "Transformation from spatial to
     geographical coordinates", Survey Review 23 (181), 323-327, 1976).
     """
     across, up = float(np.hypot(position_m[0], position_m[1])), float(position_m[2])
@@ -77,7 +77,7 @@ def altitude_m(position_m: Array) -> float:
 
 
 def distance_from_equator_m(latitude_deg: float) -> float:
-    """Return the distance along a meridian from the equator, north positive.
+    """Return the distance from the equator along a meridian, positive to the north.
 
     Series in the third flattening to its fourth power, as in J. P. Snyder, "Map Projections: A Working Manual", USGS
     Professional Paper 1395 (1987), eq 3-21, written in n (F. R. Helmert, 1880): below 1e-4 m.
@@ -92,10 +92,10 @@ def distance_from_equator_m(latitude_deg: float) -> float:
 
 
 _CLOSE_RAD = 1e-13
-"""Under a micrometre."""
+"""Convergence limit: less than a micrometre."""
 
 _GEODESIC_ITERATIONS = 16
-"""At most; each leaves a few thousandths of the error, down to rounding."""
+"""Maximum; each reduces the error to a few thousandths, down to rounding."""
 
 
 def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[Array, Array, Array]:
@@ -133,7 +133,7 @@ def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[
         twice = np.cos(2.0 * first + sigma)
         inner = cos_s * (2.0 * twice**2 - 1.0) - b / 6.0 * twice * (4.0 * sin_s**2 - 3.0) * (4.0 * twice**2 - 3.0)
         before = sigma
-        # Every point converges separately, so that its result does not depend on other points.
+        # Every point converges separately, so its result does not depend on the others.
         sigma = np.where(moves, straight + b * sin_s * (twice + 0.25 * b * inner), sigma)
         moves = moves & (np.abs(sigma - before) > _CLOSE_RAD)
         if not np.any(moves):
@@ -146,7 +146,7 @@ def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[
     c = FLATTENING / 16.0 * cos_square * (4.0 + FLATTENING * (4.0 - 3.0 * cos_square))
     turned = sigma + c * sin_s * (twice + c * cos_s * (2.0 * twice**2 - 1.0))
     longitude = np.degrees(on_sphere - (1.0 - c) * FLATTENING * sine * turned)
-    # Beyond half a turn of the globe.
+    # Longitude differences beyond 180 degrees.
     longitude = np.where(np.abs(longitude) > 180.0, (longitude + 180.0) % 360.0 - 180.0, longitude)
     return np.degrees(latitude), longitude, np.arctan2(sine, -toward_axis)
 
@@ -168,16 +168,16 @@ def to_geographic(x_m: Array, y_m: Array, latitude: float, longitude: float) -> 
     Returns
     -------
     latitude, longitude : ndarray (...)
-        Geodetic, degrees; longitudes lie within half a turn of the centre's and so run on beyond 180.
+        Geodetic, degrees; longitudes are within 180 of the centre's, and so may exceed 180.
     """
     north, east, _ = _ends(x_m, y_m, latitude)
     return north, longitude + east
 
 
 def to_geographic_with_turn(x_m: Array, y_m: Array, latitude: float, longitude: float) -> tuple[Array, Array, Array]:
-    """Return latitude, longitude, and by how many degrees clockwise the plane's y axis points from north there.
+    """Return latitude, longitude, and the bearing of the plane's y axis there, degrees clockwise from north.
 
-    The plane's axes are carried along the geodesic from the centre, on which they keep their angle to it.
+    The plane's axes are carried along the geodesic from the centre and keep their angle to it.
     """
     north, east, arriving = _ends(x_m, y_m, latitude)
     turn = np.degrees(arriving - np.arctan2(x_m, y_m))

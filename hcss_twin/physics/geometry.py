@@ -17,7 +17,7 @@ def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> flo
 def wind_azimuths(sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float) -> tuple[float, float]:
     """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
 
-    Slope statistics are mirror-symmetric about the wind, so the rotation sense can be chosen such that the sun is at
+    Slope statistics are mirror-symmetric about the wind, so the rotation sense is chosen such that the sun is at
     wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
     """
     difference = _turn_deg(sensor_azimuth_deg, sun_azimuth_deg)
@@ -80,5 +80,5 @@ def scattering_cosine_literal(mu: float, mu0: float, relative_azimuth: float) ->
 
 
 def _cosine(value: float) -> float:
-    """Undo the last-bit rounding that carries a cosine beyond 1 in the hot spot."""
+    """Clip a cosine that rounding carries beyond 1 in the hot spot."""
     return max(-1.0, min(1.0, value))

@@ -1,6 +1,6 @@
 """Monotone piecewise cubic interpolation (PCHIP) at one point per row, from the four nodes around it.
 
-With three nodes it is the cubic of three nodes, with two a straight line, with one constant.
+With three nodes it uses all of them, with two it is a straight line, with one a constant.
 
 Why not ``scipy.interpolate.PchipInterpolator``: it builds coefficients for every interval before it evaluates one. Here
 each row has its own nodes and its own point, and only the interval in question is computed. The result is the same.
@@ -87,7 +87,7 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
 def _interior(step0: Array, step1: Array, secant0: Array, secant1: Array) -> Array:
     """Weighted harmonic mean of the secants; 0 at an extremum."""
     weight0, weight1 = 2 * step1 + step0, step1 + 2 * step0
-    # A secant below 1e-300 would overflow when inverted, and the product of two large ones overflows, hence the signs.
+    # The inverse of a secant below 1e-300 would overflow, as would the product of two large ones; hence the signs.
     same_sign = (np.sign(secant0) * np.sign(secant1) > 0) & (np.minimum(np.abs(secant0), np.abs(secant1)) > 1e-300)
     safe0, safe1 = np.where(same_sign, secant0, 1.0), np.where(same_sign, secant1, 1.0)
     mean = (weight0 + weight1) / (weight0 / safe0 + weight1 / safe1)

@@ -1,6 +1,6 @@
 """Black-body radiance and its physical constants.
 
-The constants define the SI since 2019 and are exact (BIPM, *The International System of Units*, 9th edition).
+The constants have defined the SI since 2019 and are exact (BIPM, *The International System of Units*, 9th edition).
 """
 
 from __future__ import annotations

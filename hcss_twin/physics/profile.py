@@ -11,7 +11,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.physics.paths import Leg, Path
 
 EARTH_RADIUS_M = 6_371_230.0
-"""Earth radius of LOWTRAN7 for mid-latitude and US standard atmospheres, so that paths agree."""
+"""Earth radius of LOWTRAN7 for mid-latitude and US standard atmospheres, so that paths agree with its own."""
 
 GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
 

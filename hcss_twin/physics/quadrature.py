@@ -23,7 +23,7 @@ def gauss_legendre(count: int) -> tuple[Array, Array]:
 def nodes(order: int) -> Array:
     """Return the Chebyshev points of the second kind (order + 1,) on [-1, 1]; the middle for order 0.
 
-    Those of half the order are among them, to the bit.
+    Those of half the order are among them, bit for bit.
     """
     if order == 0:
         return np.zeros(1)

@@ -37,7 +37,7 @@ def slant_range_m(view_zenith_deg: float, altitude_m: float) -> float:
     """Return the distance from the ground to the sensor."""
     zenith, radius = math.radians(view_zenith_deg), MEAN_EARTH_RADIUS_M
     down = radius * math.cos(zenith)
-    # As a quotient: the difference of the two lengths would lose precision at low altitudes.
+    # A quotient: the difference of the two lengths would lose precision at low altitudes.
     return (
         altitude_m
         * (2.0 * radius + altitude_m)
@@ -112,7 +112,7 @@ class LinesOfSight:
         start, direction = self._line()
         distance = slant_range_m(self.view_zenith_deg, self.altitude_m)
         for _ in range(_MAX_ITERATIONS):
-            # The altitude grows with the distance by the cosine to the vertical there, which is near the centre's.
+            # The derivative of altitude by distance is the cosine of the local zenith angle, close to the centre's.
             position = start + distance * direction
             miss = self.altitude_m - altitude_m(position)
             distance += miss * float(np.linalg.norm(position) / (position @ direction))

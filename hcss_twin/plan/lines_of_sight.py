@@ -27,7 +27,7 @@ def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
     Raises
     ------
     ScenarioError
-        If a corner of the image is out of sight.
+        If a corner of the image is not visible.
     """
     altitude, place, view, image = (scenario.platform.altitude, scenario.place, scenario.view, scenario.image)
     if altitude is None:

@@ -91,7 +91,7 @@ HIGHER_DEG = 1.0
 """Margin for steep paths, along which the sun's zenith angle varies."""
 
 HIGH_DEG = 60.0
-"""Largest sun zenith angle for which it is available along all paths."""
+"""Sun zenith angle up to which all paths have scattered sunlight."""
 
 
 def low_sun(
@@ -123,7 +123,7 @@ def low_sun(
             higher = columns.terms(assembly.model, sun)
         except ProviderError:
             continue
-        # Along slant paths it ends at a higher sun.
+        # Along slant paths the term is missing even for a higher sun.
         if any(np.any(higher[name]) for name in gone):
             break
     total = np.sum(list(terms.values()), axis=0)

@@ -64,7 +64,7 @@ def evaluate(
     whole : bool
         Compare whole frames even if their shapes differ.
     progress : callable, optional
-        Wraps the iterable of a side's frames; called with the iterable and the number of frames.
+        Wraps the iterable of a side's frames, given their number.
 
     Returns
     -------

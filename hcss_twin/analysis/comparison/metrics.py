@@ -27,7 +27,7 @@ FOUR, CLOUDS, DIMENSIONS, DIRECTIONS, VALUES, TIME = (
     "Change over time",
 )
 
-# Of the dimension of a surface.
+# Limits of a surface dimension.
 _SURFACE = (2.0, 3.0)
 _PIXEL: Dependence = "pixel size"
 _PIXELS: Dependence = "pixel size and number of pixels"

@@ -19,7 +19,7 @@ from hcss_twin.core.errors import ImageError, ordinal
 from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of
 
 LEVELS = (1.0, 255.0)
-"""Of cloudy pixels."""
+"""Grey levels of cloudy pixels."""
 
 MEANINGS: dict[Method, str] = {
     "otsu": "Otsu's threshold of the frame's own histogram",

@@ -111,7 +111,7 @@ def match_dimension(
             if (means[left] - middle) * (means[right] - middle) < 0.0:
                 crossing = _bisect(partial(mean, factor), middle, left, right, means[left])
                 means[crossing] = mean(factor, crossing)
-        # Try the middle half of the range first, so that most images lie in the range, not only the mean.
+        # Try the middle half of the range first, so that most images, not only the mean, lie in it.
         for margin in (0.25 * (high - low), 0.0):
             inside = [hurst for hurst, value in means.items() if low + margin <= value <= high - margin]
             if not inside:

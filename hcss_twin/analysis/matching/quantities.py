@@ -56,7 +56,7 @@ _CLOSE_DIMENSION = 0.05
 # The same for semivariances at single lags, which scatter because a frame has few large clouds.
 _CLOSE_SEMIVARIANCE = 0.25
 
-# Quantities that no parameter controls differ if they lie this many standard deviations of the simulations outside.
+# Quantities that no parameter controls count as different beyond this many standard deviations of the simulations.
 _FAR_OUTSIDE = 2.0
 
 

@@ -151,7 +151,7 @@ class CloudImage:
         return float(np.sum(self.level, dtype=np.float64)) / max(1, int(np.count_nonzero(self.level)))
 
     def morphology(self) -> Morphology:
-        """Measure it.
+        """Measure the morphology of the clouds.
 
         Raises ImageError if there is too little cloud or no variation.
         """

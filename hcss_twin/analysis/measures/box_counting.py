@@ -19,8 +19,8 @@ def box_extremes(
 ) -> Iterator[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]]:
     """Yield (side, maxima, minima) for boxes of side 1, 2, 4, ... up to the shorter side of an image (rows, columns).
 
-    Boxes start at the first pixel; incomplete boxes at the end are excluded. Without ``least_too`` the maxima are
-    yielded twice, which halves the work.
+    Boxes start at the first pixel; incomplete boxes at the end are excluded. Without ``least_too`` the maxima replace
+    the minima, which halves the work.
     """
     side, greatest, least = 1, grey, grey
     while True:
@@ -93,7 +93,7 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     fractional Brownian surfaces.
 
     The mask (rows, columns) has at least 32 x 32 pixels and is true where cloudy. Raises ImageError if it is too small,
-    of another type, or the same everywhere.
+    of another type, or uniform.
     """
     cloudy = _checked(mask)
     rows, columns = cloudy.shape[0] - 1, cloudy.shape[1] - 1

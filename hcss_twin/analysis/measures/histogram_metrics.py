@@ -41,7 +41,7 @@ def to_grey_levels(
 
     The range ``low`` to ``high`` is divided into levels - 1 equal steps; the value ``high`` belongs to the last. Pixels
     outside ``mask`` (default: none) are clear and may have any value, including NaN. ``levels`` is 3 to 256. Raises
-    ImageError if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
+    ImageError if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is invalid.
     """
     pixels = checked_image("values", values, smallest=1)
     checked_levels(levels, 3)
@@ -82,7 +82,7 @@ def histogram_metrics(
 
     Arguments are those of ``joint_histogram``.
 
-    Raises ImageError if the type, the shape, a level or ``levels`` is not as described, or no pair counts.
+    Raises ImageError if the type, the shape, a level or ``levels`` is invalid, or no pair counts.
     """
     counts = joint_histogram(grey, levels, valid)
     pairs = int(counts.sum())
@@ -98,7 +98,7 @@ def joint_histogram(
     """Count the pairs f(x, y) = g, f(x + 1, y) = g' of neighbours along x: G(g, g') of eqs 21 to 23, (levels, levels).
 
     ``grey`` (rows, columns), at least two columns, has levels below ``levels``, 2 to 256; x runs along columns. A pair
-    counts if both its pixels are ``valid`` (all, by default). Raises ImageError if an argument is not as described.
+    counts if both its pixels are ``valid`` (all, by default). Raises ImageError if an argument is invalid.
     """
     image = np.asarray(grey)
     if image.dtype != np.uint8:

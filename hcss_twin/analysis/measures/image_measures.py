@@ -116,8 +116,7 @@ class TemporalAutocorrelation:
     def decorrelation_s(self) -> float:
         """Time after which the correlation falls below 1/e, interpolated linearly between lags.
 
-        NaN if it never does, or if it already has in the second image, so that the time is shorter than the images
-        resolve.
+        NaN if it never does, or if it already has in the second image: the images do not resolve the time.
         """
         after = self._first_below
         if after < 2 or np.isnan(self.lag_s).any():

@@ -60,7 +60,7 @@ class Morphology:
     entropy : float
         EV, bits (eq 21).
     density : float
-        Den (eq 22); the paper prints ten times it.
+        Den (eq 22); the paper prints ten times this value.
     diagonal_peak : float
         DP (eq 23); grows with the number of pixels.
     fractal_dimension : float

@@ -64,7 +64,7 @@ def semivariances(
 
     Lags are in pixels, each at least 1 and shorter than the longer side. A pair is used if both its pixels are in
     ``mask`` (default: all); other pixels may have any value, including NaN. Raises ImageError if a used pixel or the
-    square of a difference is not finite, or image, mask or lags are not as described.
+    square of a difference is not finite, or image, mask or lags are invalid.
     """
     pixels = checked_image("image", image, smallest=2)
     if pixels.dtype == np.uint8:

@@ -73,7 +73,7 @@ BURN_IN = 0.2
 """Fraction of the steps discarded as burn-in."""
 
 LONGEST = 50.0
-"""Minimum chain length after burn-in in autocorrelation times, which a reliable estimate of that time requires."""
+"""Minimum chain length after burn-in in autocorrelation times, for a reliable estimate of that time."""
 
 LARGEST_R_HAT = 1.02
 """The mean over half of a walker's n steps has a variance of 2 tau / n, so split R-hat of stationary chains is about 1

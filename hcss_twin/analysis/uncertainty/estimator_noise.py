@@ -49,7 +49,7 @@ class EstimatorNoise:
     lower : ndarray (S, S)
         Cholesky factor of the correlation matrix of residuals.
     inverse : ndarray (S, S)
-        Of it.
+        Inverse of ``lower``.
     leverage : ndarray (F, F)
         Inverse Cholesky factor of the regression of the mean; the square of its product with the features is the
         variance that the uncertainty of the mean adds to a variance of 1.

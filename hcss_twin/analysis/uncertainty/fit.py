@@ -200,8 +200,8 @@ _PILOT, _SETTLED = 400, 200
 # Prior draws per walker from which the pilot's start is selected, and the number retained.
 _CANDIDATES, _CHOSEN = 64, 4
 
-# Exponents of the likelihood in pilot chains, below 1 because the noise learned over the prior is rough; and the factor
-# by which simulations spread wider than the pilot's draws.
+# Exponents of the likelihood in pilot chains, below 1 because the noise model from the prior is rough; and the ratio of
+# the simulations' spread to that of the pilot's draws.
 _POWERS, _WIDER = (0.25, 0.7), 1.3
 
 # Minimum distance from a limit, as a fraction of the range to it.

@@ -81,7 +81,7 @@ class Prior:
 
     @property
     def text(self) -> str:
-        """As it is written."""
+        """The text that :meth:`parse` reads."""
         return f"{self.kind}:{self.first:.6g}:{self.second:.6g}"
 
     def log_density(self, value: Array) -> Array:

@@ -24,12 +24,12 @@ CONFIDENCE = 0.95
 
 
 def share_drawn_alike(count: int) -> float:
-    """Return the excluded fraction of exceedances among pixels drawn like the checked ones; 1 without any."""
+    """Return the upper limit of the fraction of exceedances among pixels drawn like the checked ones; 1 without any."""
     return float(1.0 - (1.0 - CONFIDENCE) ** (1.0 / count)) if count else 1.0
 
 
 def share_of_all(pixels: NDArray[np.int64], checked: NDArray[np.int64]) -> float:
-    """Return the excluded fraction of exceedances among all pixels if none of the checked ones exceeds.
+    """Return the upper limit of the fraction of exceedances among all pixels if none of the checked ones exceeds.
 
     It is the largest sum of W p with the product of (1 - p)^n at least 0.05, over strata with a fraction W of all
     pixels and n checked pixels. The method of Lagrange multipliers gives 1 - p = min(1, t n / W), with one t for all
@@ -103,7 +103,7 @@ class Certificate:
     frames : tuple of int
         Checked frames.
     open_share : float
-        Largest fraction of the checked frames' pixels that can exceed, at 95 % confidence, if no checked one does.
+        Largest fraction of the checked frames' pixels above the error, at 95 % confidence, if no checked one is.
     terms : dict of str to float
         Largest error of each term that was looked up, in any band, relative to the total of the band.
     achieved_K : dict

@@ -85,8 +85,7 @@ def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
 Counts = NDArray[np.int64]
 
 LOOKED_AT_FIRST = 64
-"""Expected size of the random subset of a window that is searched first for pixels of a stratum, relative to the
-number of pixels drawn."""
+"""Pixels with the smallest random numbers, searched first for each stratum: this many times the number to draw."""
 
 _SEED_KEY = 2**17
 """Distinguishes the seed of the sample from those of clouds and waves."""

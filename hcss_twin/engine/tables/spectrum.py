@@ -191,7 +191,7 @@ def _first_columns(plan: Plan) -> Array:
 
 
 def _trials(plan: Plan) -> Iterator[Array]:
-    """Yield ever new thicknesses (N, L), without end."""
+    """Yield new thicknesses (N, L) without end."""
     start = 1
     while True:
         number = np.arange(start, start + TRIED_COLUMNS)

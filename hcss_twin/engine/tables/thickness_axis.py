@@ -68,7 +68,7 @@ def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, pl
 
 
 DEGREE = 5
-"""At 1e-3 a cubic needs twice as many exact columns, which are expensive; between two levels radiance is smooth."""
+"""For errors of 1e-3 a cubic needs twice as many expensive exact columns; between two levels radiance is smooth."""
 
 
 def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array]:

@@ -24,7 +24,7 @@ SIGMAS = 4.0
 """Table limit in standard deviations; steeper waves, 6e-5 of all, are clipped to the limit."""
 
 FLOOR = 1e-6
-"""Fraction of the total below which a term is not interpolated in its logarithm."""
+"""Fraction of the total below which a term is not interpolated logarithmically."""
 
 ROUGHNESS = 1e-4
 """Relative error accepted if more nodes do not help: sea models use numerical quadrature (rough-sea: 4e-5)."""
@@ -40,8 +40,8 @@ def compile_waves(
 
     Exact columns are computed at Chebyshev nodes of both slopes, and a polynomial interpolates the logarithm of each
     term; its order is doubled until columns between the nodes agree. Each term is then scaled so that its mean over
-    the waves is the radiance of the mean sea: facets that face the sensor have a larger weight in the mean sea, but
-    not on a map.
+    the waves is the radiance of the mean sea: facets that face the sensor have a larger weight in the mean sea, but not
+    in resolved waves.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str,
     altitude = columns["altitude"]
     if altitude.size <= FEW_LEVELS:
         return columns
-    # Above 332 K the saturation formula is not valid; there is no humidity to preserve either.
+    # Above 332 K the saturation formula is not valid, and there is no humidity to preserve.
     saturation = saturation_pressure_Pa(np.clip(columns["temperature"], 123.0, 332.0))
     scaled = np.stack(
         (

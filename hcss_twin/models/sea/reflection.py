@@ -106,7 +106,7 @@ class FirstHit:
     whole: Array
 
     def of_the_whole_sky(self) -> FirstHit:
-        """Return the reflection on a single sky node."""
+        """Return this reflection with the whole sky as one node."""
         return FirstHit(self.whole[None], self.sea, self.whole)
 
 

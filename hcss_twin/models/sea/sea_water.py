@@ -2,9 +2,9 @@
 
 Foam is Lambertian and opaque. Its reflectance in sunlight is the effective one of whitecaps
 of all ages, 0.22 in the visible (P. Koepke, Effective reflectance of oceanic whitecaps, Appl. Opt. 23, 1816-1824,
-1984), falling into the infrared as R. Frouin, M. Schwindling and P.-Y. Deschamps, Spectral reflectance of sea foam in
-the visible and near-infrared, J. Geophys. Res. 101, 14361-14371 (1996), measured to 1.65 um; from 2 um on it is 1 minus
-the thermal emissivity.
+1984), decreasing in the infrared as measured up to 1.65 um by R. Frouin, M. Schwindling and P.-Y. Deschamps, Spectral
+reflectance of sea foam in the visible and near-infrared, J. Geophys. Res. 101, 14361-14371 (1996); from 2 um on it is 1
+minus the thermal emissivity.
 """
 
 from __future__ import annotations

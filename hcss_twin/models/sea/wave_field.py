@@ -121,7 +121,7 @@ class WaveField:
 
 @njit(cache=True, nogil=True)
 def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
-    """Add both slopes to ``slopes`` (2, y, x) by wave: rounding of a matrix product depends on the window shape."""
+    """Add both slopes to ``slopes`` (2, y, x) wave by wave: rounding in matrix products depends on the window shape."""
     waves, width = row.shape[1], column.shape[1]
     real, imaginary = column.real.copy(), column.imag.copy()
     for y in range(row.shape[0]):
@@ -208,8 +208,8 @@ def thermal_contrast_bound(
 ) -> Array:
     """Return the greatest relative change (M, V) of emitted and reflected thermal radiance.
 
-    The bound is |change of emissivity| (1 - sky_share) / emissivity, the larger of both tilt directions. The emissivity
-    at a tilted view represents that of tilted facets; views tilted below the horizon are set to 89.9 degrees.
+    The bound is |change of emissivity| (1 - sky_share) / emissivity for the worse tilt direction. The emissivity at a
+    tilted view represents that of tilted facets; views tilted below the horizon are set to 89.9 degrees.
 
     Parameters
     ----------

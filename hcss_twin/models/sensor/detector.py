@@ -14,7 +14,7 @@ from hcss_twin.physics.quadrature import gauss_legendre
 from hcss_twin.providers import SensorBand
 
 _NODES = 24
-"""Per interval between two wavelengths of the response; a band of 8 to 14 um in one interval is exact to 1e-12."""
+"""Per interval of the response table; the integral over one interval from 8 to 14 um is exact to 1e-12."""
 
 UPPER, LOWER = 1, 2
 """Flags of values clipped at the upper and at the lower end."""

@@ -19,10 +19,10 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 
 MAX_COUNTED = 1e12
-"""Maximum expected number of electrons: above, rounding would distort the distribution."""
+"""Maximum expected number of electrons; above it, rounding would distort the distribution."""
 
 _SMALL_MEAN = 10.0
-"""Mean above which transformed rejection is valid; below, uniform numbers are multiplied."""
+"""Mean above which transformed rejection is valid; below it, uniform numbers are multiplied."""
 
 
 def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:

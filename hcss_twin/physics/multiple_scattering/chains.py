@@ -1,6 +1,6 @@
-"""Chains of layers that one sequence of doublings passes through, and the threads that solve them.
+"""Chains of layers, each solved by one sequence of doublings, and the threads that solve them.
 
-Compiled loops release the interpreter's lock, so that threads share the chains of one azimuth mode.
+Compiled loops release the interpreter's lock, so threads can share the chains of one azimuth mode.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hcss_twin.core.arrays import Array
 _MAX_THREADS = 8
 
 _MIN_CHAINS = 16
-"""Per thread: takes some milliseconds, enough to justify starting a thread."""
+"""Per thread: they take some milliseconds, which justifies starting a thread."""
 
 
 class Team:
@@ -40,7 +40,7 @@ class Team:
         if threads is not None and threads < 1:
             raise ValueError(f"threads {threads}: allowed from 1; closest is 1")
         self._wanted = threads or min(_MAX_THREADS, _processors())
-        # The calling thread does one part itself.
+        # The calling thread computes one part itself.
         self._others = ThreadPoolExecutor(max(self._wanted - 1, 1), thread_name_prefix="scattering")
 
     def __enter__(self) -> Team:
@@ -52,7 +52,7 @@ class Team:
         self._others.shutdown()
 
     def run(self, part: Callable[[int, int], None], count: int) -> None:
-        """Run ``part(start, step)`` for every start, so that ``range(start, count, step)`` cover all items.
+        """Run ``part(start, step)`` for every start, so that the ranges ``(start, count, step)`` cover all items.
 
         Neighbouring items go to different threads: thick layers are neighbours and take longer.
         """
@@ -75,22 +75,22 @@ SAME = 1e-12
 
 @dataclass(frozen=True)
 class DoublingChains:
-    """Layers in the order in which chains pass through them: thin to thick, chain after chain.
+    """Layers in the order of their solution: chain after chain, each from thin to thick.
 
     Attributes
     ----------
     cell : ndarray of int (n,)
         Position of each layer in the flattened (T, V).
     column : ndarray of int (n,)
-        Its row of kernels: index among the wavenumbers that have layers.
+        Row of its kernels: index into ``wavenumber``.
     thickness : ndarray (n,)
         Its optical thickness.
     doublings : ndarray of int (n,)
-        From the previous layer of its chain; 0 for the first.
+        Number since the previous layer of its chain; 0 for the first.
     first : ndarray of int (chains + 1,)
         Index of the first layer of each chain, and n.
     wavenumber : ndarray of int
-        Those that have layers, ascending.
+        Indices of the wavenumbers that have layers, ascending.
     """
 
     cell: NDArray[np.int64]
@@ -102,9 +102,9 @@ class DoublingChains:
 
 
 def chains(thickness: Array, wanted: NDArray[np.bool_]) -> DoublingChains:
-    """Sort layers into chains: of one wavenumber, and thicker than another by a power of 2.
+    """Sort layers into chains, whose layers have one wavenumber and thicknesses that differ by powers of 2.
 
-    Thicknesses are written m 2^e, m from 0.5 to 1: a chain has one m, to ``SAME`` from one to the next.
+    Thicknesses are written m 2^e, m from 0.5 to 1; successive layers of a chain have the same m, to ``SAME``.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def chains(thickness: Array, wanted: NDArray[np.bool_]) -> DoublingChains:
     tau = thickness.ravel()[cell]
     wavenumber, column = np.unique(cell % thickness.shape[1], return_inverse=True)
     m, e = np.frexp(tau)
-    # Rounding may leave a power of 2 just below itself.
+    # Rounding may put a thickness just below a power of 2.
     below = m > 1.0 - SAME
     m, e = np.where(below, 0.5 * m, m), np.where(below, e + 1, e)
     order = np.lexsort((m, column))

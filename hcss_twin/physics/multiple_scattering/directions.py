@@ -31,8 +31,8 @@ class Streams:
 def gauss_streams(count: int) -> Streams:
     """Gauss-Legendre quadrature on (0, 1), exact for polynomials of degree 2 ``count`` - 1.
 
-    A quadrature for each hemisphere ("double Gauss") integrates radiance that jumps at the horizon;
-    J. B. Sykes, Mon. Not. R. Astron. Soc. 111, 377 (1951).
+    One quadrature per hemisphere ("double Gauss") copes with radiance that jumps at the horizon; J. B. Sykes, Mon. Not.
+    R. Astron. Soc. 111, 377 (1951).
 
     Raises
     ------
@@ -73,7 +73,7 @@ def normalised_legendre(mu: Array, order: int, degrees: int) -> Array:
     References
     ----------
     Recurrence over the degree at constant order: J. V. Dave and B. H. Armstrong, J. Quant. Spectrosc. Radiat. Transfer
-    10, 557 (1970), whose stability for all l the bound |value| <= 1 keeps.
+    10, 557 (1970); stable for all l, because |value| <= 1.
     """
     m = order
     result = np.zeros((degrees, mu.size))
@@ -94,7 +94,7 @@ def normalised_legendre(mu: Array, order: int, degrees: int) -> Array:
 
 @dataclass(frozen=True)
 class Directions:
-    """Beams, streams and other extra directions, D together, in this order.
+    """Beams, streams and other extra directions, D in all, in this order.
 
     Attributes
     ----------
@@ -122,9 +122,9 @@ def directions(beams: Array, streams: Streams, others: Array) -> Directions:
 
 
 def scattering_kernels(where: Directions, scattering: ScaledScattering, mode: int) -> tuple[Array, Array]:
-    """Kernels of scattering per optical depth into the same and into the other hemisphere, scaled.
+    """Return scaled kernels of scattering per optical depth into the same and into the other hemisphere.
 
-    w' / (4 pi mu_i mu_j) times the phase function's part in cos(mode azimuth), over 2 for modes from 1.
+    w' / (4 pi mu_i mu_j) times the phase function's coefficient of cos(mode azimuth), halved for modes from 1 on.
 
     Returns
     -------

@@ -1,17 +1,17 @@
 """Doubling of homogeneous layers, compiled, for one azimuth mode.
 
-A layer on a copy of itself; E, T, R are the direct and diffuse transmission and the reflection of one. Between both,
-for light from above that enters along a column: D diffuse down, U up,
+A layer lies on its copy; E, T and R are the direct transmission, diffuse transmission and reflection of one. Light that
+enters from above along a column becomes, between the two, diffuse light D downward and U upward:
 
     D = T + R U,   U = R E + R D,   and so   (1 - R R) D = T + R R E,
 
-and of both R' = R + (E + T) U, T' = E D + T E + T D. Where the Planck radiance is 0 at the top and 1 at the base,
-linear between, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and d = (e - f) / 2 toward the
-lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Nothing is subtracted that is not small.
+and for the pair R' = R + (E + T) U, T' = E D + T E + T D. For a Planck radiance that rises linearly from 0 at the top
+to 1 at the base, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and d = (e - f) / 2 toward the
+lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Only small numbers are subtracted.
 
-H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980, chapter 4; extra directions of weight 0 as J. F.
-de Haan, P. B. Bosma and J. W. Hovenier, Astron. Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe, J.
-Quant. Spectrosc. Radiat. Transfer 16, 477-489 (1976).
+H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980, chapter 4; extra directions of weight 0 as in J.
+F. de Haan, P. B. Bosma and J. W. Hovenier, Astron. Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe,
+J. Quant. Spectrosc. Radiat. Transfer 16, 477-489 (1976).
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from hcss_twin.physics.multiple_scattering.phase_function import ScaledScatterin
 from hcss_twin.physics.multiple_scattering.starting_layer import accumulate, eliminate, halvings, inner, starting_layer
 
 OPAQUE = 1e-18
-"""A layer whose direct and diffuse transmission are below this does not change any more when doubled."""
+"""A layer whose direct and diffuse transmission are below this no longer changes when doubled."""
 
 SPARE = 3
-"""Doublings that cost about as much as a starting layer."""
+"""Number of doublings that cost about as much as a starting layer."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -47,8 +47,7 @@ def solve_chains(
 ) -> None:
     """Solve every layer of every ``part[1]``-th chain from ``part[0]`` on.
 
-    One program for both, layers and sunlight, for arrays that are contiguous: each kind of argument
-    is compiled anew, for seconds.
+    Layers and sunlight share one compilation, for contiguous arrays; each further type takes seconds.
 
     Parameters
     ----------
@@ -58,16 +57,16 @@ def solve_chains(
         mu and scale.
     chains
         ``cell``, ``column``, ``thickness``, ``doublings`` and ``first`` of
-        :class:`hcss_twin.physics.multiple_scattering.chains.DoublingChains`. Where the layer before is so much thinner
-        that a new start costs less, the chain starts anew.
+        :class:`hcss_twin.physics.multiple_scattering.chains.DoublingChains`. Where the previous layer is so much
+        thinner that a new start costs less, the chain restarts.
     whole : (int, int)
-        Beams, and 1 where the kernels are means over azimuth, whose rows with direct transmission and
-        emissivity make 1; else 0.
+        Number of beams; 1 if the kernels are means over azimuth, whose rows sum to 1 with direct transmission and
+        emissivity, else 0.
     part : (int, int)
-        Which chains.
+        First chain and step.
     out : (ndarray (cells, R, S), ndarray (cells, R, S), ndarray (2, cells, R))
-        Kernels of reflection and transmission toward the last R directions from the first S, without their
-        scale; emissivity and far share toward the last R.
+        Unscaled kernels of reflection and transmission toward the last R directions from the first S; emissivity and
+        far share toward the last R.
     """
     same, other, co_albedo = kernels
     mu, scale = directions
@@ -139,7 +138,7 @@ def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
 def _double(
     reflection: Any, transmission: Any, direct: Any, beams: int, columns: int, down: Any, up: Any, matrix: Any
 ) -> None:
-    """Replace the layer by two of it; ``down``, ``up`` (D, C + 2) and ``matrix`` (N, N) are working memory."""
+    """Replace the layer by two copies of it; ``down``, ``up`` (D, C + 2) and ``matrix`` (N, N) are working memory."""
     rows = direct.size
     streams = columns - beams
     for i in range(rows):
@@ -160,7 +159,7 @@ def _double(
         down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
     # Symmetric, and positive definite because no layer reflects more than it receives.
     eliminate(matrix, down, beams)
-    # From here on the last column of ``down`` is the light that goes up where only the base is warm.
+    # From here on the last column of ``down`` is the upward light if only the base is warm.
     for i in range(rows):
         for j in range(columns):
             up[i, j] = reflection[i, j] * direct[j]
@@ -193,9 +192,9 @@ def _double(
 
 @inner
 def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
-    """Close the rows of a layer just doubled, which rounding keeps from summing to 1.
+    """Make the rows of a layer just doubled sum to 1 in spite of rounding.
 
-    Energy lost to rounding acts as absorption: it would double with every doubling and take 1e-6 of the light in
+    Energy lost to rounding acts as absorption: it would double with every doubling and absorb 1e-6 of the light in
     conservative layers of thickness 1e6. It is added to the diagonal of R and to the emissivity, in proportion to the
     scattered and the emitted light.
     """
@@ -213,7 +212,7 @@ def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: i
 
 @dataclass(frozen=True)
 class SolvedMode:
-    """One azimuth mode of n layers in the order of their chains, toward R directions, from S.
+    """One azimuth mode of n layers in the order of their chains, from S toward R directions.
 
     Attributes
     ----------
@@ -247,8 +246,7 @@ def solve_mode(
     Parameters
     ----------
     toward, sources : int, optional
-        Number of last directions toward which, and of first directions from which, results are computed; by default all
-        D and all C.
+        Results are computed toward the last ``toward`` and from the first ``sources`` directions; default: all.
     """
     few = ScaledScattering(
         scaled.thickness[:, layers.wavenumber],

@@ -8,11 +8,11 @@ Reflected light: the TMS method of T. Nakajima and M. Tanaka, J. Quant. Spectros
 Light that the scaled problem scattered once by its truncated phase function is replaced by single scattering with the
 full one, w / (1 - w f) P over the scaled thickness.
 
-Transmitted light: that method counts the forward peak as scattered once whatever the thickness, too much by far in
-thick layers; its authors correct the second order (IMS). Here all orders of scattering through small angles are summed:
-over a slant path y = tau / mu the moment of degree l of all light, direct and scattered, is exp(-y (1 - w chi_l))
-(H. C. van de Hulst, "Multiple Light Scattering", 1980, section 14.1.2). The scaled problem has that for l < L, its peak
-with the direct light, and exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
+Transmitted light: that method counts the forward peak as scattered once whatever the thickness, far too much in thick
+layers; its authors correct the second order (IMS). Here all orders of scattering through small angles are summed: over
+a slant path y = tau / mu the moment of degree l of all light, direct and scattered, is exp(-y (1 - w chi_l)) (H. C. van
+de Hulst, "Multiple Light Scattering", 1980, section 14.1.2). In the scaled problem, with the peak in the direct light,
+it is the same for l < L, and exp(-y (1 - w f)) from L on. So the scattered light lacks, with y' = y (1 - w f),
 
     C_l = exp(-y') - exp(-y),  l < L;     C_l = exp(-y) (exp(w chi_l y) - 1),  l >= L,
 
@@ -36,7 +36,7 @@ from hcss_twin.physics.multiple_scattering.phase_function import (
 
 
 def path_back(thickness: Array, mu: Array, mu_sun: Array | float) -> Array:
-    """Integral of exp(-t (1/mu + 1/mu_sun)) over the layer: times the kernel of scattering, reflection.
+    """Integral of exp(-t (1/mu + 1/mu_sun)) over the layer; times the scattering kernel, it is the reflection.
 
     S. Chandrasekhar, "Radiative Transfer", Dover 1960, section 9, integrated.
     """
@@ -46,9 +46,9 @@ def path_back(thickness: Array, mu: Array, mu_sun: Array | float) -> Array:
 
 
 def path_through(thickness: Array, mu: Array | float, mu_sun: Array | float) -> Array:
-    """Integral of exp(-t / mu_sun - (tau - t) / mu): as :func:`path_back`, transmission.
+    """Integral of exp(-t / mu_sun - (tau - t) / mu): as :func:`path_back`, for transmission.
 
-    (exp(-tau / mu) - exp(-tau / mu_sun)) / (1 / mu_sun - 1 / mu), without 0 / 0 where both are alike.
+    (exp(-tau / mu) - exp(-tau / mu_sun)) / (1 / mu_sun - 1 / mu), without 0 / 0 for equal cosines.
     """
     view, sun = 1.0 / mu, 1.0 / mu_sun
     x = thickness * np.abs(view - sun)
@@ -63,7 +63,7 @@ _MIN_MOMENT = 1e-10
 """Smaller moments of a Henyey-Greenstein function are neglected."""
 
 _MAX_ASYMMETRY = 0.995
-"""Sharper peaks would need more than some thousands of moments."""
+"""Sharper peaks would need more than a few thousand moments."""
 
 
 def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:
@@ -92,10 +92,10 @@ def once_through(
 
 
 def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, onward: Array) -> Array:
-    """Btdf (T, V, P) that the scaled problem counts as direct light or loses; ``onward`` (P,) are cosines.
+    """Btdf (T, V, P) of light that the scaled problem counts as direct or loses; ``onward`` (P,): scattering cosines.
 
     Where the cosines of view and sun differ, y is computed with the mean of their inverses, and the result is
-    multiplied by the error of that in single scattering.
+    multiplied by the factor that makes single scattering exact.
     """
     count = scaled.moments.shape[0]
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
@@ -108,7 +108,7 @@ def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array,
     beyond = known[count:]
     series = 2.0 * np.arange(known.shape[0]) + 1.0
     rest = 1.0 - albedo * scaled.peak
-    # Everything is relative to the slowest decay: under a low sun exp(-y) itself underflows.
+    # All terms are relative to the slowest decay: under a low sun exp(-y) itself underflows.
     slowest = np.minimum(rest, 1.0 - albedo * np.max(beyond, axis=0, initial=0.0))
     missing, peak = (_scattered_onward(albedo * beyond, slowest), _scattered_onward(albedo * scaled.peak, slowest))
     tau = scaled.thickness / rest
@@ -127,7 +127,7 @@ def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array,
 
 
 def _scattered_onward(strength: Array, slowest: Array) -> Callable[[Array], Array]:
-    """exp(-y) (exp(strength y) - 1) / exp(-slowest y) of y, without overflow and without loss for thin layers.
+    """exp(-y) (exp(strength y) - 1) / exp(-slowest y) as a function of y, without overflow, accurate for thin layers.
 
     ``slowest`` is at most 1 - strength, and at most 1.
     """

@@ -30,11 +30,11 @@ class LayerOperators:
     reflection, transmission : ndarray (T, V, D, D)
         Diffuse kernels, the mean over azimuth, sr-1, symmetric: I_out(i) = 2 pi sum over j of mu_j
         weight_j kernel[..., i, j] I_in(j); a beam of irradiance E0 across it gives mu_j E0
-        kernel[..., i, j]. Light in the forward peak taken off by delta-M counts as direct.
+        kernel[..., i, j]. Light in the forward peak removed by delta-M counts as direct.
     direct : ndarray (T, V, D)
         exp(-tau' / mu) with the scaled tau'.
     emissivity : ndarray (T, V, D)
-        Of an isothermal layer, of both faces: 1 - direct - row sums of both kernels.
+        Of an isothermal layer, at either face: 1 - direct - row sums of both kernels.
     far_share : ndarray (T, V, D)
         Weight of the Planck radiance at the far face where it is linear in optical depth: the top
         emits (emissivity - far_share) B(top) + far_share B(base).
@@ -59,16 +59,15 @@ def solve_layers(
 ) -> LayerOperators:
     """Solve layers for light that does not depend on azimuth.
 
-    Layers of one wavenumber whose thicknesses differ by powers of 2, to 1e-12, are solved by one chain of
-    doublings that passes through all of them: h, h / 2, h / 4 and so on cost little more than h. A layer
-    differs by less than 1e-9 from itself solved alone or among others.
+    Layers of one wavenumber whose thicknesses differ by powers of 2, to 1e-12, are solved by one chain of doublings: h,
+    h / 2, h / 4 and so on cost little more than h. Other layers in the same call change a result by less than 1e-9.
 
     Parameters
     ----------
     optical_thickness : array_like (T, V)
-        Of extinction, finite, from 0.
+        Of extinction, finite, 0 or more.
     albedo : array_like (V,)
-        Of single scattering, 0 to 1, both included.
+        Of single scattering, 0 to 1 inclusive.
     moments : array_like (K, V)
         Legendre moments of the phase function, ``moments[0]`` = 1, ``moments[1]`` = g; K = 2 stands for
         the Henyey-Greenstein function.
@@ -178,7 +177,7 @@ def checked_sun(mu_view: ArrayLike, mu_sun: float, relative_azimuth: ArrayLike) 
 
 
 def check_modes(modes: int, streams: int, mode_tolerance: float) -> None:
-    """Require 1 to twice ``streams`` azimuth modes, and a tolerance of the Fourier series in [0, 1)."""
+    """Require 1 to 2 ``streams`` azimuth modes, and a tolerance of the Fourier series in [0, 1)."""
     if not 1 <= modes <= 2 * streams:
         raise ValueError(
             f"modes {modes}: allowed 1 to {2 * streams}, twice the streams; "

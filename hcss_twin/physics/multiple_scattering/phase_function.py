@@ -49,10 +49,10 @@ HENYEY_GREENSTEIN_MOMENTS = 2
 """Two moments, 1 and g, stand for the Henyey-Greenstein function of that g."""
 
 _FAINT_TERM = 1e-3
-"""Last term of a series in the forward direction below which moments have faded."""
+"""Moments are complete if the last term of the series in the forward direction is below this."""
 
 _FEW_MOMENTS = 32
-"""As many may describe a smooth phase function completely."""
+"""This many moments may describe a smooth phase function completely."""
 
 
 @dataclass(frozen=True)
@@ -121,10 +121,10 @@ def delta_m(thickness: Array, albedo: Array, moments: Array, count: int) -> Scal
 def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     """Full phase function with mean 1 over the sphere, (V, P), at cosines (P,).
 
-    Where the moments end before those of the forward peak have faded, the sum of the series swings about the phase
-    function at all angles, by up to many times its value. Then the series of 1 - mu times the phase function is summed,
-    in which the peak hardly counts, and divided by 1 - mu: the reduced series of D. R. Yennie, D. G. Ravenhall and R.
-    N. Wilson, Phys. Rev. 95, 500-512 (1954).
+    Where the moments end before those of the forward peak have decayed, the sum of the series oscillates about the
+    phase function at all angles, by up to many times its value. Then the series of 1 - mu times the phase function is
+    summed, to which the peak hardly contributes, and divided by 1 - mu: the reduced series of D. R. Yennie, D. G.
+    Ravenhall and R. N. Wilson, Phys. Rev. 95, 500-512 (1954).
 
     Parameters
     ----------
@@ -148,10 +148,10 @@ def _series(cosine: Array, moments: Array) -> Array:
 
 
 def _end_early(moments: Array) -> NDArray[np.bool_]:
-    """Whether moments (K, V) end before they have faded, (V,).
+    """Whether moments (K, V) end before they have decayed, (V,).
 
-    The last is not the end where the one before is at most twice as large, or where the sum is negative. Rayleigh's,
-    and others that end at once, are whole, and so are few moments whose sum is nowhere negative.
+    They do if the last of many moments is at least half the one before, or if the sum is negative anywhere. Moments
+    that end abruptly, like Rayleigh's, and few moments are complete if the sum is nowhere negative.
     """
     count, last, before = moments.shape[0], np.abs(moments[-1]), np.abs(moments[-2])
     seen = (2 * count - 1) * last > _FAINT_TERM
@@ -164,7 +164,7 @@ def _end_early(moments: Array) -> NDArray[np.bool_]:
 
 
 def _reduced_series(cosine: Array, moments: Array, series: Array) -> Array:
-    """Sum (V, P) from the series of 1 - mu times it, with the sum ``series`` within the angle that moments resolve."""
+    """Sum (V, P) from the series of 1 - mu times it; the plain sum ``series`` within the angle that moments resolve."""
     degree = np.arange(moments.shape[0] - 1.0)[:, np.newaxis]
     below = np.concatenate((np.zeros_like(moments[:1]), moments[:-2]))
     reduced = moments[:-1] - ((degree + 1.0) * moments[1:] + degree * below) / (2.0 * degree + 1.0)

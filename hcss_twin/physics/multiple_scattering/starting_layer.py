@@ -4,10 +4,10 @@ Operators act on the radiance of the streams of one hemisphere. Kernels are scal
 sides, so that they are symmetric and products are plain sums over streams; extra directions have weight 0 and scale 1:
 light reaches them but does not come from them. Rows are beams, streams, other extras; columns the first two only,
 because no light enters along the other extras. Light that passes without scattering is a separate diagonal part,
-"delta": the kernel of an extra direction could not hold it, and thin layers keep their digits.
+"delta": the kernel of an extra direction could not represent it, and thin layers keep their precision.
 
-With I+, I- going down and up, t the optical depth and k+, k- the kernels of scattering into the same and into the other
-hemisphere over mu, sum s = I+ + I- and difference d = I+ - I- obey
+With the radiances I+ down and I- up, t the optical depth and k+, k- the kernels of scattering into the same and into
+the other hemisphere over mu, sum s = I+ + I- and difference d = I+ - I- obey
 
     ds/dt = -Y d,   dd/dt = -X s + 2 q t,   X = 1/mu - k+ - k-,   Y = 1/mu - k+ + k-,
 
@@ -16,10 +16,10 @@ even and d odd give
 
     R + T = (1 + K)^-1 (1 - K),     K = tanh(h sqrt(X Y)) (X Y)^-1/2 X,
 
-and s odd and d even the same for T - R with X and Y exchanged. tanh is replaced by its continued fraction, tanh(z) / z
-= (1 + z^2 / 15) / (1 + 2 z^2 / 5) + O(z^6): a Cayley transform, so that energy is conserved whatever h. The first
-member of that family, tanh(z) = z, is the "diamond" start of W. J. Wiscombe, J. Quant. Spectrosc. Radiat. Transfer 16,
-637-658 (1976).
+s odd and d even give T - R in the same way, with X and Y exchanged. tanh is replaced by its continued fraction, tanh(z)
+/ z = (1 + z^2 / 15) / (1 + 2 z^2 / 5) + O(z^6): a Cayley transform, which conserves energy for any h. The first member
+of that family, tanh(z) = z, is the "diamond" start of W. J. Wiscombe, J. Quant. Spectrosc. Radiat. Transfer 16, 637-658
+(1976).
 
 Numba compiles these functions again in every caller. So calls are few and not nested, elements are written one by one
 (an assignment to a slice compiles all of its checks), and functions have no wrapper for the interpreter.
@@ -60,9 +60,9 @@ def accumulate(out: Any, a: Any, b: Any, start: int, stop: int, beams: int, colu
 def eliminate(matrix: Any, right: Any, first: int) -> None:
     """Solve ``matrix`` x = rows of ``right`` from ``first`` on, in place; both are overwritten.
 
-    No pivoting: the matrices here are close to the identity, or symmetric and positive definite, and elimination of
-    those is stable without (N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd ed., SIAM 2002,
-    chapters 9 and 10).
+    No pivoting: the matrices here are close to the identity, or symmetric and positive definite, for which elimination
+    is stable without it (N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd ed., SIAM 2002, chapters 9
+    and 10).
     """
     n, columns = matrix.shape[0], right.shape[1]
     for k in range(n):
@@ -95,7 +95,7 @@ START = 0.05
 
 @njit(cache=True, nogil=True)
 def halvings(thickness: float, least_mu: float) -> int:
-    """Return how often a layer is halved to be a starting layer for all directions."""
+    """Return how often a layer is halved to become a starting layer for all directions."""
     count = 0
     while thickness > START * least_mu:
         thickness *= 0.5
@@ -138,7 +138,7 @@ def starting_layer(
     # h X and h Y, kernels and their common delta part.
     kernels = np.empty((2, rows, columns))
     delta = np.empty(rows)
-    # What drives the even and the odd part.
+    # Sources of the even and of the odd part.
     load = np.empty((2, rows))
     for i in range(rows):
         delta[i] = half / mu[i]
@@ -199,8 +199,8 @@ def starting_layer(
                     for k in range(beams, columns):
                         total -= square[i, k] * known[k, j]
                     known[i, j] = total / diagonal
-        # Even then odd: R + T and T - R. Of a source 1 at the base and -1 at the top the odd part leaves;
-        # halves of both make 0 to 1.
+        # Even, then odd: R + T and T - R. The odd part is the emission of a source from -1 at the top to 1 at the base;
+        # half of each gives a source from 0 to 1.
         for i in range(rows):
             if part == 0:
                 for j in range(columns):

@@ -74,12 +74,12 @@ def solve_sun(
 
     Light scattered more than once comes from delta-M scaled adding-doubling in ``modes`` terms of the
     Fourier series over azimuth. Reflected light scattered once is exact, with the full phase function;
-    transmitted light has its whole forward peak (:mod:`hcss_twin.physics.multiple_scattering.forward_peak`), so
-    that direct light beside it is exp(-tau / mu_sun), with the thickness as given.
+    transmitted light includes the whole forward peak (:mod:`hcss_twin.physics.multiple_scattering.forward_peak`), so
+    direct light is exp(-tau / mu_sun) with the unscaled thickness.
 
     Layers of one wavenumber whose thicknesses differ by powers of 2 cost little more than one, as in
-    :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`. With ``mode_tolerance`` 0 a layer differs by
-    less than 1e-9 of itself from what it is alone; with another also by a mode, where rounding decides.
+    :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`. With ``mode_tolerance`` 0 the other layers change
+    a result by less than 1e-9 of it; otherwise rounding may also add or drop a mode.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def solve_sun(
     relative_azimuth : array_like (P,)
         Angle between the bearings toward sensor and sun, radians in [0, pi]; pi is glint.
     modes : int
-        Terms of the Fourier series, 1 to twice the streams: the most that are summed.
+        Maximum number of terms of the Fourier series, 1 to twice the streams.
     mode_tolerance : float
         The series of a layer ends after two modes in succession whose amplitudes are both at most this
         share of brdf and btdf so far, in every direction asked for. At least 0 and below 1; 0 sums all
@@ -123,7 +123,7 @@ def solve_sun(
         for mode in range(modes):
             ordered = series.chains
             back, through = _more_than_once(where, scaled, mode, ordered, team)
-            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            # The sunbeam travels away from the sun: its relative azimuth is the supplement.
             term = np.cos(mode * (np.pi - azimuth))
             small = np.full(ordered.cell.size, mode_tolerance > 0.0)
             for total, part in ((brdf, back), (btdf, through)):
@@ -169,7 +169,7 @@ def transmit_beams(
 
     With T_m the mode m (0 is that of :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`), a beam of
     irradiance E across the layer leaves on the other side as E [T_0 + 2 sum T_m cos(m psi)], psi being the azimuth from
-    the beam's own direction. Light in the forward peak taken off by delta-M counts as direct. By reciprocity it is also
+    the beam's own direction. Light in the forward peak removed by delta-M counts as direct. By reciprocity it is also
     what streams send into the beam's direction.
 
     Parameters
@@ -179,7 +179,7 @@ def transmit_beams(
     mu_beams : array_like (B,)
         Cosines of the beams' zenith angles, in (0, 1].
     modes : int
-        Modes up to this one, not included; 1 to twice the streams.
+        Modes below this one; 1 to twice the streams.
 
     Returns
     -------
@@ -258,10 +258,10 @@ def solve_sunlit_layers(
     modes : int
         Terms of the Fourier series toward the view, 1 to twice the streams.
     beam_modes : int
-        Modes of the beams up to this one, not included; 1 to ``modes``.
+        Modes of the beams below this one; 1 to ``modes``.
     mode_tolerance : float
-        As for ``solve_sun``; modes of beams have ended, too, and are 0, where two in succession are at most this
-        share of their mode 0 along every stream.
+        As for ``solve_sun``; modes of beams also end, and are then 0, after two in succession that are at most this
+        share of mode 0 along every stream.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def solve_sunlit_layers(
             cells, tau = ordered.cell, ordered.thickness
             small = np.full(cells.size, mode_tolerance > 0.0)
             once = np.s_[ordered.column, VIEW, SUN]
-            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            # The sunbeam travels away from the sun: its relative azimuth is the supplement.
             term = np.cos(mode * (np.pi - azimuth[0]))
             for total, all_orders, once_scattered in (
                 (brdf, solved.reflection, solved.other[once] * path_back(tau, view[0], sun)),

@@ -1,17 +1,17 @@
 """Closed forms in place of adding-doubling: delta-Eddington fluxes and the source function technique.
 
-The layer is scaled by delta-Eddington (J. H. Joseph, W. J. Wiscombe and J. A. Weinman, J. Atmos. Sci.
-33, 2452-2459 (1976)) and the sum s and difference d of both fluxes solved, t from the middle:
+The layer is scaled by delta-Eddington (J. H. Joseph, W. J. Wiscombe and J. A. Weinman, J. Atmos. Sci. 33, 2452-2459
+(1976)). The sum s and difference d of both fluxes obey, with t from the middle,
 
     ds/dt = -b d,   dd/dt = -a s,   a = 2 (1 - w'),   b = 3/2 (1 - w' g').
 
 The radiance that leaves toward mu is the integral of the source function made of these fluxes,
 w' (s / 2 +- 3/4 g' mu d), as O. B. Toon, C. P. McKay, T. P. Ackerman and K. Santhanam, J. Geophys. Res.
-94, 16287-16301 (1989), proposed. In isothermal surroundings s = 2, d = 0 solve the equations: rows close.
+94, 16287-16301 (1989), proposed. In isothermal surroundings s = 2, d = 0 solve the equations: rows sum to 1.
 
-Light from all sides at once says how much goes toward mu, not where it came from. The kernels are that of single
-scattering, S, and the rest of each row, m_i, spread over all directions: K_ij = S_ij + (m_i + m_j - mean of m) / pi,
-symmetric, with the right row sums.
+Isotropic light gives the amount that goes toward mu, not its origin. The kernels are that of single scattering, S, plus
+the rest of each row, m_i, spread over all directions: K_ij = S_ij + (m_i + m_j - mean of m) / pi, symmetric, with the
+right row sums.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def solve_sun_two_stream(
 
 
 def _delta_eddington(thickness: Array, albedo: Array, moments: Array) -> ScaledScattering:
-    """Scale to two moments; the peak is the second moment where it is a peak of forward scattering.
+    """Scale to two moments; the peak is the second moment if the phase function has a forward peak.
 
     A phase function without one (Rayleigh's, or one that scatters backward) is not scaled.
     """

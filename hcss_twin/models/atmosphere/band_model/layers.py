@@ -223,7 +223,7 @@ _MAX_PARTS = 1024
 """Partial profiles held in memory: many paths share their legs."""
 
 _SAME_ALTITUDE_M = 1e-3
-"""Altitudes are compared as distances from the Earth's centre, which round to about 1e-9 m."""
+"""Altitudes are compared as distances from the Earth's centre, which are rounded to about 1e-9 m."""
 
 _NOTHING_M = 1e-6
 """Thinner partial layers are neglected; rounding errors are a thousand times smaller."""

@@ -135,7 +135,7 @@ def _sun_along(subtended: Array, sun: Illumination) -> Array:
 
 
 def _layer_sum(scatterers: Array, total: Array, phase: Array) -> Array:
-    """Sum (t_n-1 - t_n) times phase function times the mean of total / t at both ends over layers (SSRAD).
+    """Sum over layers (t_n-1 - t_n) times phase function times the mean of total / t at both ends (SSRAD).
 
     Parameters
     ----------

@@ -135,8 +135,8 @@ def path_from_columns(
 
     Notes
     -----
-    Whether the thermal and solar columns include their scattered part differs between versions. The file decides:
-    TOTAL_RAD must be the sum of its parts in one of the two interpretations.
+    Versions differ in whether the thermal and solar columns include their scattered part. TOTAL_RAD decides: it must be
+    the sum of its parts in one of the two interpretations.
     """
     names = _by_meaning(columns)
     wavenumber, order = _wavenumber(axis, unit, run)

@@ -25,7 +25,7 @@ from hcss_twin.models.clouds.thickness import window_inside
 from hcss_twin.providers import CloudInputs, Declares, Grid
 
 EVOLVING_ITERATIONS = 4
-"""Default for every frame of evolving clouds.
+"""Default number for every frame of evolving clouds.
 
 With more iterations the spectrum is closer, but frames differ more, and sparse clouds jump: near convergence each frame
 tends to a different one of many solutions (``benchmarks/surrogate.py``)."""
@@ -34,7 +34,7 @@ FROZEN_ITERATIONS = 200
 """Default limit for frozen clouds, which are iterated once."""
 
 MAX_PIXELS = 2**28
-"""Of the torus (16384 x 16384), whose entire spectrum is held in memory."""
+"""Maximum for the torus (16384 x 16384), whose entire spectrum is held in memory."""
 
 
 class SurrogateClouds:

@@ -189,8 +189,8 @@ def underlying_magnitude(magnitude: Array, shape: tuple[int, int], amplitudes: A
     Mapping a Gaussian field X to the amplitudes g(X) changes its correlation r into sum_n c_n^2 r^n / sum_n c_n^2 with
     the Hermite coefficients c_n of g (M. Grigoriu, "Crossings of non-Gaussian translation processes", J. Eng. Mech.
     110, 610-620, 1984), which is inverted here at each lag. The spectrum of X lies between 0 and that of g(X) over
-    c_1^2, because no term is negative; where no such X exists, it is clipped to these limits. Iterations from this
-    start are short and do not jump between solutions as the start changes.
+    c_1^2, because no term is negative; where no such X exists, it is clipped to these limits. From this start few
+    iterations suffice, and they do not jump between solutions as it changes.
 
     Parameters
     ----------

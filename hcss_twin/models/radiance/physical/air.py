@@ -29,7 +29,7 @@ _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
 """Minimum mass fraction, or thickness, of layers for light that is scattered later."""
 
 _MAX_LEG_VIEWS = 16
-"""Leg views in memory, about as many as for columns computed together; tracer, closure and all suns share them."""
+"""Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""
 
 _MAX_LEGS, _MAX_SOURCES = 2048, 256
 """Legs in memory, with absorbers or emission: columns share those below and above clouds, suns share all."""

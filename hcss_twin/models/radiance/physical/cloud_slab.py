@@ -26,7 +26,7 @@ PER_OCTAVE = 3
 """Nodes per doubling of thickness; each costs a chain of doublings."""
 
 _WINDOW = 10
-"""Nodes of the interpolating polynomial: its error is 1e-6 of full reflection, as for 6 per doubling and 6 nodes."""
+"""Nodes of the interpolating polynomial; its error is 1e-6 of full reflection, as with 6 nodes at 6 per doubling."""
 
 
 def thickness_grid(least_m: float, most_m: float) -> Array:

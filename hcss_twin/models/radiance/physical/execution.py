@@ -20,11 +20,11 @@ _Arguments = TypeVarTuple("_Arguments")
 def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
     """Limit BLAS to one thread while a function runs; our own compiled loops keep their threads.
 
-    The matrices of this model are so small that several BLAS threads would wait longer than they compute, especially on
-    a busy machine. The last bits of a product also depend on the number of threads.
+    The matrices of this model are so small that several BLAS threads would mostly wait, especially on a busy machine.
+    The last bits of a product also depend on the number of threads.
 
     Threads that call such functions take turns. The limit holds for the libraries that numpy and scipy have loaded when
-    such a function runs for the first time.
+    such a function first runs.
     """
 
     @wraps(function)

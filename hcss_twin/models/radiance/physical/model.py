@@ -52,7 +52,7 @@ _MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 
 _MIN_EARTH_RADIUS_M = 6356752.0
-"""Polar radius: with a larger radius, a provider sees the sun no lower."""
+"""Polar radius; in providers with a larger radius the sun is no lower."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ class Physical:
         return max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG
 
     def _slab_solvers_by_sun(self, wavenumber: Array) -> Callable[[Sun | None], SlabSolver]:
-        """Return the cloud solvers for a sun position; solved clouds of as many suns stay as fit in memory."""
+        """Return the cloud solvers for a sun position; solved clouds are kept for as many suns as fit in memory."""
         suns = max(_MAX_WAVENUMBERS // wavenumber.size, 1)
         return lru_cache(maxsize=suns)(partial(self._new_slab_solver, wavenumber))
 
@@ -297,7 +297,7 @@ def _rows_by_layers(thickness_m: Array, slabs: list[dict[float, CloudSlab]]) -> 
 
 
 def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) -> Array:
-    """Return sunlight (S,) scattered once into the view by air; below a cloud it crosses the cloud twice, directly."""
+    """Return sunlight (S,) scattered once into the view by air; it crosses higher clouds twice, unscattered."""
     result = np.zeros_like(columns.received)
     if columns.directions.sun is None:
         return result
