@@ -240,17 +240,17 @@ def test_a_measured_cube_shows_its_sensor_and_whose_the_certificate_is(tmp_path)
 
 
 def test_of_many_frames_some_are_shown_the_ends_among_them(tmp_path):
-    path = written(tmp_path / "c.nc", frames=200)
+    path = written(tmp_path / "c.nc", frames=60, variables=tuple(expand(["radiance", "cloud_mask"], {})))
     page = hcss_twin.report(path)
     view = view_of(page)
     numbers = [view["frames"][place]["number"] for place in view["radiance"]["frames"]]
     assert len(numbers) == cube_frames.FRAMES
     assert numbers[0] == 0
-    assert numbers[-1] == 199
+    assert numbers[-1] == 59
     steps = np.diff(numbers)
     assert steps.max() - steps.min() <= 1
     assert len(view["cloud_mask"]["frames"]) == cube_frames.OTHER_FRAMES
-    assert "radiance 24 of 200 frames, evenly spread" in read_page(page).text
+    assert "radiance 24 of 60 frames, evenly spread" in read_page(page).text
     with open_cube(path) as data:
         for place, number in zip(range(24), numbers, strict=True):
             mean = float(data.radiance[number, 1].mean(dtype="float64"))
@@ -268,7 +268,7 @@ def test_spread_numbers_are_distinct_and_as_many_as_wanted(count, wanted):
 
 def test_of_large_frames_single_pixels_are_read_and_numbers_are_theirs(tmp_path, monkeypatch):
     monkeypatch.setattr(cube_frames, "READ_PIXELS", 100)
-    path = written(tmp_path / "c.nc", rows=50, columns=70)
+    path = written(tmp_path / "c.nc", rows=50, columns=70, variables=tuple(expand(["radiance", "cloud_mask"], {})))
     largest = []
     read = Reader._read
 

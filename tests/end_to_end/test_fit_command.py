@@ -20,7 +20,7 @@ from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 TRUTH = FractalParameters(gamma=2.0, H=0.4, L=(75.0, 100.0), k=(0, 8))
-QUICK = ["--fix", "gamma=2", "--fix", "coverage=image", "--samples", "400"]
+QUICK = ["--fix", "gamma=2", "--fix", "coverage=image", "--samples", "200"]
 
 
 def hcss(*arguments, catch=False):
@@ -29,15 +29,20 @@ def hcss(*arguments, catch=False):
 
 @pytest.fixture(autouse=True)
 def few_simulations(monkeypatch):
-    monkeypatch.setattr(fit, "SIMULATIONS", (60, 60, 120))
+    monkeypatch.setattr(fit, "SIMULATIONS", (40, 40, 80))
+
+
+@pytest.fixture(scope="module")
+def levels():
+    """Two images of one kind of clouds: bright over a dark sea."""
+    return [simulate_image(TRUTH, 0.4, empty_frame(64, 64, 20.0), seed).level for seed in (1, 2)]
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A folder with two images of one kind of clouds: bright over a dark sea."""
+def here(levels, tmp_path, monkeypatch):
+    """A folder with the two images."""
     monkeypatch.chdir(tmp_path)
-    for seed in (1, 2):
-        level = simulate_image(TRUTH, 0.4, empty_frame(64, 64, 20.0), seed).level
+    for seed, level in enumerate(levels, 1):
         np.save(f"clouds{seed}.npy", level)
     return tmp_path
 
@@ -52,7 +57,7 @@ def test_an_image_gives_a_posterior_and_an_answer(here):
     for name, value in (("H", 0.4), ("Lx", 75.0), ("Ly", 100.0)):
         told = answer["parameters"][name]
         assert abs(np.log(told["mean"] / value)) < 4 * told["standard_deviation"] / told["mean"]
-        assert told["effective_sample_size"] >= 400
+        assert told["effective_sample_size"] >= 200
         assert told["split_r_hat"] <= 1.02
     with xr.open_dataset("p.nc") as file:
         assert json.loads(file.attrs["inputs"])[0]["name"] == "clouds1.npy"
@@ -65,7 +70,7 @@ def test_an_image_gives_a_posterior_and_an_answer(here):
 
 
 def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monkeypatch):
-    given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 400.0}
+    given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 200.0}
     fit_dimension(2.4, 0.05, "whole.nc", **given)
 
     monkeypatch.setattr("hcss_twin.analysis.uncertainty.fit_run._SECONDS_APART", 0.0)
@@ -100,7 +105,7 @@ def test_chains_that_have_not_converged_are_refused_and_gone_on_with(here):
     assert "autocorrelation times of" in message
     assert not Path("p.nc").exists()
     assert Path("p.nc.state").exists()
-    assert hcss("fit", *dimension, "--samples", 400).exit_code == 0
+    assert hcss("fit", *dimension, "--samples", 200).exit_code == 0
     assert read_posterior(Path("p.nc")).attributes["converged"] == "true"
 
 
@@ -120,7 +125,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
     assert abs(drawn.mean() - mean) < 4 * error
     assert drawn.std() == pytest.approx(deviation, rel=0.15)
     # A larger dimension is a smaller Hurst exponent.
-    rougher = fit_dimension(2.6, 0.03, "q.nc", **given)
+    rougher = fit_dimension(2.6, 0.03, "q.nc", **{**given, "samples": 200.0})
     assert rougher.samples["H"].mean() < found.samples["H"].mean() - 0.2
 
 

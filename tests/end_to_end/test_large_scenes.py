@@ -58,8 +58,9 @@ def planned(**overrides):
 
 
 @contextmanager
-def small_tiles(monkeypatch, pixels=400):
-    with monkeypatch.context() as patch:
+def small_tiles(pixels=400):
+    # Patches of its own: analyses of scenes do not depend on tiles, those of other tests serve.
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
         patch.setattr(tiles_module, "TILE_PIXELS", pixels)
         # Frames of whose coverage windows need a summary are those of large images.
@@ -83,12 +84,17 @@ def frames_of(plan, tables):
     return made
 
 
-@pytest.mark.parametrize("scene", SCENES)
-def test_a_frame_made_by_tiles_is_the_frame_made_whole(scene, monkeypatch):
-    plan = planned(**SCENES[scene])
+@pytest.fixture(scope="module", params=SCENES)
+def made_whole(request):
+    """A scene by its overrides, with its plan, its tables and its frames."""
+    plan = planned(**SCENES[request.param])
     tables = tables_of(plan)
-    whole = list(stream(plan, tables))
-    with small_tiles(monkeypatch):
+    return SCENES[request.param], plan, tables, list(stream(plan, tables))
+
+
+def test_a_frame_made_by_tiles_is_the_frame_made_whole(made_whole):
+    _, plan, tables, whole = made_whole
+    with small_tiles():
         assert len(tiles(plan)) > 6
         tiled = frames_of(plan, tables)
     assert len(tiled) == len(whole) == 2
@@ -98,18 +104,17 @@ def test_a_frame_made_by_tiles_is_the_frame_made_whole(scene, monkeypatch):
             assert one[name].tobytes() == other[name].tobytes(), name
 
 
-@pytest.mark.parametrize("scene", SCENES)
-def test_a_window_equals_the_same_part_of_the_whole(scene, monkeypatch):
-    plan = planned(**SCENES[scene])
+def test_a_window_equals_the_same_part_of_the_whole(made_whole):
+    scene, plan, _, whole = made_whole
     rows, columns = ([each.start, each.stop] for each in WINDOW)
-    part = planned(**SCENES[scene], **{"image.window": {"rows": rows, "columns": columns}})
+    part = planned(**scene, **{"image.window": {"rows": rows, "columns": columns}})
     assert part.is_window
     assert not plan.is_window
-    whole = list(stream(plan, tables_of(plan)))
     # With tables of its own: they must not depend on the window either.
-    alone = list(stream(part, tables_of(part)))
-    with small_tiles(monkeypatch):
-        tiled = frames_of(part, tables_of(part))
+    tables = tables_of(part)
+    alone = list(stream(part, tables))
+    with small_tiles():
+        tiled = frames_of(part, tables)
     for one, other, third in zip(whole, alone, tiled, strict=True):
         for name in one:
             expected = one[name][(..., *WINDOW)].tobytes()
@@ -199,9 +204,9 @@ def fixed_date(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
-def test_workers_write_the_bytes_of_one(tmp_path, monkeypatch, fixed_date):
+def test_workers_write_the_bytes_of_one(tmp_path, fixed_date):
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "frame", "output.compression": 1})
-    with small_tiles(monkeypatch, 900):
+    with small_tiles(900):
         assert parts_of(plan) > 4
         alone = run(plan, tmp_path / "alone.nc")
         together = run(plan, tmp_path / "together.nc", workers=2)
@@ -210,11 +215,11 @@ def test_workers_write_the_bytes_of_one(tmp_path, monkeypatch, fixed_date):
 
 @pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
-def test_a_dask_cluster_writes_the_bytes_of_one(tmp_path, monkeypatch, fixed_date):
+def test_a_dask_cluster_writes_the_bytes_of_one(tmp_path, fixed_date):
     distributed = pytest.importorskip("distributed")
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "frame"})
     with (
-        small_tiles(monkeypatch, 900),
+        small_tiles(900),
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
     ):
         alone = run(plan, tmp_path / "alone.nc")
@@ -222,10 +227,10 @@ def test_a_dask_cluster_writes_the_bytes_of_one(tmp_path, monkeypatch, fixed_dat
     assert alone.read_bytes() == together.read_bytes()
 
 
-def test_the_certificate_of_tiles_speaks_for_all_pixels(tmp_path, monkeypatch):
+def test_the_certificate_of_tiles_speaks_for_all_pixels(tmp_path):
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "field"})
     told = []
-    with small_tiles(monkeypatch):
+    with small_tiles():
         run(plan, tmp_path / "cube.nc", report=told.append)
     (certificate,) = told
     assert certificate.passed
@@ -243,9 +248,9 @@ def test_the_certificate_of_a_frame_made_whole_does_not_know_of_parts(tmp_path, 
             np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
-def test_a_cube_of_tiles_verifies_and_a_changed_pixel_is_found_where_it_is(tmp_path, monkeypatch):
+def test_a_cube_of_tiles_verifies_and_a_changed_pixel_is_found_where_it_is(tmp_path):
     plan = planned(**{"clouds.coverage_mode": "field"})
-    with small_tiles(monkeypatch):
+    with small_tiles():
         cube = run(plan, tmp_path / "cube.nc")
         assert str(verify_cube(cube).verdict) == "identical"
         with netCDF4.Dataset(cube, "a") as file:

@@ -35,20 +35,24 @@ def hcss(*arguments, catch=False):
     return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A folder with an image of fractal clouds, dark sea below them, in which the commands run."""
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def level():
     like = empty_frame(96, 128, 500.0)
     parameters = FractalParameters(gamma=2.0, H=0.5, L=reference_cells(np.array([8.0, 6.0]), like), k=(0, 4))
-    clouds = simulate_image(parameters, 0.4, like, 3)
-    np.save("clouds.npy", clouds.level[::-1])
+    return simulate_image(parameters, 0.4, like, 3).level[::-1]
+
+
+@pytest.fixture
+def here(level, tmp_path, monkeypatch):
+    """A folder with an image of fractal clouds, dark sea below them, in which the commands run."""
+    monkeypatch.chdir(tmp_path)
+    np.save("clouds.npy", level)
     return tmp_path
 
 
 def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here):
     done = hcss(
-        "match", "clouds.npy", "--pixel-size", "500 m", "--budget", 12, "--preview", "both.png",
+        "match", "clouds.npy", "--pixel-size", "500 m", "--budget", 4, "--preview", "both.png",
         "--method", "coverage", "--coverage", 0.4,
     )  # fmt: skip
     assert done.exit_code == 0, done.output
@@ -66,7 +70,7 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
 
 
 def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):
-    options = ("--pixel-size", 500, "--budget", 6, "--json")
+    options = ("--pixel-size", 500, "--budget", 2, "--json")
     answers = [json.loads(hcss("match", "clouds.npy", "-o", name, *options).output) for name in ("a.toml", "b.toml")]
     assert (here / "a.toml").read_bytes() == (here / "b.toml").read_bytes()
     other = json.loads(hcss("match", "clouds.npy", "-o", "c.toml", "--seed", 50, *options).output)

@@ -148,7 +148,7 @@ import resource, sys
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import CubeError
 from hcss_twin.engine.simulate import run
-plan = make_plan(Scenario.load("stratus", {{**{SMALL!r}, "frames.count": 200}}))
+plan = make_plan(Scenario.load("stratus", {{**{SMALL!r}, "frames.count": 60}}))
 made = []
 def counted(frames, count):
     for frame in frames:
@@ -231,6 +231,7 @@ def test_our_providers_open_no_netcdf_file_while_frames_are_computed(
             "sea.model": "rough-sea",
             "sea.waves": "resolved",
             "frames.count": 2,
+            "bands": ["lwir-10.8"],
             "output.variables": ["all"],
         }
     )

@@ -74,13 +74,13 @@ def test_all_that_does_not_fit_is_said_at_once():
 
 
 def test_the_highest_cloud_the_table_allows_runs():
-    overrides = {**TINY, "clouds.top": 20_000.0, "clouds.anchor": "base"}
+    overrides = {**TINY, "clouds.top": 20_000.0, "clouds.anchor": "base", "bands": ["lwir-10.8"]}
     plan = make_plan(Scenario.load("cirrus", overrides))
     assert compile_tables(plan).axes[0].dense_m[-1] == plan.layers[0].thickness_max_m
 
 
 def notes(name, **overrides):
-    return " ".join(make_plan(Scenario.load(name, {**TINY, **overrides})).assembly.notes())
+    return " ".join(make_plan(Scenario.load(name, {**TINY, "bands": ["lwir-10.8"], **overrides})).assembly.notes())
 
 
 @pytest.mark.parametrize("provider", ["mie", "bulk"])
@@ -94,7 +94,7 @@ def test_notes_on_ice_and_on_droplets_are_told_where_a_layer_has_them(provider):
 
 
 def test_two_frames_far_apart_need_two_tables():
-    overrides = {**TINY, "frames.interval": 6 * 86400.0, "accuracy": 1e-4}
+    overrides = {**TINY, "frames.interval": 6 * 86400.0, "accuracy": 1e-4, "bands": ["mwir-3.7"]}
     tables = compile_tables(make_plan(Scenario.load("stratus", overrides)))
     assert len(tables.time_s) == 2
 

@@ -18,7 +18,7 @@ SMALL = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "band
 QUANTILES = {"5 %": 1, "50 %": 4, "95 %": 7}
 
 
-def propagated(folder, draws=13):
+def propagated(folder, draws=8):
     path = folder / "stratus.propagation.nc"
     hcss_twin.propagate(
         "stratus",
@@ -166,7 +166,7 @@ def test_inputs_their_correlations_and_every_draw_are_those_of_the_file(page, da
 
 def test_scenes_tables_and_provenance_are_told_and_each_band_has_its_drawings(page, data):
     for text in (
-        "13 draws", "sets of radiance tables13", "scenes26", "draws, other seed", "regression", data.attrs["title"],
+        "8 draws", "sets of radiance tables8", "scenes16", "draws, other seed", "regression", data.attrs["title"],
         data.attrs["posterior_sha256"], "ab" * 32, f"seed{data.attrs['seed']}", "unbounded sky",
     ):  # fmt: skip
         assert text in page.text, text

@@ -148,12 +148,14 @@ def test_how_far_the_scene_is_computed_has_an_end():
     assert "farther out takes it for its mirror image (more than 512 are not computed)" in plan.sensor.notes[0]
 
 
-def test_large_frames_are_surrounded_tile_by_tile(tmp_path, monkeypatch):
+def test_large_frames_are_surrounded_tile_by_tile(tmp_path):
     whole, _ = measured(tmp_path / "whole.nc", COUNTING)
-    monkeypatch.setattr("hcss_twin.engine.parts.LARGEST_FRAME_BYTES", 2**10)
-    monkeypatch.setattr("hcss_twin.engine.parts.TILE_PIXELS", 2**8)
-    monkeypatch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 2**8)
-    tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
+    # Patches of its own, on which no analysis of the scene depends: it is made once.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hcss_twin.engine.parts.LARGEST_FRAME_BYTES", 2**10)
+        patch.setattr("hcss_twin.engine.parts.TILE_PIXELS", 2**8)
+        patch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 2**8)
+        tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
     assert_same(whole, tiled)
 
 

@@ -97,7 +97,7 @@ def octave_power(field):
 )
 def test_frames_have_the_amplitudes_and_the_spectrum_of_the_measured_image(pattern, limit):
     image = sample_file(f"images/{pattern}")
-    size = min(400, *read_image(image).values.shape)
+    size = min(300, *read_image(image).values.shape)
     for evolution_s in (3600.0, np.inf):
         inputs = CloudInputs(
             sample_layer(),

@@ -15,10 +15,15 @@ from hcss_twin.scenario.scenario import Scenario
 SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2}
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
     return tmp_path / "tables"
+
+
+@pytest.fixture(scope="module")
+def usual():
+    return table_key(plan())
 
 
 def plan(**changes):
@@ -34,7 +39,7 @@ def no_compiler(monkeypatch):
     return lambda: monkeypatch.setattr(compile, "compile_tables", refuse)
 
 
-def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(no_compiler):
+def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(folder, no_compiler):
     first = tables_of(plan())
     no_compiler()
     again = plan()
@@ -46,7 +51,7 @@ def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(no_compil
     assert second.axes[0].dense_m.tobytes() == first.axes[0].dense_m.tobytes()
 
 
-def test_cubes_from_kept_tables_have_the_same_provenance(no_compiler):
+def test_cubes_from_kept_tables_have_the_same_provenance(folder, no_compiler):
     scenario = Scenario.load("stratus", SMALL)
     first = simulate(scenario)
     no_compiler()
@@ -68,8 +73,8 @@ def test_cubes_from_kept_tables_have_the_same_provenance(no_compiler):
         {"output__variables": ["radiance", "truth"]},
     ],
 )
-def test_what_tables_do_not_depend_on_finds_the_same(changes):
-    assert table_key(plan(**changes)) == table_key(plan())
+def test_what_tables_do_not_depend_on_finds_the_same(changes, usual):
+    assert table_key(plan(**changes)) == usual
 
 
 @pytest.mark.parametrize(
@@ -91,8 +96,8 @@ def test_what_tables_do_not_depend_on_finds_the_same(changes):
         {"place__latitude": 35.1},
     ],
 )
-def test_what_tables_depend_on_finds_others(changes):
-    assert table_key(plan(**changes)) != table_key(plan())
+def test_what_tables_depend_on_finds_others(changes, usual):
+    assert table_key(plan(**changes)) != usual
 
 
 def test_a_damaged_file_is_made_again(folder):
@@ -104,7 +109,7 @@ def test_a_damaged_file_is_made_again(folder):
     assert kept.stat().st_size > 1000
 
 
-def test_a_file_that_changed_since_makes_them_anew(monkeypatch, no_compiler):
+def test_a_file_that_changed_since_makes_them_anew(folder, monkeypatch, no_compiler):
     tables_of(plan())
     monkeypatch.setattr("hcss_twin.core.catalog.Catalog.unchanged", lambda self, used: False)
     no_compiler()

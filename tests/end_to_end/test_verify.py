@@ -23,7 +23,13 @@ from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
-SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2, "bands": ["mwir", "lwir"]}
+SMALL = CHEAP | {
+    "image.rows": 16,
+    "image.columns": 16,
+    "frames.count": 2,
+    "bands": ["mwir", "lwir"],
+    "output.certificate": 4,
+}
 MASKS = SMALL | {"output.variables": ["cloud_mask", "cloud_thickness"]}
 
 
@@ -87,7 +93,7 @@ def test_computed_cloud_optics_are_neither_kept_nor_taken(tmp_path, monkeypatch)
     folder = tmp_path / "cache" / "optics"
     monkeypatch.setenv("HCSS_CACHE_DIR", str(folder.parent))
     monkeypatch.setenv("HCSS_CACHE_MB", "0")
-    cube = simulated(tmp_path / "cube.nc", SMALL | {"clouds.effective_radius": 9.0, "bands": ["mwir"]})
+    cube = simulated(tmp_path / "cube.nc", SMALL | {"clouds.effective_radius": 9.0, "bands": ["mwir-3.7"]})
     [kept] = folder.iterdir()
     with netCDF4.Dataset(kept, "a") as table:
         table["properties"][:] = table["properties"][:] + 0.1

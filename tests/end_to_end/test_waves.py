@@ -19,7 +19,7 @@ BASE = {
     "sea": {"temperature": 291.4, "wind_speed": 8.0, "waves": "resolved"},
     "bands": ["mwir-3.7", "lwir-10.8"],
     "accuracy": 3e-3,
-    "output": {"variables": ["all"]},
+    "output": {"variables": ["all"], "certificate": 0},
     "seed": 3,
 }
 CLOUDS = {"type": "cumulus", "coverage": 0.4}
@@ -181,20 +181,19 @@ def test_pixels_of_20_m_see_less(frame):
 
 
 def test_clouds_hide_waves_and_leave_the_rest_as_it_was():
-    changes = {"clouds": CLOUDS, "image.samples_per_pixel": 2}
+    changes = {"clouds": CLOUDS, "image.rows": 32, "image.columns": 48, "image.samples_per_pixel": 2}
     # Of several frames the glint may need tables at more times, and these are alike within the tolerance only.
-    for frames, tolerance in ((1, 0.0), (2, 0.1 * BASE["accuracy"])):
+    for frames, tolerance, band in ((1, 0.0, "lwir-10.8"), (2, 0.1 * BASE["accuracy"], "mwir-3.7")):
         drawn, averaged = (
-            simulate(scenario(**changes, **{"sea.waves": waves, "frames.count": frames}))
+            simulate(scenario(**changes, **{"sea.waves": waves, "frames.count": frames, "bands": [band]}))
             for waves in ("resolved", "averaged")
         )
         covered = (averaged.cloud_fraction == 1.0).values
         assert covered.any()
         assert (~covered).any()
-        for band in range(2):
-            a, b = drawn.radiance.values[:, band], averaged.radiance.values[:, band]
-            np.testing.assert_allclose(a[covered], b[covered], rtol=tolerance)
-            assert np.mean(a[~covered] != b[~covered]) > 0.9
+        a, b = drawn.radiance.values[:, 0], averaged.radiance.values[:, 0]
+        np.testing.assert_allclose(a[covered], b[covered], rtol=tolerance)
+        assert np.mean(a[~covered] != b[~covered]) > 0.9
     assert "sea_slope_x" not in averaged
     assert "clear sky only" in drawn.attrs["hcss_notes"]
     assert "waves as shapes" not in drawn.attrs["hcss_skipped"]

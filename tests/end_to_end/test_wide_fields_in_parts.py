@@ -37,7 +37,11 @@ LAYERS = [
 ]
 SCENES = {
     "one layer": {"clouds.coverage_mode": "frame"},
-    "two layers, means over points": {"clouds": {"layers": LAYERS}, "image.samples_per_pixel": 2},
+    "two layers, means over points": {
+        "clouds": {"layers": LAYERS},
+        "image.samples_per_pixel": 2,
+        "output.variables": ["radiance", "cloud_thickness", "geometry"],  # terms are those of one layer
+    },
     "clear": {"clouds": {}},
 }
 ROWS, COLUMNS = [17, 30], [3, 36]
@@ -51,16 +55,18 @@ def planned(**overrides):
 
 
 @pytest.fixture
-def small_tiles(monkeypatch):
+def small_tiles():
     """Tiles of a few pixels; frames are cut into windows of fewer still."""
 
     def cut():
-        monkeypatch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
-        monkeypatch.setattr(tiles_module, "TILE_PIXELS", 150)
-        monkeypatch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 0)
-        monkeypatch.setattr("hcss_twin.plan.windows.windows.__defaults__", (77, None))
+        patch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
+        patch.setattr(tiles_module, "TILE_PIXELS", 150)
+        patch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 0)
+        patch.setattr("hcss_twin.plan.windows.windows.__defaults__", (77, None))
 
-    return cut
+    # Patches of its own, on which no analysis of a scene depends: those of other tests serve.
+    with pytest.MonkeyPatch.context() as patch:
+        yield cut
 
 
 @pytest.mark.parametrize("scene", SCENES)

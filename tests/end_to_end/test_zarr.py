@@ -36,15 +36,18 @@ def planned(**overrides):
 
 
 @pytest.fixture(autouse=True)
-def _fixed_date(monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+def patch():
+    """The date is fixed; no analysis of a scene depends on what is patched here, so that they are kept."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+        yield patch
 
 
 @pytest.mark.parametrize(("compression", "tiled"), [(0, False), (4, True)])
-def test_a_store_equals_the_file(tmp_path, monkeypatch, compression, tiled):
+def test_a_store_equals_the_file(tmp_path, patch, compression, tiled):
     if tiled:
-        monkeypatch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
-        monkeypatch.setattr(tiles_module, "TILE_PIXELS", 300)
+        patch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
+        patch.setattr(tiles_module, "TILE_PIXELS", 300)
     plan = planned(**{"output.compression": compression})
     file, store = run(plan, tmp_path / "cube.nc"), run(plan, tmp_path / "cube.zarr")
     with open_cube(file) as one, open_cube(store) as other:
@@ -158,7 +161,7 @@ def test_commands_take_stores(tmp_path):
     store = str(tmp_path / "cube.zarr")
     words = [
         word
-        for key, value in {**CHEAP, "image.rows": 20, "image.columns": 30}.items()
+        for key, value in {**CHEAP, "image.rows": 20, "image.columns": 30, "output.certificate": 4}.items()
         for word in ("--set", f"{key}={value}")
     ]
     words += ["--set", "bands=['lwir-10.8']", "--set", "frames.count=2"]
