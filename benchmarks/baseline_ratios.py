@@ -55,14 +55,14 @@ def look_up(rounds: int, folder: Path) -> Measured:
         look = times.shortest("look-up") / points / len(plan.bands) * 1e9
         for (name, grid), aim in zip(grids.items(), (1500.0, 1e4), strict=True):
             brute = times.shortest(name) / POINTS / len(plan.bands) * 1e6
-            way = "by itself" if together == 1 else f"{together} at once"
+            way = "one pixel at a time" if together == 1 else f"{together} pixels at a time"
             yield (
                 Ratio(
                     f"a: look-up, {model}, {name}",
                     times.shortest_ratio(name, "look-up") * points / POINTS,
                     "higher",
                     aim,
-                    f"a pixel's spectrum at {grid.wavenumber_cm1.size} wavenumbers, {way}, over its look-up",
+                    f"spectrum at {grid.wavenumber_cm1.size} wavenumbers, {way}, over look-up of a pixel",
                 ),
                 f"{look:.2f} ns against {brute:.0f} us a pixel and band",
             )
@@ -134,7 +134,7 @@ def process(rounds: int, folder: Path) -> Measured:
             beyond,
             "lower",
             2.0 / times.shortest("import"),
-            f"process less the scene in a warm one, over python -c '{IMPORTS}'; aim 2 s",
+            f"process minus the same run in a warm process, over python -c '{IMPORTS}'; aim 2 s",
         ),
         f"{times.shortest('hcss run') - times.shortest('scene'):.2f} s against {times.shortest('import'):.2f} s",
     )
@@ -171,7 +171,7 @@ def lighter_scenes(rounds: int, folder: Path) -> Measured:
                 times.shortest_ratio(name, "day"),
                 "lower",
                 aim,
-                "plan, compiling and frames, writing apart, over those of the day's three bands",
+                "plan, compiling and frames, without writing, over the same for three bands by day",
             ),
             f"{times.shortest(name):.2f} s against {times.shortest('day'):.2f} s",
         )

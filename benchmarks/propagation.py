@@ -173,7 +173,7 @@ def agreement(
     lines.append(_row(f"all {len(pairs)} pairs", pairs))
     lines += [
         "",
-        f"By their correlation the {first.z.size} differences of a pair are worth "
+        f"Being correlated, the {first.z.size} differences of a pair count as "
         f"{first.independent:.0f} independent ones.",
         "",
         "| | scenes | sets of tables | processor, s |",

@@ -90,10 +90,10 @@ def table_4_short_wave(seed: int) -> Reproduction:
         ],
         checks,
         holds="Both rows agree within their rounding.",
-        fails="Two fitted parameters do not reproduce the eight values of the row Ours: it peaks at 20 deg, the glint "
-        f"of a sea in 10 m/s wind between 20 and 30 deg; rms {share:.1f} %. The fit needs {100 * scale:.0f} % of the "
-        f"sun glint, that in 3-5 um {100 * fitted('glint scale'):.0f} %, so no scene gives both rows. The row Modtran "
-        "hardly falls with angle, in contrast to clear air above a black surface.",
+        fails="Two fitted parameters do not reproduce the eight values of the row Ours: it peaks at 20 deg, but the "
+        f"glint at 10 m/s wind peaks between 20 and 30 deg; rms {share:.1f} %. The fit needs {100 * scale:.0f} % of "
+        f"the sun glint, that in 3-5 um {100 * fitted('glint scale'):.0f} %, so no scene gives both rows. The row "
+        "Modtran hardly falls with angle, unlike clear air above a black surface.",
         inputs=inputs,
         notes=(PHYSICAL_NOTE,),
         choices=CLOUD_CHOICES,

@@ -136,9 +136,9 @@ def table_7(seed: int) -> Reproduction:
         rows,
         checks,
         holds="The columns of Tables II and IV, mixed with the printed coverages, reproduce the table.",
-        fails=f"Radiance falls with coverage, as printed, but by {-slope:.2f} {UNIT} from clear to overcast, "
-        f"those of the columns for Tables II and IV by {clear - opaque:.2f}. There is no common input; a straight line "
-        "(two parameters for five values) fits the table but does not explain it.",
+        fails=f"From clear to overcast, the printed radiance falls by {-slope:.2f} {UNIT}, that of the columns for "
+        f"Tables II and IV by {clear - opaque:.2f}. No common input fits both; a straight line (two parameters for "
+        "five values) fits the table but does not explain it.",
         inputs=["sea temperature", "glint scale", "Table VII without cloud", "Table VII per coverage"],
         notes=(
             "Opaque cloud at 6 km viewed at 20 deg. Between Scenario3 and Scenario4 of Table II the effective cover "
