@@ -362,5 +362,5 @@ def test_kelvin_of_black_pixels_are_refused_before_anything_is_computed():
     every = ["cloud_emission", "cloud_reflected_sun", "sea_emission", "sea_reflected_sun", "path_emission"]
     every += ["reflected_air_emission", "path_scattered_sun"]
     black = {"radiance.model": "physical-two-stream", "radiance.parameters.leave_out": every}
-    with pytest.raises(ScenarioError, match=r"accuracy: '0.5 K': brightness temperature in band 'mwir-3.7' is below 60 K"):
+    with pytest.raises(ScenarioError, match=r"'0.5 K': brightness temperature in band 'mwir-3.7' is below 60 K"):
         make_plan(Scenario.load("stratus", SMALL | black | {"accuracy": "0.5 K"}))
