@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 RESULTS = Path(__file__).parent
-IMAGES = 3
+IMAGES = (0, 2)
+"""Image 1 has two modes between which chains hardly change: it takes twice as long, and is refused for it."""
 
 
 @pytest.mark.parametrize("name", ["results", "results-seed-1"])
@@ -29,12 +30,8 @@ def test_ranks_of_the_committed_images_are_uniform_and_their_intervals_hold(name
 @pytest.mark.long
 def test_intervals_hold_the_parameters_that_images_were_made_with():
     # Fewer independent draws than those of the committed rows, and enough for quantiles of 5 and 95 %.
-    rows = [calibration.calibrate_one(index, 64, 11, most_steps=10_000, samples=200.0) for index in range(IMAGES)]
-    refused = [row["refused"] for row in rows if "refused" in row]
-    # One has two modes between which chains hardly change, which is seen.
-    assert len(refused) <= 1
-    assert all("not converged" in reason for reason in refused)
-    rows = [row for row in rows if "refused" not in row]
+    rows = [calibration.calibrate_one(index, 64, 11, most_steps=10_000, samples=200.0) for index in IMAGES]
+    assert [row["refused"] for row in rows if "refused" in row] == []
     inside = [held for row in rows for held in row["inside_90"].values()]
     # Nine of ten on average; parameters of an image are correlated.
     assert np.mean(inside) >= 0.7
