@@ -31,6 +31,10 @@ time = 2024-04-20T12:30:00+10:00
 clouds.type = "stratus"
 image = {rows = 32, columns = 32}
 frames.count = 2
+bands = ["lwir-10.8"]
+radiance.model = "as-printed"
+sea.model = "cox-munk"
+optics.provider = "mie"
 """
 
 

@@ -22,8 +22,8 @@ SMALL = [
     *("--set", "image.rows=8", "--set", "image.columns=8", "--set", "frames.count=1"),
     *("--set", 'bands=["lwir-10.8"]', "--set", "output.certificate=2"),
 ]
-OVER = ["--over", "view.zenith=[0, 20, 40]", "--over", "seed={count = 8}"]
-POINTS = 24
+OVER = ["--over", "view.zenith=[0, 20, 40]", "--over", "seed={count = 4}"]
+POINTS = 12
 
 PLUGIN = '''
 """A cloud generator that ends its process for one seed and refuses another."""
@@ -111,11 +111,11 @@ def test_a_sweep_survives_a_killed_worker_and_a_kill_of_all_to_the_bit(tmp_path,
         command(folder, "--workers", "2"), env=environment, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    wait_for(folder, 3, process)
+    wait_for(folder, 2, process)
     workers = workers_of(process)
     assert len(workers) == 2
     workers[0].kill()
-    wait_for(folder, 8, process)
+    wait_for(folder, 5, process)
     workers = workers_of(process)
     process.kill()
     process.communicate()
@@ -123,7 +123,7 @@ def test_a_sweep_survives_a_killed_worker_and_a_kill_of_all_to_the_bit(tmp_path,
 
     before = {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in folder.glob("point-*.nc")}
     logged = {record["point"] for record in computed(folder)}
-    assert 8 <= len(before) < POINTS
+    assert 5 <= len(before) < POINTS
     assert len(before) >= len(logged)
     done = run(command(folder, "--workers", "2", "--dataset", str(folder / "all.nc"), "--json"), environment)
     assert done.returncode == 0, done.stderr
@@ -161,7 +161,18 @@ def test_a_point_that_kills_its_worker_twice_has_failed_and_the_others_are_done(
     assert sorted(path.name for path in folder.glob("*.nc")) == [f"point-000{n}.nc" for n in (0, 3, 4)]
 
 
-def test_an_interrupt_ends_the_workers_and_says_nothing_else(tmp_path, environment):
+@pytest.fixture
+def usual_port():
+    """The port of dashboards, held by somebody else."""
+    with socket.socket() as held:
+        held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with contextlib.suppress(OSError):  # held already
+            held.bind(("127.0.0.1", 8787))
+            held.listen()
+        yield
+
+
+def test_an_interrupt_ends_the_workers_and_says_nothing_else_nor_of_a_port_in_use(tmp_path, environment, usual_port):
     folder = tmp_path / "sweep"
     process = subprocess.Popen(
         command(folder, "--workers", "2"), env=environment, start_new_session=True,
@@ -178,22 +189,6 @@ def test_an_interrupt_ends_the_workers_and_says_nothing_else(tmp_path, environme
     index = json.loads((folder / "index.json").read_text())
     assert index["states"]["done"] == len(computed(folder)) == len(bytes_of(folder))
     assert not list(folder.glob(".*"))
-
-
-def test_a_sweep_says_nothing_of_a_port_that_another_cluster_holds(tmp_path, environment):
-    with socket.socket() as usual_port:
-        usual_port.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        with contextlib.suppress(OSError):  # held by somebody else already
-            usual_port.bind(("127.0.0.1", 8787))
-            usual_port.listen()
-        done = run(
-            [*HCSS, "sweep", "stratus", *SMALL, "--over", "seed={count = 2}", "-o", str(tmp_path / "sweep"),
-             "--workers", "2", "--json"],
-            environment,
-        )  # fmt: skip
-    assert done.returncode == 0
-    assert "port" not in done.stderr.lower()
-    assert "warning" not in done.stderr.lower()
 
 
 def test_a_scheduler_elsewhere_makes_the_same_bytes(tmp_path, environment):

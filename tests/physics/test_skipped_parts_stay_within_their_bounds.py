@@ -96,7 +96,7 @@ def test_sunlight_in_frames_after_sunset(monkeypatch):
         (CHEAP, "cirrus-over-cumulus", "15:30"),
         (PHYSICAL, "stratus", "16:00"),
         pytest.param(PHYSICAL, "cirrus", "15:00", marks=pytest.mark.long),
-        pytest.param(PHYSICAL, "stratus", "12:30", marks=pytest.mark.long),
+        pytest.param(PHYSICAL, "stratus", "12:30", marks=pytest.mark.campaign),
     ],
 )
 def test_faint_sunlight_by_day(models, name, time):
@@ -238,10 +238,10 @@ def reached(plan, model, sun):
         (CHEAP, {"view.zenith": 55.0, **NIGHT}),
         (CHEAP, {"time": "2024-04-20T16:30:00+10:00", "view.azimuth": 100.0}),
         pytest.param(PHYSICAL, {}, marks=pytest.mark.long),
-        pytest.param(PHYSICAL, {"time": "2024-04-20T16:00:00+10:00"}, marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {"time": "2024-04-20T16:00:00+10:00"}, marks=pytest.mark.campaign),
         # Toward the glory and beside the rainbow of the droplets.
         pytest.param(PHYSICAL, {"view.zenith": 26.0, "view.azimuth": 200.0}, marks=pytest.mark.long),
-        pytest.param(PHYSICAL, {"view.zenith": 16.0, "view.azimuth": 90.0}, marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {"view.zenith": 16.0, "view.azimuth": 90.0}, marks=pytest.mark.campaign),
     ],
 )
 def test_one_view_angle_for_all_pixels(models, changes):
@@ -279,7 +279,7 @@ def test_one_view_angle_seen_from_a_platform(altitude):
         (CHEAP, "12:30"),
         (CHEAP, "16:30"),
         (CHEAP, "17:15"),
-        pytest.param(PHYSICAL, "12:30", marks=pytest.mark.long),
+        pytest.param(PHYSICAL, "12:30", marks=pytest.mark.campaign),
         pytest.param(PHYSICAL, "16:30", marks=pytest.mark.long),
     ],
 )

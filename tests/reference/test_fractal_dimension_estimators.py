@@ -44,9 +44,8 @@ def deviations(estimator, size, hurst, count):
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize(("size", "count"), [(256, 6), (800, 2)])
-@pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8])
-def test_every_estimator_recovers_exact_surfaces_within_its_stated_error(estimator, size, count, hurst):
+@pytest.mark.parametrize(("size", "hurst", "count"), [(256, 0.2, 6), (256, 0.5, 6), (256, 0.8, 6), (800, 0.5, 2)])
+def test_every_estimator_recovers_exact_surfaces_within_its_stated_error(estimator, size, hurst, count):
     deviation = deviations(estimator, size, hurst, count)
     assert np.all(np.abs(deviation) < 4.0)
     assert math.sqrt(np.mean(deviation**2)) < 2.2
@@ -63,11 +62,11 @@ def many_surfaces():
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize(("size", "hurst"), list(many_surfaces()))
 def test_the_stated_error_is_the_root_mean_square_over_many_surfaces(estimator, size, hurst):
-    count = {96: 150, 256: 60, 800: 30}[size]
+    count = {96: 60, 256: 20, 800: 6}[size]
     rms = math.sqrt(np.mean(deviations(estimator, size, hurst, count) ** 2))
-    # 30 surfaces leave 13 % of scatter, those behind the stated error as much, interpolation the rest. The error
-    # is stated for the estimate, not for the truth: a biased estimate may read a larger one.
-    assert 0.4 < rms < 1.6
+    # 20 surfaces leave 16 % of scatter and 6 of them 29 %, those behind the stated error 13 %, interpolation the rest.
+    # The error is stated for the estimate, not for the truth: a biased estimate may read a larger one.
+    assert 0.35 < rms < 1.7
 
 
 def test_the_variogram_table_agrees_with_an_earlier_measurement_of_its_own():

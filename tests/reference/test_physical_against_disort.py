@@ -1,4 +1,4 @@
-"""Columns of air, cloud and sea against discrete ordinates with 64 streams, where air is grey and plane-parallel."""
+"""Columns of air, cloud and sea against discrete ordinates with 32 streams, where air is grey and plane-parallel."""
 
 import dataclasses
 import math
@@ -15,7 +15,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import Declares, Sun, View
 from hcss_twin.testing.samples import PlainOptics, PlainSea, sample_layer, sample_radiance_inputs
 
-STREAMS = 64
+STREAMS = 32
 HALF = STREAMS // 2
 NU = np.array([2500.0])
 SEA_K, EMISSIVITY, ALBEDO, G = 300.0, 0.9, 0.7, 0.8
@@ -87,7 +87,7 @@ def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
 
 
 def discrete_ordinates(thickness_m, sun, albedo, emissivity=EMISSIVITY, lobes=()):
-    """Upward radiance at the top: a function of relative azimuth giving (32,) at the reference's cosines."""
+    """Upward radiance at the top: a function of relative azimuth giving (16,) at the reference's cosines."""
     air = Air(PlaneGas(), PROFILE, NU)
     edges = tuple(float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0)
     sources = air._sources(edges)[::-1, 0].copy()
@@ -127,7 +127,7 @@ def discrete_ordinates(thickness_m, sun, albedo, emissivity=EMISSIVITY, lobes=()
 @pytest.mark.parametrize("thickness", [0.0, 10.0, 60.0, 200.0, 1000.0])
 def test_thermal_radiance_of_a_column(thickness):
     mu, exact = discrete_ordinates(thickness, None, ALBEDO)
-    for index in np.flatnonzero(mu > 0.2)[::5]:
+    for index in np.flatnonzero(mu > 0.2)[::4]:
         found = sum(ours(mu[index], thickness, None, ALBEDO).values())[0]
         assert found == pytest.approx(exact(0.0)[index], rel=1e-3)
 
@@ -139,7 +139,7 @@ def test_sunlit_radiance_of_a_column(thickness, albedo):
     azimuth = math.radians(70.0)
     mu, exact = discrete_ordinates(thickness, sun, albedo)
     _, dark = discrete_ordinates(thickness, None, albedo)
-    for index in np.flatnonzero(mu > 0.2)[::5]:
+    for index in np.flatnonzero(mu > 0.2)[::4]:
         terms = ours(mu[index], thickness, sun, albedo)
         solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
         expected = exact(azimuth)[index] - dark(0.0)[index]
@@ -153,11 +153,9 @@ def test_sunlit_radiance_of_a_column(thickness, albedo):
         (60.0, 0.0),
         (10.0, 180.0),
         (60.0, 180.0),
-        *(
-            pytest.param(thickness, turn, marks=pytest.mark.long)
-            for thickness in (30.0, 200.0)
-            for turn in (0.0, 90.0, 180.0)
-        ),
+        (30.0, 90.0),
+        (200.0, 0.0),
+        *(pytest.param(*each, marks=pytest.mark.campaign) for each in ((30.0, 0.0), (30.0, 180.0), (200.0, 90.0))),
     ],
 )
 def test_sunlight_between_cloud_and_a_glinting_sea_keeps_its_bearing(thickness, turn_deg):
@@ -165,7 +163,7 @@ def test_sunlight_between_cloud_and_a_glinting_sea_keeps_its_bearing(thickness, 
     lobes = lobe_modes(1.0 - emissivity)
     mu, exact = discrete_ordinates(thickness, sun, 0.98, emissivity, lobes)
     _, dark = discrete_ordinates(thickness, None, 0.98, emissivity)
-    for index in np.flatnonzero(mu > 0.4)[::5]:
+    for index in np.flatnonzero(mu > 0.4)[::3]:
         terms = ours(mu[index], thickness, sun, 0.98, GlintingSea(emissivity))
         solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
         expected = exact(math.radians(turn_deg))[index] - dark(0.0)[index]

@@ -108,10 +108,17 @@ def check_window(raw, window, base):
 
 
 class TestAnySensorOnAnyPlatformMeasuresASoundCubeOrIsRefused:
-    @_settings(10)
-    @given(raw=seen_scenarios())
-    def test_few(self, raw, files):
-        check_measured(raw, files)
+    def test_few(self, files):
+        measured = []
+
+        @_settings(8)
+        @given(seen_scenarios())
+        def measure(raw):
+            measured.append(check_measured(raw, files))
+
+        measure()
+        # Otherwise refusals only would be tested.
+        assert np.mean(measured) > 0.3
 
     @pytest.mark.campaign
     @_settings(25)
@@ -127,7 +134,7 @@ class TestAnySensorOnAnyPlatformMeasuresASoundCubeOrIsRefused:
 
 
 class TestAnyWindowIsThatPartOfTheImageToTheBit:
-    @_settings(8)
+    @_settings(6)
     @given(drawn=windowed(scenarios()))
     def test_few(self, drawn, files):
         check_window(*drawn, files)
@@ -137,21 +144,3 @@ class TestAnyWindowIsThatPartOfTheImageToTheBit:
     @given(drawn=windowed(seen_scenarios()))
     def test_many_measured(self, drawn, files):
         check_window(*drawn, files)
-
-
-def test_the_drawn_sensors_are_mostly_valid(files):
-    """Otherwise the tests of cubes would test refusals only."""
-    valid = []
-
-    @_settings(30)
-    @given(seen_scenarios())
-    def draw(raw):
-        try:
-            make_plan(Scenario.from_dict(raw, base=files))
-        except HcssError:
-            valid.append(False)
-        else:
-            valid.append(True)
-
-    draw()
-    assert np.mean(valid) > 0.4

@@ -42,7 +42,7 @@ BAD_NUMBERS = (math.nan, math.inf, -math.inf)
 BAD_WORDS = st.sampled_from(["nan", "NaN", "inf", "-inf", "1e999", "", "x", "--", "1;2"])
 SHIPPED = Catalog().root
 TINY = CHEAP | {"image.rows": 20, "image.columns": 20, "frames.count": 1, "bands": ["lwir-10.8"]}
-SOME = examples(40)
+SOME = examples(20)
 
 CSV = {
     "response": ("wavelength_um,response", ["3.5,0", "3.6,0.5", "3.7,1", "3.8,0"]),
@@ -225,7 +225,7 @@ def made_or_refused(work):
         return None, error
 
 
-@examples(15)
+@examples(6)
 @given(st.integers(0, 2**32), st.floats(0.0, 1.0), st.sampled_from(BAD_NUMBERS), st.booleans())
 def test_images_with_holes_are_refused_or_the_holes_are_clear_as_asked(seed, share, bad, allow):
     """Thickness is finite and not negative everywhere."""

@@ -74,10 +74,12 @@ def draw_image(index: int, size: int, seed: int) -> tuple[dict[str, float], Clou
             return truth, CloudImage(level, PIXEL_M)
 
 
-def calibrate_one(index: int, size: int, seed: int, most_steps: int = 50_000) -> dict[str, Any]:
+def calibrate_one(
+    index: int, size: int, seed: int, most_steps: int = 50_000, samples: float = 1000.0
+) -> dict[str, Any]:
     """Return ranks of the true values among posterior draws, or why there is no posterior."""
     truth, image = draw_image(index, size, seed)
-    options = FitOptions(priors=priors(size), octaves=OCTAVES, seed=index, most_steps=most_steps)
+    options = FitOptions(priors=priors(size), octaves=OCTAVES, seed=index, samples=samples, most_steps=most_steps)
     began = time.perf_counter()
     row: dict[str, Any] = {"index": index, "truth": truth, "image_coverage": image.coverage}
     with tempfile.TemporaryDirectory() as folder:
