@@ -28,6 +28,7 @@ from hcss_twin.testing import (
     sample_microphysics,
     sample_sea_inputs,
     sample_sensor_inputs,
+    sample_wavenumbers,
 )
 
 HELD_TO_THE_KIT = {
@@ -46,6 +47,16 @@ def create(kind, name, inputs, **parameters):
     entry = registry.resolve(kind, f"hcss-twin/{name}")
     provider = registry.create(entry, inputs, registry.parameters_model(entry)(**parameters))
     return guard(entry, provider, inputs)
+
+
+class FewWavenumbers:
+    """Fewer than the kit's twelve: the time of most tests is in proportion to them."""
+
+    count = 4
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider):
+        return sample_wavenumbers(provider.declares, self.count)
 
 
 def test_no_builtin_escapes_the_kit():
@@ -148,10 +159,16 @@ class TestSurrogateOfTheField(TestSurrogate):
     mode = "field"
 
 
-class TestCoxMunk(SeaModelContract):
-    @pytest.fixture(params=[2.0, 10.0, 20.0], ids="wind {:g} m/s".format)
+def at_winds(*speeds_m_s):
+    @pytest.fixture(params=speeds_m_s, ids="wind {:g} m/s".format)
     def inputs(self, request):
         return sample_sea_inputs(wind_speed_m_s=request.param)
+
+    return inputs
+
+
+class TestCoxMunk(FewWavenumbers, SeaModelContract):
+    inputs = at_winds(2.0, 10.0, 20.0)
 
     def make_provider(self, inputs):
         return create("sea", "cox-munk", inputs)
@@ -166,17 +183,23 @@ class TestRoughSea(TestCoxMunk):
 
 
 class TestRoughSeaAlongTheWind(TestRoughSea):
+    inputs = at_winds(10.0)
     parameters: ClassVar[dict[str, str]] = {"slopes": "upwind-crosswind", "spectrum": "jonswap"}
 
 
 class TestRoughSeaSkewed(TestRoughSea):
+    inputs = at_winds(2.0, 20.0)  # its density is least sure far from the usual wind
     parameters: ClassVar[dict[str, str]] = {"slopes": "gram-charlier", "shadowing": "separable"}
 
 
-class TestMie(OpticsContract):
+class TestMie(FewWavenumbers, OpticsContract):
+    count = 5
+
     @pytest.fixture(params=["water", "ice"])
     def cloud(self, request):
-        return sample_microphysics(request.param)
+        particles = sample_microphysics(request.param)
+        # Of half the kit's size: the number of terms of a sphere grows with its radius.
+        return particles if request.param == "water" else replace(particles, b=0.6, radius_range_um=(0.2, 100.0))
 
     def make_provider(self, inputs):
         return create("optics", "mie", inputs)
@@ -218,19 +241,28 @@ class TestBandModel(TransmittanceContract):
         return create("atmosphere", "band-model", inputs)
 
 
-class TestAsPrinted(RadianceModelContract):
+class TestAsPrinted(FewWavenumbers, RadianceModelContract):
+    count = 5
+
     def make_provider(self, inputs):
         return create("radiance", "as-printed", inputs)
 
 
-class TestPhysical(RadianceModelContract):
-    def make_provider(self, inputs):
-        return create("radiance", "physical", inputs)
+FEW_STREAMS = {"streams": 4, "sun_streams": 4, "azimuth_modes": 8}
 
 
-class TestPhysicalTwoStream(RadianceModelContract):
+class TestPhysical(FewWavenumbers, RadianceModelContract):
+    count = 5
+
     def make_provider(self, inputs):
-        return create("radiance", "physical-two-stream", inputs, streams=4)
+        return create("radiance", "physical", inputs, **FEW_STREAMS)
+
+
+class TestPhysicalTwoStream(FewWavenumbers, RadianceModelContract):
+    count = 5
+
+    def make_provider(self, inputs):
+        return create("radiance", "physical-two-stream", inputs, **FEW_STREAMS)
 
 
 class TestRadiometer(SensorContract):
