@@ -40,7 +40,7 @@ def test_columns_computed_together_are_those_computed_one_by_one(name, overrides
     sun = plan.sun_at(0.0)
     # So few that all columns with the same layers are one stack, and so many that they are several.
     for wavenumber in (plan.spectral_grid.wavenumber_cm1[::8], plan.spectral_grid.wavenumber_cm1):
-        thickness = columns_of(plan, 12)
+        thickness = columns_of(plan, 6)
         together = plan.assembly.model.cloudy(wavenumber, thickness, sun)
         total = sum(np.asarray(together[term]) for term in plan.assembly.model.terms)
         for row, own in enumerate(thickness):
