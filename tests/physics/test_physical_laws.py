@@ -182,16 +182,16 @@ def test_a_white_cloud_gives_back_all_sunlight():
     inputs = dataclasses.replace(
         scene(profile), transmittance=PlainGas(profile, 0.0), optics=PlainOptics(1e-7, 1.0, 0.8)
     )
-    cosine, weight = np.polynomial.legendre.leggauss(5)
+    cosine, weight = np.polynomial.legendre.leggauss(4)
     mu, weight = 0.5 * (cosine + 1.0), 0.5 * weight
     flux = 0.0
     sun = Sun(60.0, 0.0, 1.0)
     for m, w in zip(mu, weight, strict=True):
-        for azimuth in np.arange(22.5, 180.0, 45.0):
+        for azimuth in (30.0, 90.0, 150.0):
             view = View(float(np.degrees(np.arccos(m))), float(azimuth))
             model = Physical(dataclasses.replace(inputs, view=view), PhysicalParameters())
             terms = model.cloudy(NU[5:], np.array([[800.0]]), sun)
-            flux += 2.0 * np.pi * m * w * terms["cloud_reflected_sun"][0, 0] / 4.0
+            flux += 2.0 * np.pi * m * w * terms["cloud_reflected_sun"][0, 0] / 3.0
     assert flux == pytest.approx(0.01 * 0.5, rel=0.01)
 
 
