@@ -277,22 +277,39 @@ def test_gdal_reads_the_png_as_pillow_does(cube, tmp_path):
         np.testing.assert_array_equal(file.read(1), np.asarray(image))
 
 
-@pytest.mark.parametrize("to", ["fits", "envi", "geotiff", "png"])
-def test_memory_does_not_grow_with_the_number_of_frames(tmp_path, to):
-    peaks = []
-    for count in (3, 24):
-        path = tmp_path / f"{count}.nc"
-        steps = np.arange(count) * 1.0
+MEMORY_FRAMES, MEMORY_PIXELS = (3, 12), 140
+
+
+@pytest.fixture(scope="module")
+def short_and_long(tmp_path_factory):
+    """Two cubes that differ in their number of frames."""
+    paths = []
+    for count in MEMORY_FRAMES:
+        path = tmp_path_factory.mktemp("memory") / f"{count}.nc"
         angles = {"solar_zenith_deg": (20.0,) * count, "solar_azimuth_deg": (180.0,) * count}
         variables = tuple(spec for spec in example_header().variables if spec.name == "radiance")
-        header = example_header(rows=200, columns=200, frame_times_s=tuple(steps), variables=variables, **angles)
+        header = example_header(
+            rows=MEMORY_PIXELS,
+            columns=MEMORY_PIXELS,
+            frame_times_s=tuple(np.arange(count) * 1.0),
+            variables=variables,
+            **angles,
+        )
         with CubeWriter(path, header) as writer:
-            for index in range(count):
+            for index in range(header.frames):
                 writer.write_frame(index, example_frame(header, index))
+        paths.append(path)
+    return paths
+
+
+@pytest.mark.parametrize("to", ["fits", "envi", "geotiff", "png"])
+def test_memory_does_not_grow_with_the_number_of_frames(short_and_long, tmp_path, to):
+    peaks = []
+    for path in short_and_long:
         export_cube(path, to, tmp_path, frames=[0])  # what is imported is not counted
         tracemalloc.start()
         export_cube(path, to, tmp_path, replace=True)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    frame_bytes = 2 * 200 * 200 * 4
+    frame_bytes = 2 * MEMORY_PIXELS**2 * 4
     assert peaks[1] < peaks[0] + 2 * frame_bytes

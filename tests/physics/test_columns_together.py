@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hcss_twin
+from hcss_twin.models.radiance.physical.model import _VALUES_TOGETHER
 
 TWO_LAYERS = "cirrus-over-cumulus"
 ONE_BY_ONE = {"image.rows": 8, "image.columns": 8, "frames.count": 1}
@@ -39,8 +40,11 @@ def test_columns_computed_together_are_those_computed_one_by_one(name, overrides
     plan = hcss_twin.make_plan(hcss_twin.Scenario.load(name, ONE_BY_ONE | BANDS | overrides))
     sun = plan.sun_at(0.0)
     # So few that all columns with the same layers are one stack, and so many that they are several.
-    for wavenumber in (plan.spectral_grid.wavenumber_cm1[::8], plan.spectral_grid.wavenumber_cm1):
-        thickness = columns_of(plan, 12)
+    grid = plan.spectral_grid.wavenumber_cm1
+    for wavenumber, count, several in ((grid[::8], 6, False), (grid, 9, True)):
+        thickness = columns_of(plan, count)
+        if len(plan.layers) == 1:
+            assert (len(thickness) > _VALUES_TOGETHER // wavenumber.size) == several
         together = plan.assembly.model.cloudy(wavenumber, thickness, sun)
         total = sum(np.asarray(together[term]) for term in plan.assembly.model.terms)
         for row, own in enumerate(thickness):

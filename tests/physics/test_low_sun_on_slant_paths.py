@@ -28,12 +28,12 @@ def test_the_sun_along_a_path_is_that_of_straight_lines_on_a_sphere(azimuth):
 
 
 @pytest.mark.parametrize("view", [0.0, 20.0, 60.0, 80.0])
-@pytest.mark.parametrize("opposite", [True, False])
-def test_any_sun_above_the_horizon_can_be_followed(view, opposite):
+def test_any_sun_above_the_horizon_can_be_followed(view):
     plan = make_plan(
-        Scenario.load("stratus", {"view.zenith": view, "view.azimuth": 90.0, "bands": ["mwir-3.7"], "frames.count": 1})
+        Scenario.load("stratus", {"view.zenith": view, "view.azimuth": 90.0, "bands": [[3.7, 3.8]], "frames.count": 1})
     )
     wavenumber = plan.spectral_grid.wavenumber_cm1[:2]
     for zenith in (80.0, 85.0, 87.0, 87.5, 87.9, 88.0, 89.0):
-        terms = plan.assembly.model.clear(wavenumber, Sun(zenith, 270.0 if opposite else 90.0, 1.0))
-        assert all(np.all(np.asarray(term) >= 0.0) for term in terms.values())
+        for azimuth in (90.0, 270.0):  # behind the sensor and opposite
+            terms = plan.assembly.model.clear(wavenumber, Sun(zenith, azimuth, 1.0))
+            assert all(np.all(np.asarray(term) >= 0.0) for term in terms.values())

@@ -1,6 +1,7 @@
 """Laws of radiation that the physical model keeps with any providers."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -85,10 +86,27 @@ def departure(model, thickness):
     )
 
 
-@pytest.mark.parametrize("gas_name", ["plain", "band-model"])
-@pytest.mark.parametrize("sea_name", ["plain", "cox-munk", "rough-sea", "rough-sea gram-charlier"])
-@pytest.mark.parametrize("optics_name", ["plain", "mie", "bulk"])
-@pytest.mark.parametrize("zenith", [0.0, 55.0, 80.0])
+GASES = ("plain", "band-model")
+SEAS = ("plain", "cox-munk", "rough-sea", "rough-sea gram-charlier")
+OPTICS = ("plain", "mie", "bulk")
+ZENITHS_DEG = (0.0, 55.0, 80.0)
+
+# Every two choices meet: zeniths alternate over each row and column of seas and optics, and gases over their sums.
+PAIRWISE = [
+    (GASES[(i + j) % 2], sea_name, optics_name, ZENITHS_DEG[(i + j) % 3])
+    for i, sea_name in enumerate(SEAS)
+    for j, optics_name in enumerate(OPTICS)
+]
+
+
+def test_every_two_choices_of_an_enclosure_meet():
+    choices = GASES, SEAS, OPTICS, ZENITHS_DEG
+    for one, other in itertools.combinations(range(4), 2):
+        met = {(case[one], case[other]) for case in PAIRWISE}
+        assert met == set(itertools.product(choices[one], choices[other]))
+
+
+@pytest.mark.parametrize(("gas_name", "sea_name", "optics_name", "zenith"), PAIRWISE)
 def test_an_isothermal_enclosure_is_black(gas_name, sea_name, optics_name, zenith):
     inputs = scene(profile_at(ENCLOSURE_K), gas_name, sea_name, optics_name, zenith)
     model = Physical(inputs, PhysicalParameters(space_temperature=ENCLOSURE_K, streams=4))
@@ -176,16 +194,16 @@ def test_a_white_cloud_gives_back_all_sunlight():
     inputs = dataclasses.replace(
         scene(profile), transmittance=PlainGas(profile, 0.0), optics=PlainOptics(1e-7, 1.0, 0.8)
     )
-    cosine, weight = np.polynomial.legendre.leggauss(5)
+    cosine, weight = np.polynomial.legendre.leggauss(4)
     mu, weight = 0.5 * (cosine + 1.0), 0.5 * weight
     flux = 0.0
     sun = Sun(60.0, 0.0, 1.0)
     for m, w in zip(mu, weight, strict=True):
-        for azimuth in np.arange(22.5, 180.0, 45.0):
+        for azimuth in (30.0, 90.0, 150.0):
             view = View(float(np.degrees(np.arccos(m))), float(azimuth))
             model = Physical(dataclasses.replace(inputs, view=view), PhysicalParameters())
             terms = model.cloudy(NU[5:], np.array([[800.0]]), sun)
-            flux += 2.0 * np.pi * m * w * terms["cloud_reflected_sun"][0, 0] / 4.0
+            flux += 2.0 * np.pi * m * w * terms["cloud_reflected_sun"][0, 0] / 3.0
     assert flux == pytest.approx(0.01 * 0.5, rel=0.01)
 
 

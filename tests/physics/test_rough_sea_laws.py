@@ -132,7 +132,7 @@ def test_weights_and_emissivity_share_all_light(slopes, basis):
 @pytest.mark.parametrize("slopes", SLOPES)
 @pytest.mark.parametrize("bearing", [None, 0.7])
 def test_the_emissivity_does_not_depend_on_what_was_asked_before(slopes, bearing):
-    mu = np.cos(np.radians([0.0, 40.0, 80.0]))
+    mu = np.cos(np.radians([0.0, 80.0]))
     turn = None if bearing is None else np.full(mu.size, bearing)
     nodes = np.polynomial.legendre.leggauss(8)[0] * 0.5 + 0.5
     asked, fresh = sea(9.0, slopes=slopes), sea(9.0, slopes=slopes)

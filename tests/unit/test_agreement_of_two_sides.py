@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmark_module import benchmark_module
 
-REPETITIONS = 24
+REPETITIONS = 16
 COUNT = 60
 OUTPUTS = 6
 
@@ -12,7 +12,7 @@ OUTPUTS = 6
 @pytest.fixture(scope="module")
 def agreement():
     module = benchmark_module("agreement")
-    module.RESAMPLES = 79
+    module.RESAMPLES = 59
     return module
 
 
@@ -26,7 +26,7 @@ def dependent(rng, count, level=0.0, spread=1.0):
 
 def sides(agreement, rng, **other):
     scenes = np.stack([dependent(rng, COUNT), dependent(rng, COUNT)])
-    again = [scenes[:, rng.integers(COUNT, size=COUNT)].reshape(2 * COUNT, -1) for _ in range(60)]
+    again = [scenes[:, rng.integers(COUNT, size=COUNT)].reshape(2 * COUNT, -1) for _ in range(40)]
     error = np.std([agreement.statistics(each) for each in again], axis=0)
     told = agreement.statistics(scenes.reshape(2 * COUNT, -1))
     return agreement.Sides(scenes, dependent(rng, COUNT, **other), told, error)
