@@ -103,7 +103,7 @@ def worded_for_options() -> Iterator[None]:
     "wanted",
     type=(float, float),
     metavar="LOW HIGH",
-    help="Required range of the fractal dimension, within 2 to 3. The match of IMAGE, or --type, is adjusted to it.",
+    help="Required range of the fractal dimension, within 2 to 3; adjusts the parameters of IMAGE or --type.",
 )
 @click.option(
     "--dimension",

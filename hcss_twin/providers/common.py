@@ -25,7 +25,7 @@ class Declares:
         Ranges of validity, ends included: ``wavenumber_cm1`` for every kind but the radiance model; for a
         transmittance provider also ``view_zenith`` (degrees) and ``target_altitude_m`` (of the lower ends of legs).
     native_grid_cm1 : ndarray (N,), optional
-        For a transmittance provider: ascending spectral nodes, the only wavenumbers of calls beside band edges.
+        For a transmittance provider: ascending spectral nodes; calls use only these and band edges.
     resolution_cm1 : float
         Spectral resolution of the results; 0: monochromatic.
     evolves : bool

@@ -44,8 +44,8 @@ def _rows(check: Verification) -> Rows:
     if check.verdict in (Verdict.EQUAL, Verdict.DIFFERENT) and not causes:
         yield (
             "cause",
-            "none recorded: files, packages and scenario are those of the cube; its values were changed since, code "
-            "was changed under the same version, or another processor rounds differently",
+            "none recorded: files, packages and scenario match those of the cube. Its values were changed later, code "
+            "was changed within the same version, or another processor rounds differently",
         )
 
 

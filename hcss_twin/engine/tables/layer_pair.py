@@ -237,8 +237,8 @@ def place_pair(
             which = int(axes[1].exact_m.size > MAX_NODES)
             most = max(misfits[which], key=lambda misfit: misfit.error)
             raise jumping(
-                f"radiance against the thickness of two cloud layers does not converge to {tolerance:g} with "
-                f"{MAX_NODES} columns along one of them (error {most.error:.2g})",
+                f"radiance as a function of two layer thicknesses does not converge to {tolerance:g} with "
+                f"{MAX_NODES} columns along one dimension (error {most.error:.2g})",
                 source,
                 layers[which],
                 most.thickness_m,
