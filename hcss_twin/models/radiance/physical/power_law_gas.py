@@ -93,7 +93,7 @@ class PowerLawGas:
         return own
 
     def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
-        """Extrapolate the transmittance of the provider's longest path to a larger air mass by the power law; return (V,).
+        """Extrapolate the transmittance of the longest path to a larger air mass by the power law; return (V,).
 
         The fit alone would have errors of some percent, and the light of a low sun would jump where clouds rise out of
         that range. None if the provider rejects the path for another reason.
