@@ -279,7 +279,7 @@ class PhysicalContract(FewWavenumbers, RadianceModelContract):
 
 class TestPhysical(PhysicalContract):
     def make_provider(self, inputs):
-        return create("radiance", "physical", inputs, **FEW_STREAMS)
+        return create("radiance", "physical", inputs)
 
 
 class TestPhysicalTwoStream(PhysicalContract):
