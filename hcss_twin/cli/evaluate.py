@@ -47,7 +47,7 @@ def frame_numbers(_context: click.Context, _option: click.Parameter, text: str |
 
 
 def _side_options(command: Any) -> Any:
-    """Add the options that are separate for each side."""
+    """Add the options that each side has separately."""
     for side in ("sim", "real"):
         title = side.upper()
         for option in (

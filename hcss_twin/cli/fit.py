@@ -151,7 +151,7 @@ def _fixed(name: str, value: str) -> float | str:
 
 @contextmanager
 def _bar(stop: Stop) -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar on a terminal that restarts with each task; silent in a pipe."""
+    """If stderr is a terminal, show a progress bar that restarts with each task."""
     shown: dict[str, Any] = {}
 
     def close() -> None:

@@ -23,8 +23,8 @@ TOPICS = {
 class CommandGroup(click.Group):
     """Commands of the package and of plugins.
 
-    Plugins are searched for names that the package lacks, and for the list in the help. Their code is imported when one
-    of their commands runs.
+    Plugins are searched only for names unknown to the package, and for the help. Their code is imported when one of
+    their commands runs.
     """
 
     def plugin_commands(self) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:

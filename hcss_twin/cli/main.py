@@ -264,7 +264,7 @@ for _command in (
 
 
 def main() -> None:
-    """Run the command line; errors of the package are reported as one message and an exit code.
+    """Run the command line; report errors of the package as a message and an exit code.
 
     Exit codes: 0 success; 1 failure; 2 wrong scenario or command line; 130 interrupted; 143 terminated.
     """

@@ -170,7 +170,7 @@ def match_command(
 
 @dataclass(frozen=True)
 class _Result:
-    """A match with its text, fragment and figure."""
+    """Fitted parameters with their text, fragment and figure."""
 
     text: str
     answer: dict[str, Any]
@@ -216,7 +216,7 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
 
 
 def _match_text(found: Match) -> list[str]:
-    """Format a match as lines of text."""
+    """Format fitted parameters as lines of text."""
     lines = [
         *found.target.notes,
         f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}  "

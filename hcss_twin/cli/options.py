@@ -31,7 +31,7 @@ set_option = click.option(
 
 
 def scenario_options(command: Any) -> Any:
-    """Add the scenario and ``--set``."""
+    """Add the arguments SCENARIO and ``--set``."""
     return click.argument("scenario")(set_option(command))
 
 
@@ -130,7 +130,7 @@ class Stop:
         self.signal = 0
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        """Take a signal."""
+        """Handle a signal."""
         self.signal = number
         while frame is not None:
             if "llvmlite" in frame.f_code.co_filename:
@@ -145,7 +145,7 @@ class Stop:
 
 
 def progress(stop: Stop, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
-    """Show a progress bar on a terminal, none in a pipe, and stop between frames after a signal."""
+    """Show a progress bar if stderr is a terminal, and stop between frames after a signal."""
     if not sys.stderr.isatty():
         for frame in frames:
             stop.check()

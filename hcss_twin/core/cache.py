@@ -93,7 +93,7 @@ def recall_or_compute(
     Parameters
     ----------
     kind : (str, str)
-        For example ``TABLES``.
+        Folder and suffix, for example ``TABLES``.
     key : str
         Hash of all inputs, including the files in ``catalog.used``. Further files that ``compute`` reads are
         stored with the result: the result is reused only if they are unchanged, and they are then recorded as

@@ -79,8 +79,7 @@ class Catalog:
         folder, suffix : str
             Catalog folder and suffix of the named files.
         beside : bool
-            Whether to search also a folder of the same name next to the scenario; a shipped file takes
-            precedence.
+            Whether to also search a folder of the same name next to the scenario; a shipped file takes precedence.
 
         Raises
         ------

@@ -120,8 +120,7 @@ def collect(
 ) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
     """Return the commands of plugins by name, and the unusable plugins.
 
-    A name that the core uses, or that two plugins define, is rejected for each of these plugins; their other
-    commands remain.
+    A command with a name of the core, or of two plugins, is rejected; the other commands of these plugins remain.
 
     Parameters
     ----------

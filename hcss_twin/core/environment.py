@@ -40,8 +40,8 @@ COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
 def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
     """Call ``report`` with one line when the first kernel of this package is compiled in this block.
 
-    Otherwise a user would take the pause for a hang. The compiler itself triggers the message, so that only
-    kernels that are missing from its cache, or were compiled for another version or processor, cause it.
+    Otherwise a user would take the pause for a hang. The compiler itself triggers the message, so it appears only for
+    kernels that are missing from its cache or were compiled for another version or processor.
     """
     from numba.core import event
 

@@ -11,7 +11,7 @@ from datetime import date, time
 
 
 class HcssError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base of all errors that this package raises deliberately."""
 
 
 class CatalogError(HcssError):
@@ -128,7 +128,7 @@ def _words(name: str) -> list[str]:
 
 
 def _is_spelling(one: str, other: str) -> bool:
-    """Whether two words are one word, misspelt or abbreviated; numbers may differ, as in lwir-10.3 and lwir-10.8."""
+    """Whether a word is the other, misspelt or abbreviated; numbers may differ, as in lwir-10.3 and lwir-10.8."""
     if one.isdigit() and other.isdigit():
         return True
     shorter, longer = sorted((one, other), key=len)

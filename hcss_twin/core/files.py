@@ -64,7 +64,7 @@ def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError])
 def flush(path: Path) -> None:
     """Flush a file, or the entries of a folder, to disk."""
     if path.is_dir():
-        # some systems cannot open folders; durability of the rename is then up to them
+        # some systems cannot open folders; the rename may then not be durable
         with contextlib.suppress(OSError):
             _flush_handle(os.open(path, os.O_RDONLY))
         return

@@ -40,7 +40,7 @@ class BrokenPlugin:
     error : str
         Cause, as text.
     offered : tuple of (Kind, str)
-        Providers it would have defined, as far as known.
+        Providers that it was to define, as far as known.
     cause : BaseException or None
         The original exception, for chaining.
     """

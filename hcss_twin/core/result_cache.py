@@ -20,7 +20,7 @@ MAX = 512
 
 
 class ResultCache:
-    """Results by keys that contain everything they depend on; results are shared and must not be modified."""
+    """Results, by keys that contain everything a result depends on; they are shared and must not be modified."""
 
     def __init__(self) -> None:
         self._results: OrderedDict[Hashable, Any] = OrderedDict()

@@ -113,7 +113,7 @@ def _check_array(where: str, spec: VariableSpec, shape: tuple[int, ...], array: 
         raise CubeError(f"{where}: shape {array.shape}; {shape} is needed")
     if array.dtype != np.dtype(spec.dtype):
         raise CubeError(f"{where}: type {array.dtype}; {spec.dtype} is needed")
-    # fmin and fmax skip NaN; an infinity shows in either
+    # fmin and fmax ignore NaN, but return an infinity
     low, high = float(np.fmin.reduce(array, axis=None)), float(np.fmax.reduce(array, axis=None))
     has_nan = bool(np.isnan(array).any()) if array.dtype.kind == "f" else False
     if has_nan and not spec.may_be_missing:

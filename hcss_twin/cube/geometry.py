@@ -63,7 +63,7 @@ def footprint(header: CubeHeader) -> Footprint:
 
 
 PIXELS_AT_ONCE = 2**18
-"""Pixels computed together."""
+"""Number of pixels computed at once."""
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of the cube."""
@@ -156,7 +156,7 @@ class PixelGeometry:
         known: dict[str, Array] = {}
         located = {spec.name for spec in LOCATION} & set(names)
         if located:
-            # without a time the platform does not move
+            # time_s is omitted only if the platform does not move
             along = x + header.platform_speed_m_s * time_s
             known["pixel_latitude"], known["pixel_longitude"] = to_geographic(
                 along, y, header.latitude, header.longitude
@@ -195,6 +195,6 @@ def pixel_centres_m(first: int, count: int, whole: int, size_m: float) -> Array:
 
 
 def _cut(whole: slice, size: int | None) -> Iterator[slice]:
-    """Split a range into ranges of at most so many pixels, by default one."""
+    """Split a range into ranges of at most ``size`` pixels; None: one range."""
     for start in range(whole.start, whole.stop, size or max(1, whole.stop - whole.start)):
         yield slice(start, whole.stop if size is None else min(start + size, whole.stop))

@@ -38,10 +38,9 @@ def expand(
     Parameters
     ----------
     requested : iterable of str
-        Names of variables, or groups: ``all`` (without viewing geometry), ``terms`` (of the radiance),
-        ``truth`` (every variable of that kind), ``geometry`` (coordinates of the pixels). Groups contain the
-        variables available in the scene; per-layer variables only with two layers, because with one they
-        repeat others.
+        Names of variables, or groups: ``all`` (without viewing geometry), ``terms`` (of the radiance), ``truth`` (every
+        variable of that kind), ``geometry`` (coordinates of the pixels). Groups contain the variables available in the
+        scene; per-layer variables only with two layers, because with one they duplicate others.
     terms : mapping of str to str
         Description of each term of the selected radiance model, by name.
     layer_count : int

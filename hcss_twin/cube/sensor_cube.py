@@ -1,4 +1,4 @@
-"""The sensor cube: axes and truth of a finished clean cube, with measurements in place of radiance."""
+"""The sensor cube: coordinates and truth of a finished clean cube, with measurements instead of radiance."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class CubePair:
 def measured_cube(
     clean_path: Path, path: Path, variables: Sequence[VariableSpec], attributes: Mapping[str, Attribute | None]
 ) -> Iterator[CubePair]:
-    """Create a sensor cube for a finished cube; it gets its name only if the block raises no exception.
+    """Create a sensor cube for a finished cube; it is renamed to ``path`` if the block raises no exception.
 
     Dimensions, coordinates, truth variables, storage and global attributes are copied from the clean cube.
 

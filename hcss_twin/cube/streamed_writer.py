@@ -55,7 +55,7 @@ class StreamedWriter(ABC):
     """Size of a cube without its data values."""
 
     library_errors: ClassVar[tuple[type[Exception], ...]] = (OSError,)
-    """Exceptions that the library raises on write errors."""
+    """Exceptions by which the library reports write errors."""
 
     def __init__(
         self,
@@ -175,7 +175,7 @@ class StreamedWriter(ABC):
 
     @contextlib.contextmanager
     def _explained(self) -> Iterator[None]:
-        """Convert uninformative library errors into one with path and free space."""
+        """Convert uninformative library errors into a CubeError with path and free space."""
         try:
             yield
         except self.library_errors as error:
@@ -236,7 +236,7 @@ MAX_WAITING = 2
 """Number of frames in the queue, including the one being written."""
 
 MAX_WAITING_BYTES = 256 * 2**20
-"""Larger frames are queued singly, so that memory holds two: one being computed and one being written."""
+"""Larger frames are queued one at a time: memory then holds two, one being computed and one being written."""
 
 
 class BackgroundWriter:

@@ -57,7 +57,7 @@ def bits_for(error: float) -> int:
 
 
 def largest_error(bits: int) -> float:
-    """Return the largest relative error of rounding to ``bits`` bits: half a step of the smallest mantissa."""
+    """Return the largest relative error of rounding to ``bits`` bits: half a rounding step at the smallest mantissa."""
     return 0.0 if bits >= MANTISSA_BITS else 2.0 ** -(bits + 1)
 
 
@@ -74,7 +74,7 @@ def round_bits(values: NDArray[np.float32], bits: int) -> None:
     if dropped <= 0:
         return
     numbers = values.view(np.uint32)
-    # NaN can have any bit pattern, which the sum could change into another value.
+    # The sum would turn some bit patterns of NaN into other values.
     known = ~np.isnan(values)
     np.add(numbers, np.uint32(1 << (dropped - 1)), out=numbers, where=known)
     np.bitwise_and(numbers, np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF), out=numbers, where=known)
@@ -176,8 +176,8 @@ class CubeWriter(StreamedWriter):
             with contextlib.suppress(RuntimeError, OSError):
                 dataset.close()
         with contextlib.suppress(FileNotFoundError):
-            # after a failed write the library may keep the file open, and a removed file that is open
-            # still fills the disk
+            # after a failed write the library may keep the file open, and a deleted file that is open still occupies
+            # disk space
             os.truncate(self._partial, 0)
             self._partial.unlink()
 
@@ -218,7 +218,7 @@ class CubeWriter(StreamedWriter):
 
     def _define_data(self, spec: VariableSpec) -> None:
         chunked = self.compression is not None or self.tile is not None
-        # measured for 16 x 3 x 800 x 800: 0.06 s, against 0.10 s in chunks of one plane
+        # measured for 16 x 3 x 800 x 800: 0.06 s, compared with 0.10 s in chunks of one plane
         layout: dict[str, Any] = {"chunksizes": self._chunk(spec)} if chunked else {"contiguous": True}
         if self.compression is not None:
             layout |= {"compression": "zlib", "complevel": self.compression, "shuffle": True}

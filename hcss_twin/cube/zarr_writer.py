@@ -153,7 +153,7 @@ class ZarrWriter(StreamedWriter):
             chunks=tuple(sizes[dim] for dim in spec.dims),
             dtype=spec.dtype,
             compressors=codec,
-            # Readers would treat any other value as missing.
+            # Readers would treat pixels with any other fill value as missing.
             fill_value=np.nan if spec.may_be_missing else None,
             attributes={
                 DIMENSIONS: list(spec.dims),

@@ -51,9 +51,9 @@ class AtmosphereSpectra:
     label : str
     wavenumber_cm1 : ndarray (V,)
     zenith_deg : ndarray (Z,)
-        At the lowest height.
+        Of ``by_angle``, at the lowest height.
     height_m : ndarray (H,)
-        At the smallest zenith angle.
+        Of ``by_height``, at the smallest zenith angle.
     by_angle, by_height : tuple of ndarray
         Transmittance and path radiance, shapes (Z, V) and (H, V); radiance in W m-2 sr-1 (cm-1)-1.
     """
@@ -222,7 +222,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
     figure = new_figure(12.0, 11.0)
     axes = figure.subplots(3, 2)
     count = first.zenith_deg.size
-    # for two sources only the ends and the middle; otherwise the lines overlap
+    # for two sources only the first, middle and last angle, or lines would overlap
     angles = range(count) if len(spectra) == 1 else sorted({0, count // 2, count - 1})
     from_base = f"from {first.height_m[0] / 1e3:g} km to space, by zenith angle"
     labels = [f"{first.zenith_deg[index]:g}°" for index in angles]

@@ -1,5 +1,5 @@
-"""Run time against error of one scene at several accuracies, compared with brute force: spectral integration of every
-pixel, at all wavenumbers or at fewer.
+"""Run time versus error for one scene, compared with brute force: spectral integration of every pixel, at all
+wavenumbers or at fewer.
 """
 
 from __future__ import annotations
@@ -69,12 +69,12 @@ def random_columns(plan: Plan, count: int) -> Array:
 
 
 def every_nth(plan: Plan, step: int) -> SpectralGrid:
-    """Return every ``step``-th wavenumber of the provider's grid, with the edges of the bands."""
+    """Return every ``step``-th wavenumber of the provider's grid, plus the band edges."""
     return dense_grid(plan.bands, plan.spectral_grid.wavenumber_cm1[::step])
 
 
 def even_wavelengths(plan: Plan, count: int) -> SpectralGrid:
-    """Return a grid with a number of evenly spaced wavelengths per band."""
+    """Return a grid with ``count`` evenly spaced wavelengths per band."""
     inside = [1e4 / np.linspace(band.lower_um, band.upper_um, count) for band in plan.bands]
     return dense_grid(plan.bands, np.unique(np.concatenate(inside)))
 
@@ -118,7 +118,7 @@ class AccuracyResult:
     seconds : dict of str to float
         Median time of each stage over rounds.
     over_raw : dict of str to float
-        For each whole run, ``stages.RUNS``: its time divided by that of raw writing of the same bytes.
+        For each whole run, ``stages.RUNS``: its time divided by that of a raw write of the same bytes.
     over_brute_force : dict of str to float
         For each whole run: the time of integrating every pixel at every wavenumber divided by that of the run.
     """
@@ -150,9 +150,9 @@ class BruteForceResult:
     seconds : float
         Time for all points of the scene, without one-time computations of the model.
     over_raw : float
-        This time divided by that of raw writing of the cube's bytes.
+        This time divided by that of a raw write of the cube's bytes.
     error : float
-        Largest relative error of any pixel and band against the use of all wavenumbers; 0 for that variant.
+        Largest relative error of any pixel and band; 0 with all wavenumbers, the reference.
     """
 
     every: int

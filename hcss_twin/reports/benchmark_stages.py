@@ -1,6 +1,6 @@
 """Times of the stages of a run, measured separately through the functions of the run.
 
-Stages, whole runs and raw writing of the same bytes alternate: the speed of a shared disk or processor drifts, but
+Stages, whole runs and raw writes of the same bytes alternate: the speed of a shared disk or processor drifts, but
 ratios within one round are stable.
 """
 
@@ -62,7 +62,7 @@ class _Timed:
 
 
 def with_timed_clouds(plan: Plan, clock: Clock) -> Plan:
-    """Return a plan that makes the same frames and measures the time of its cloud generators."""
+    """Return a plan that produces the same frames and times its cloud generators."""
     generators = tuple(_Timed(generator, clock) for generator in plan.assembly.generators)
     return dataclasses.replace(plan, assembly=dataclasses.replace(plan.assembly, generators=generators))
 
@@ -156,7 +156,7 @@ RAW = "raw write of the same bytes"
 
 
 def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, compiled: bool) -> None:
-    """Add one round of all stages of a scenario, of its whole run, and of writing its bytes raw.
+    """Time all stages of a scenario, its whole run, and a raw write of the same bytes, as one round.
 
     The whole run uses cached tables and makes no certificate; a run with new tables takes longer by the difference
     between compiling and loading them.
@@ -188,7 +188,7 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
 
 
 def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certificate:
-    """Make the frames that a certificate checks, record the time of the check, and return the certificate.
+    """Compute the frames that a certificate checks, time the check, and return the certificate.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certifi
 
 
 def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> Frame:
-    """Make all frames; time not spent on clouds counts as look-up. Returns the last frame."""
+    """Compute all frames and return the last one; time not spent on clouds counts as look-up."""
     clock, frame = Clock(), Frame()
     start = time.perf_counter()
     for each in stream(with_timed_clouds(plan, clock), tables):

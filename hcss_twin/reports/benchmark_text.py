@@ -1,4 +1,4 @@
-"""Run time against error, as text for a terminal and as a figure."""
+"""Run time versus error, as text for a terminal and as a figure."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Curve:
     ----------
     label : str
     cost, error : sequence of float
-        Time divided by that of raw writing, and largest relative error. Points without an error are omitted.
+        Time divided by that of a raw write, and largest relative error. Points without an error are omitted.
     family : int
         Colour group of the method.
     style : {"-", "--", ""}

@@ -154,7 +154,7 @@ def altitude_edges(base_m: float, top_m: float, step_m: float) -> NDArray[np.flo
     if not 0.0 < step_m < math.inf:
         raise ValueError(f"step_m: {step_m} given, allowed: greater than 0 and finite")
     first, last = math.floor(base_m / step_m), math.ceil(top_m / step_m)
-    # The quotient may have been rounded to the whole number on the wrong side.
+    # Rounding may have moved the quotient across a whole number.
     first -= first * step_m > base_m
     last += last * step_m < top_m
     last = max(last, first + 1)
@@ -181,7 +181,7 @@ def occupancy(
     Returns
     -------
     ndarray of float32 (Z, Y, X)
-        Shares in [0, 1]; ``(shares * diff(edges)).sum(axis=0)`` is ``top_m - base_m`` to single precision.
+        Fractions in [0, 1]; ``(fractions * diff(edges)).sum(axis=0)`` is ``top_m - base_m`` to single precision.
 
     Raises
     ------

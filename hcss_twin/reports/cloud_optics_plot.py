@@ -41,9 +41,9 @@ class Efficiencies:
     wavelength_um : ndarray (V,)
         Ascending.
     extinction, scattering, absorption : ndarray (V,)
-        Per projected area of the particles.
+        Cross sections per projected area of the particles.
     albedo : ndarray (V,)
-        Of single scattering.
+        Single-scattering albedo.
     """
 
     wavelength_um: Array
@@ -66,7 +66,7 @@ def optics_providers(catalog: Catalog, moments: int | None = None) -> dict[str, 
     ----------
     catalog : Catalog
     moments : int, optional
-        Of the phase function by ``mie``, where other than the default.
+        Number of phase-function moments of ``mie``, if not the default.
     """
     inputs = OpticsInputs(catalog)
     spheres = MieParameters() if moments is None else MieParameters(moments=moments)

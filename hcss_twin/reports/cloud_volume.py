@@ -80,7 +80,7 @@ def volume_figure(columns: CloudColumns) -> Figure:
 
 
 def _lowest_drawn(columns: CloudColumns) -> float:
-    """Return 0 (the sea), or an altitude slightly below the cloud base if the cloud is far above the sea."""
+    """Return the lowest altitude drawn: 0 (the sea), or slightly below the cloud base if that is high."""
     base, top = float(np.nanmin(columns.base_m)), float(np.nanmax(columns.top_m))
     return 0.0 if base < top - base else base - 0.1 * (top - base)
 
@@ -89,7 +89,7 @@ def _vertical_scale(columns: CloudColumns) -> float:
     """Return the round vertical exaggeration (..., 0.5, 1, 2, 5, ...) that suits the drawn width."""
     width = max(np.ptp(columns.x_m), np.ptp(columns.y_m))
     ideal = _HEIGHT_SHARE * width / (float(np.nanmax(columns.top_m)) - _lowest_drawn(columns))
-    # Keep true proportions if they are nearly suitable.
+    # Keep true proportions if the ideal factor is near 1.
     if 0.6 <= ideal < 2.0:
         return 1.0
     decade = 10.0 ** math.floor(math.log10(ideal))

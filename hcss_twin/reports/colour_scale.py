@@ -56,12 +56,12 @@ class ColourScale:
         missing = known.size < planes.size
         if flags:
             return cls(0.0, float(len(flags) - 1), False, False, missing, colours, flags)
-        if not known.size:  # altitudes of cloud tops under clear sky
+        if not known.size:  # cloud tops of a cloudless scene
             return cls(0.0, 1.0, False, False, missing, colours)
         low, high = (float(value) for value in np.percentile(known, ENDS_PERCENT))
         least, most = float(known.min()), float(known.max())
         if not high > low:
-            # nearly constant, such as the thickness of few clouds: use the extremes
+            # nearly constant, such as the thickness of sparse clouds: use the extremes
             low, high = (least, most) if most > least else (low, low + max(abs(low), 1.0) * 1e-3)
         return cls(low, high, least < low, most > high, missing, colours)
 

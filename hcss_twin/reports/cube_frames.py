@@ -61,7 +61,7 @@ class ImageQuantity:
     Attributes
     ----------
     name : str
-        Of the variable.
+        Name of the variable.
     label, units : str
         Label and units as shown; units are empty for dimensionless values.
     dim : str or None
@@ -244,7 +244,7 @@ class FrameSelection:
 
 
 def read_all(reader: Reader, shown: Sequence[ImageQuantity]) -> tuple[list[Series], FrameSelection, FrameSelection]:
-    """Read what the page shows of a cube.
+    """Read the data of a cube that the page shows.
 
     Returns
     -------
@@ -317,7 +317,7 @@ def _scale(quantity: ImageQuantity, planes: NDArray[Any]) -> ColourScale:
 
 
 def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
-    """Return means over squares of pixels, smaller at the upper edges; flags are subsampled.
+    """Return means over squares of pixels, cut off at the upper edges; flags are subsampled.
 
     Missing values are ignored; a square without values is missing.
     """

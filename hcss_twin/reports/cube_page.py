@@ -116,7 +116,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
     window : (int, int)
         Rows and columns of the central part of the frame used for the spectrum.
     """
-    # one row per kind of curve, so that radiance and temperature are side by side
+    # one row per kind of curve: radiance and temperature are side by side
     kinds: list[list[Markup]] = [[], [], []]
     for name in CURVES:
         own = [one for one in series if one.quantity.name == name]
@@ -277,7 +277,7 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield Table(["filled in", "value", "why"], rows, "Values that the scenario does not give.", text_columns=3)
     skipped = json_attribute(attributes, "hcss_skipped", [])
     if skipped:
-        # unknown bounds come after known ones and before zero bounds
+        # unknown bounds come between known and zero bounds
         ranked = sorted(skipped, key=lambda each: -(1e-300 if each.get("bound") is None else each["bound"]))
         rows = [[str(each["what"]), bound_text(each.get("bound")), str(each["why"])] for each in ranked]
         caption = (

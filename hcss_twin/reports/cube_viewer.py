@@ -74,7 +74,7 @@ def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, othe
 
 
 def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> Markup:
-    """Return a picture with a scale bar: the largest 1, 2 or 5 times a power of ten up to a quarter of its width."""
+    """Return a picture with a scale bar: 1, 2 or 5 times a power of ten, at most a quarter of the width."""
     width_m = _side(dataset, "x")
     decade = 10.0 ** math.floor(math.log10(width_m / 4.0))
     length_m = max(factor * decade for factor in (1, 2, 5) if factor * decade <= width_m / 4.0 * (1 + 1e-9))

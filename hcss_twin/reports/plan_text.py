@@ -179,8 +179,8 @@ def _budget(plan: Plan) -> str:
 
 
 def approximations(plan: Plan) -> Rows:
-    """Yield bound and text of each approximation, the largest first, the first clause of what ``--json`` says."""
-    # with several layers the omissions name the layer, too
+    """Yield bound and text of each approximation, largest bound first; ``--json`` has the complete text."""
+    # with several layers the omissions also name the layer
     of_generators = {
         (what if len(plan.layers) == 1 else f"{layer.name}: {what}"): what
         for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
@@ -200,7 +200,7 @@ def approximations(plan: Plan) -> Rows:
 
 
 def _grouped(details: list[str]) -> Iterator[str]:
-    """Join the details of several octaves, as ``interpolation of octave 5 along x``, from the first to the last."""
+    """Merge details, such as ``interpolation of octave 5 along x``, into one per range of octaves."""
     groups: dict[str, set[str]] = {}
     for what in details:
         match = _NUMBERED.fullmatch(what.partition(" along ")[0])

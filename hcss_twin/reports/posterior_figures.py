@@ -142,7 +142,7 @@ def _density(axis: Axes, x: Array, y: Array, limits_x: tuple[float, float], limi
     counts, edges_x, edges_y = np.histogram2d(x, y, _BINS, range=(limits_x, limits_y))
     extent = (*limits_x, *limits_y)
     axis.imshow(counts.T, origin="lower", extent=extent, aspect="auto", cmap="Blues", interpolation="nearest")
-    # single draws are noisy, so the contours use the smoothed density
+    # the histogram is noisy, so the contours use a smoothed density
     smooth = gaussian_filter(counts.T, 1.2)
     centres = [0.5 * (edges[1:] + edges[:-1]) for edges in (edges_x, edges_y)]
     levels = mass_levels(smooth, MASSES)

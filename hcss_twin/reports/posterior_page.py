@@ -173,7 +173,7 @@ def _images(contents: PosteriorContents) -> Iterator[Block]:
 
 
 def _convergence(contents: PosteriorContents) -> Iterator[Block]:
-    yield element("p", badge("converged", "good"))  # others have no page
+    yield element("p", badge("converged", "good"))  # without convergence there is no page
     rows = [
         [name, *(f"{float(each[key]):{digits}}" for key, digits in _DIAGNOSTICS.items())]
         for name, each in contents.attributes.items()

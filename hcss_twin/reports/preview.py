@@ -60,7 +60,7 @@ def draw_preview(
     cube : path
         A finished cube.
     folder : path
-        Of the pictures; created if missing.
+        Folder of the pictures; created if missing.
     kelvin : bool
         Show brightness temperature instead of radiance; the cube must hold it.
     frames : int
@@ -90,7 +90,7 @@ def draw_preview(
         suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
         for part, data in _parts(dataset[name]):
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
-            if any(path.stem == stem for path in written):  # names equal but for characters not allowed in file names
+            if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
             written.append(folder / f"{stem}.png")
             _contact_sheet(dataset, data, part or name, frames, written[-1])
@@ -116,7 +116,7 @@ def _variable(dataset: xr.Dataset, requested: str | None) -> str:
 
 
 def _parts(data: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Yield each band or layer (time, y, x) with its name; without these dimensions, the whole with an empty name."""
+    """Yield each band or layer (time, y, x) with its name; without them, all data with an empty name."""
     others = [dim for dim in data.dims if dim not in ("time", "y", "x")]
     if not others:
         yield "", data
@@ -132,7 +132,7 @@ def _thin(data: xr.DataArray) -> xr.DataArray:
 
 def _limits(sample: NDArray[Any]) -> tuple[float, float]:
     known = sample[np.isfinite(sample)]
-    if not known.size:  # altitudes of cloud tops under clear sky
+    if not known.size:  # cloud tops of a cloudless scene
         return 0.0, 1.0
     low, high = (float(value) for value in np.percentile(known, (0.5, 99.5)))
     return (low, high) if high > low else (low, low + max(abs(low), 1.0) * 1e-3)

@@ -185,7 +185,7 @@ def _shares(contents: PropagationContents) -> Iterator[Block]:
 
 
 def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figure:
-    """Draw each source's share of the variance by class: bars are first-order, diamonds total shares."""
+    """Draw each source's Sobol indices by class: bars are first-order, diamonds total-effect."""
     data, names = contents.dataset, contents.labels("source")
     classes = contents.labels("class")[:DRAWN_CLASSES]
     sources = [place for place in range(len(names)) if contents.orders(place)]

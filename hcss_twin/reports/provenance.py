@@ -1,4 +1,4 @@
-"""Provenance of a file, for reproducing it: blocks for all reports."""
+"""Provenance of a file, for its reproduction: blocks for all reports."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ _SELECTED_BY = {
 
 
 def described(registry: Registry, name: str) -> list[dict[str, Any]]:
-    """Describe the providers of a name, of any kind.
+    """Describe the providers with this name, of any kind.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ def report(
         A cube (NetCDF or Zarr, clean or measured), the folder or the dataset of a sweep, a posterior,
         or a propagation.
     output : path-like, optional
-        Name of the file; default: ``SOURCE.html``, without the suffix of the source, beside it.
+        Name of the file; default: ``SOURCE.html``, without the suffix of the source, next to it.
     replace : bool
         Replace an existing file.
 

@@ -1,4 +1,4 @@
-"""Report page of a sweep: axes, means against each axis, pictures, points, failures, provenance."""
+"""Report page of a sweep: axes, means as functions of each axis, pictures, points, failures, provenance."""
 
 from __future__ import annotations
 

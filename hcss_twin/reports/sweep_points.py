@@ -196,7 +196,7 @@ _MEANS_OF = (*CURVES, "cloud_fraction", "cloud_mask")
 
 @dataclass(frozen=True)
 class PointSummary:
-    """One point: means by (quantity, band) over the pixels and frames read, and its certificate in words or empty."""
+    """One point: means by (quantity, band) over the pixels and frames read, and the text of its certificate, if any."""
 
     point: PointEntry
     means: Mapping[tuple[str, str], float]

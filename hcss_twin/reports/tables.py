@@ -86,7 +86,7 @@ def number(value: float | None, digits: int = 4, missing: str = "-") -> str:
 
 
 def bound_text(bound: float | None) -> str:
-    """Return the bound of omitted physics relative to the radiance: a percentage, or a factor from 1 on."""
+    """Return the bound of omitted physics relative to the radiance: a percentage, or a factor if 1 or more."""
     if bound is None:
         return "unknown"
     if bound == 0.0:

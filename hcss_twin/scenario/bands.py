@@ -1,4 +1,4 @@
-"""The ``bands`` key: catalog names, limits, and measured or Gaussian responses; each band once."""
+"""The ``bands`` key: catalog names, limits, and measured or Gaussian responses; without duplicates."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _band(value: object) -> object:
 
 
 _FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
-"""Keys that distinguish the table forms."""
+"""Keys by which the forms of a table are told apart."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
 

@@ -91,7 +91,7 @@ def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Cal
 
 
 def _has_home(key: str, value: object) -> bool:
-    """Whether a key belongs to another section; a value that is not a table cannot be a section."""
+    """Whether a key belongs to another section; only a table can be a section."""
     annotation = getattr(ScenarioModel.model_fields.get(key), "annotation", None)
     is_section = isinstance(annotation, type) and issubclass(annotation, ScenarioSection)
     return any(homes(ScenarioModel, key)) and not (is_section and not isinstance(value, Mapping))
@@ -250,7 +250,7 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         return
     try:
         terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
-        # Also if the key is not a boolean, which is reported separately.
+        # Also true if the value is not a boolean, which is reported separately.
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
@@ -309,5 +309,5 @@ def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:
         yield from (Problem(field, f"{error.origin}: {problem}") for problem in error.problems)
     except CatalogError as error:
         yield Problem(field, str(error))
-    except (OSError, RuntimeError, ValueError) as error:  # impossible names, unreadable files
+    except (OSError, RuntimeError, ValueError) as error:  # impossible file names, unreadable files
         yield Problem(field, f"cannot be read: {getattr(error, 'strerror', error)}")

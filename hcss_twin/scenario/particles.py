@@ -102,7 +102,7 @@ MICROPHYSICAL = ("phase", "effective_radius", "effective_variance", "water_conte
 def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field: str) -> Microphysics:
     """Merge a layer's microphysics with that of its type.
 
-    A radius or variance makes a gamma distribution,
+    A given radius or variance selects a gamma distribution,
     :func:`hcss_twin.models.optics.size_distribution.gamma_distribution`, over 0.01 to 10 effective radii; values
     missing in the layer come from the type, computed from its distribution if the type gives shape parameters and
     number density. A water content or a phase alone keeps the type's distribution and changes the number density; a

@@ -275,7 +275,7 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
 def _model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
     """Return the model at a location; list indices refer to the element model.
 
-    If several models are possible, the first one with ``key``, or else the first.
+    If several models are possible, return the first one with ``key``, or else the first.
     """
     models = _models_at(model, location)
     return next((each for each in models if key in each.model_fields), models[0] if models else None)

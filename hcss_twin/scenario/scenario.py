@@ -221,7 +221,7 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
         if path.is_file():
             return path
         is_folder = path.is_dir() and str(source) != ""
-    except (OSError, RuntimeError) as error:  # names no file can have
+    except (OSError, RuntimeError) as error:  # not a possible file name
         raise _bad_file(f"cannot be read: {getattr(error, 'strerror', error)}", str(source)) from error
     catalog = Catalog()
     for folder in folders:
@@ -236,7 +236,7 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
 def _parse_toml(text: str, origin: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
-    except ValueError as error:  # also for numbers with thousands of digits
+    except ValueError as error:  # including numbers with thousands of digits
         raise _bad_file(f"not valid TOML: {error}", origin) from error
     except RecursionError as error:
         raise _bad_file("not valid TOML: nested too deeply", origin) from error
@@ -245,7 +245,7 @@ def _parse_toml(text: str, origin: str) -> dict[str, Any]:
 def _parse_json(text: str, origin: str) -> Any:
     try:
         raw = json.loads(text, object_pairs_hook=_distinct_keys)
-        json.dumps(raw, ensure_ascii=False).encode()  # refuses halves of surrogate pairs
+        json.dumps(raw, ensure_ascii=False).encode()  # rejects lone surrogates
         return raw
     except ValueError as error:
         raise _bad_file(f"not valid JSON: {error}", origin) from error

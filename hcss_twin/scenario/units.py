@@ -58,7 +58,7 @@ def parse_quantity(value: object, dimension: str) -> object:
 
 
 def quantity_or_word(dimension: str, low: float, high: float, word: str, above: str) -> Callable[[object], object]:
-    """Return a validator for a quantity from ``low`` to ``high`` or a word; ``above`` is suggested above ``high``."""
+    """Return a validator for a quantity from ``low`` to ``high`` or a word; for larger values it suggests ``above``."""
     plain = next(iter(UNITS[dimension]))
     allowed = f'allowed: {low:g} to {high:g} {plain}, or "{word}"'.replace("e+", "e")
 
@@ -74,7 +74,7 @@ def quantity_or_word(dimension: str, low: float, high: float, word: str, above: 
             raise PydanticCustomError("quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}")
         if not low <= number <= high:
             nearest = f"{low:g}" if number < low else above
-            hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN is close to nothing
+            hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN has no closest value
             raise PydanticCustomError("quantity_or_word", f"{shown(value)} is out of range; {allowed}{hint}")
         return float(number)
 
@@ -82,7 +82,7 @@ def quantity_or_word(dimension: str, low: float, high: float, word: str, above: 
 
 
 def in_plain_units(text: str) -> float | None:
-    """Return the number of a text with any known unit; None for other text."""
+    """Return the value, in plain units, of text with any known unit; None for other text."""
     for dimension, units in UNITS.items():
         match = _QUANTITY.fullmatch(text)
         if match and match.group(2) in units:
@@ -158,7 +158,7 @@ _ACCURACY_FACTORS = {"": 1.0, "%": 0.01, "K": 1.0, "mK": 1e-3}
 
 
 def kelvin_of(accuracy: float | str) -> float | None:
-    """Return the kelvin of a validated accuracy; None for a fraction of the radiance."""
+    """Return a validated accuracy in kelvin; None if it is a fraction of the radiance."""
     return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
 
 

@@ -1,1 +1,1 @@
-"""Many scenes from one file: the points of a sweep, computed locally or on a cluster, with resume."""
+"""Sweeps: many scenes from one file, computed locally or on a cluster, with resume."""

@@ -104,7 +104,7 @@ _OPTIONAL = ("scale", "first", "seed")
 
 @dataclass(frozen=True)
 class SweptAxis:
-    """A scenario key and its values, in the form of a scenario file."""
+    """A scenario key and its values, as written in a scenario file."""
 
     key: str
     values: tuple[Any, ...]
@@ -146,7 +146,7 @@ def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
         numbers = np.exp(math.log(low) + share * (math.log(high) - math.log(low)))
     else:
         numbers = low + share * (high - low)
-    # The ends keep the text that the user gave.
+    # The end values stay as given.
     inner = [span.value(float(number)) for number in numbers[1:-1]]
     return (given["from"], *inner, given["to"])
 

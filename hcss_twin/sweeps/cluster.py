@@ -29,7 +29,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
-"""Points assigned to a worker: one that it computes and one queued."""
+"""Points assigned to a worker: one being computed and one queued."""
 
 _DIED_TWICE = "its worker process died, and so did the next that tried: out of memory, or killed"
 _CONNECT_S = 10
@@ -40,12 +40,12 @@ class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no typ
     """State shared by the points of one process; points run one at a time, because the netCDF library is not thread
     safe.
 
-    ``is_ours`` states whether the process was started for the sweep. Such a process ignores Ctrl-C, because the process
-    that started it ends it.
+    ``is_ours`` states whether the process was started for the sweep. Such a process ignores Ctrl-C; its parent stops
+    it.
     """
 
     name = "hcss-point-worker"
-    # Concurrent sweeps on a cluster take turns, too: the first one installs this plugin, and it stays.
+    # Concurrent sweeps on a cluster share the plugin of the first one, so they take turns, too.
     idempotent = True
 
     def __init__(self, is_ours: bool) -> None:
@@ -112,7 +112,7 @@ class Cluster:
                 self._client.cancel(list(under_way), force=True)
 
     def _submit(self, task: PointTask) -> Any:
-        # Another sweep on the cluster, or a retry, may have the same number.
+        # Another sweep on the cluster, or a retry, may use the same point number.
         key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
         return self._client.submit(compute_on_worker, task, pure=False, key=key)
 
@@ -138,8 +138,8 @@ class Cluster:
 
 _OF_OUR_PROCESSES = {
     "distributed.scheduler.allowed-failures": 0,
-    # Dask's defaults make workers return every freed 64 kB to the system, which is slow for many arrays, and profile
-    # them a hundred times a second.
+    # By default, Dask workers return every freed 64 kB to the system, which is slow with many arrays, and are profiled
+    # a hundred times a second.
     "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
     "distributed.worker.profile.enabled": False,
 }
@@ -147,7 +147,7 @@ _OF_OUR_PROCESSES = {
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Cluster]:
-    """Start single-threaded processes on this machine, and end them with the block.
+    """Start single-threaded processes on this machine, and stop them when the block ends.
 
     Raises SweepError if the processes do not start.
     """
@@ -192,7 +192,7 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
 
 
 def _require_answer(scheduler: str) -> None:
-    """Check that a scheduler is listening, before Dask retries repeatedly."""
+    """Check that a scheduler is listening, because Dask alone would keep retrying."""
     address = _ADDRESS.fullmatch(scheduler)
     if address is None:
         raise SweepError(
@@ -208,7 +208,7 @@ def _require_answer(scheduler: str) -> None:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Ignore Ctrl-C while processes start, because they could not be ended cleanly; they inherit this setting."""
+    """Ignore Ctrl-C while processes start, when they cannot be stopped cleanly; they inherit this setting."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

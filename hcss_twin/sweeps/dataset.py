@@ -59,13 +59,13 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
         if f"{dim}_name" in dataset and dataset[f"{dim}_name"].dims == (dim,)
     }
     named = named.assign_coords({dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()})
-    # a dataset made from another one does not close its file
+    # closing a derived dataset does not close its file
     named.set_close(dataset.close)
     return named
 
 
 def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> None:
-    """Check before the computation that the dataset can be written here.
+    """Check, before any computation, that the dataset can be written here.
 
     Raises SweepError if another file has this name, or its folder does not exist.
     """
@@ -88,7 +88,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
 
 
 def write_dataset(path: Path, design: Design, digest: str, folder: Path, records: Sequence[PointRecord]) -> None:
-    """Write the dataset from the cubes, with one frame in memory at a time; the file appears when it is complete.
+    """Write the dataset from the cubes, keeping one frame in memory at a time; the file appears once it is complete.
 
     Points without a cube have missing values: NaN, or ``_FillValue`` for integers.
 
@@ -182,7 +182,7 @@ class _Writer:
     def _define_variable(self, name: str, variable: Any) -> None:
         found = self._found
         if name == GRID_MAPPING and found.moves:
-            return  # CF cannot express a plane for each location; latitude and longitude are available
+            return  # CF allows no plane per location; latitude and longitude remain
         is_data = "grid_mapping" in variable.ncattrs()
         attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
         if found.moves:
@@ -208,7 +208,7 @@ class _Writer:
             copy[...] = variable[...]
 
     def _define_times(self, variable: Any) -> None:
-        """Separate the time since the start of a point from its absolute times."""
+        """Define variables for time since the start of a point, and for absolute time."""
         elapsed = self._target.createVariable(ELAPSED_TIME, "f8", ("time",), fill_value=False)
         elapsed.setncatts(_ELAPSED_ATTRIBUTES)
         elapsed[:] = variable[:]
@@ -242,7 +242,7 @@ class _Writer:
 
 
 def _nothing(kind: Any) -> Any:
-    """Value that represents a missing one."""
+    """Return the placeholder for a missing value."""
     if kind is str:
         return ""
     return np.nan if np.dtype(kind).kind == "f" else _MISSING_INTEGER
@@ -264,7 +264,7 @@ FRAME_TIME = "frame_time"
 """Variable with the absolute time of each frame of each point, used if points start at different times."""
 
 ELAPSED_TIME = "elapsed_time"
-"""Variable with the time along the dimension ``time`` in that case, in which the dimension has no coordinate."""
+"""Variable with the time since the start of a point in that case; ``time`` then has no coordinate."""
 
 _EPOCH = "seconds since 1970-01-01 00:00:00"
 
@@ -320,11 +320,10 @@ NOT_COMPARED = frozenset({"date_created", "history", "id", FORMAT_ATTRIBUTE})
 
 @dataclass(frozen=True)
 class Differences:
-    """Differences between cubes that need the dimensions of the dataset.
+    """Attributes and coordinates that differ between cubes and get the swept dimensions.
 
-    These are global attributes with different values (and the type of the variable for them) and coordinates with
-    different values; ``starts`` states whether the first frames are at different times, ``moves`` whether the images
-    are at different locations.
+    ``attributes`` are global attributes with the types of their variables, ``variables`` coordinates; ``starts`` states
+    whether the first frames are at different times, ``moves`` whether the images are at different locations.
     """
 
     attributes: Mapping[str, Any]

@@ -85,7 +85,7 @@ class Design:
         """Read a sweep: a shipped sweep or scenario by name, a ``.toml`` or ``.json`` file, its keys, or a scenario.
 
         ``overrides`` (dotted key to value) are the same in all points; ``over`` has swept keys and their values as in
-        ``[sweep]``, whose keys of the same name they replace. Raises ScenarioError with all errors of the section;
+        ``[sweep]``, and replaces keys of the same name there. Raises ScenarioError with all errors of the section;
         points are not checked.
         """
         raw, base, origin = read_keys(source, "sweep", FOLDERS)
@@ -169,7 +169,7 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
 def read_keys(
     source: str | Path | Mapping[str, Any] | Scenario, kind: str, folders: tuple[str, ...] = ("scenarios",)
 ) -> tuple[dict[str, Any], Path, str]:
-    """Return the keys of a scenario or sweep, the folder from which its relative paths lead, and its name for messages.
+    """Return the keys of a scenario or sweep, the base folder of its relative paths, and its name for messages.
 
     Names are looked up in ``folders`` of the catalog. Raises ScenarioError if there are no keys.
     """

@@ -23,8 +23,8 @@ PointState = Literal["pending", "done", "failed"]
 class PointRecord:
     """One row of the index: the number of a point, its state, and its swept keys with their JSON values.
 
-    ``file``, ``bytes`` and ``sha256`` describe the cube in the sweep's folder, where a cube with a failed certificate
-    remains. ``seconds`` is the time to compute the point, ``error`` the reason for a failure.
+    ``file``, ``bytes`` and ``sha256`` describe the cube in the sweep's folder, which keeps cubes with failed
+    certificates. ``seconds`` is the time to compute the point, ``error`` the reason for a failure.
     """
 
     point: int
@@ -57,7 +57,7 @@ FORMAT = 1
 """Version of the index, increased when the meaning of a field changes."""
 
 _INDEX_EVERY_S = 2.0
-"""Each point is logged immediately; the index, which is rewritten as a whole, follows."""
+"""Minimum interval between updates of the index, which is rewritten as a whole."""
 
 
 def cube_name(point: int, count: int) -> str:
@@ -76,7 +76,7 @@ class SweepFolder:
     A line is appended to the log for each computed point, and the log is never rewritten. The index is written
     atomically; after a kill it may lag behind the log, which takes precedence. A complete cube with the scenario of its
     point counts as done even if it is missing from the log. ``digest`` is a hash of what the sweep computes, ``about``
-    the index entries on the sweep as a whole.
+    the index entries that describe the whole sweep.
     """
 
     def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
@@ -210,7 +210,7 @@ class SweepFolder:
         if not path.exists():
             return
         text = path.read_text(encoding="utf-8")
-        if text and not text.endswith("\n"):  # truncated by a kill
+        if text and not text.endswith("\n"):  # killed while writing
             with path.open("a", encoding="utf-8") as file:
                 file.write("\n")
         for line in text.splitlines():

@@ -146,9 +146,9 @@ def shared_tables(scenario: Scenario) -> str:
 
 
 class Schedule(Generic[_T]):
-    """Queue in the given order, in which the first item of each group precedes the rest of the group.
+    """Queue in the given order; the rest of a group waits until its first item is done.
 
-    ``group_of`` returns the group of an item; no item of ``open_groups`` has to go first.
+    ``group_of`` returns the group of an item; items of ``open_groups`` never wait.
     """
 
     def __init__(self, things: Sequence[_T], group_of: Callable[[_T], str], open_groups: Iterable[str] = ()) -> None:
@@ -232,7 +232,7 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
         failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
         size, digest = path.stat().st_size, sha256_of(path)
         outcome = PointOutcome(task.point, path.name, size, digest, error=failed[-1] if failed else None)
-    except ScenarioError as cause:  # problems that only planning detects
+    except ScenarioError as cause:  # problems detected only by planning
         outcome = replace(outcome, error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
         outcome = replace(outcome, error=str(cause))

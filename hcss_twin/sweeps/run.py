@@ -83,7 +83,7 @@ def sweep(
     force: bool = False,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Compute the cubes of all points of a sweep that are missing in a folder.
+    """Compute all cubes of a sweep that are missing from a folder.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def sweep(
     Returns
     -------
     SweepResult
-        It lists failed points with their errors; they do not raise.
+        Lists failed points with their errors; they raise no exception.
 
     Raises
     ------

@@ -121,7 +121,7 @@ class Exported:
     frames, planes, rows, columns : int
         Size of the export; planes are bands or layers.
     missing : int
-        Number of missing values: NaN, in PNG sample 0.
+        Number of missing values: NaN, or sample 0 in PNG.
     """
 
     files: tuple[Path, ...]

@@ -31,9 +31,9 @@ _TYPES = {
 def write_envi(selection: Selection, source: str, raw: Path, header: Path, described: Path) -> int:
     """Write all frames as bands of one file, one at a time, and return the number of missing values.
 
-    Bands are ordered by frame, then by band within a frame. The first line is the northernmost. Missing values are
-    NaN, as stated in the header. If the platform moves, frames have different locations: only a file with one frame
-    is then georeferenced; others have metres from the centre of each frame.
+    Bands are ordered by frame, then by band within a frame. The first line is the northernmost. Missing values are NaN,
+    as stated in the header. If the platform moves, frames have different locations: only a file with one frame is then
+    georeferenced; others use metres from the centre of each frame.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: P
     source : str
         Name of the cube's file.
     frame : ExportFrame
-        One of the selection; its displacement is added to x, so that x refers to the plane of the start.
+        One of the selection; its displacement is added to x, so that x refers to the local plane at the start.
     path : Path
         A new file.
 

@@ -83,7 +83,7 @@ class PixelGrid:
     west_m, south_m : float
         Centre of the first pixel of the first row, relative to the centre of the frame.
     step_x_m, step_y_m : float
-        Edges of a pixel.
+        Width and height of a pixel.
     plane : LocalPlane
         Plane of x and y for a frame with zero platform displacement.
     """

@@ -1,7 +1,7 @@
 """16-bit PNG: one greyscale image per frame and band, with scale and offset for conversion to values.
 
-Values are ``offset + scale * sample`` (in text chunks of the file, section 11.3.4 of the PNG specification, third
-edition, W3C 2025, and in the accompanying JSON).
+Values are ``offset + scale * sample``; both are in text chunks of the file (section 11.3.4 of the PNG specification,
+third edition, W3C 2025) and in the accompanying JSON.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def _samples(image: NDArray[Any], how: Scaling) -> NDArray[np.uint16]:
     missing = np.isnan(image)
     steps = np.where(missing, 0.0, image - np.float64(how.lowest or 0.0))
     samples = 1.0 + (np.rint(steps / how.scale) if how.scale > 0.0 else np.zeros_like(steps))
-    # the last step may round up by a bit of double precision
+    # rounding errors must not raise a sample above the largest
     whole: NDArray[np.uint16] = np.where(missing, 0.0, np.minimum(samples, LARGEST)).astype(np.uint16)
     return whole
 

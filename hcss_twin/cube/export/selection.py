@@ -215,7 +215,7 @@ def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Expo
 
 
 def _grid(dataset: xr.Dataset, data: xr.DataArray) -> PixelGrid:
-    # variables that are coordinates of others, as the latitude of each pixel, name none
+    # coordinates, such as the latitude of each pixel, have no attribute grid_mapping
     mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
     if mapping not in dataset.variables:
         raise CubeError(f"{data.name}: the cube has no grid mapping '{mapping}'")
@@ -284,6 +284,6 @@ def image_name(frame: ExportFrame, plane: Plane) -> str:
 
 
 def ascii_text(text: str) -> str:
-    """Escape other characters and replace line ends by blanks: many formats allow printable ASCII only."""
+    """Escape non-ASCII characters and replace line breaks by spaces: many formats allow printable ASCII only."""
     flat = " ".join(text.split())
     return flat.encode("ascii", "backslashreplace").decode()

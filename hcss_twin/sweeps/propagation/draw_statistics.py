@@ -64,13 +64,13 @@ class _Classes:
         self.kinds = np.zeros(plan.pixels, dtype=np.int8)
 
     def observe(self, window: Window, thickness_m: Sequence[Thickness], shaded: NDArray[np.bool_] | None) -> None:
-        """Process a window, in pixels of the computed part, which here is the whole image."""
+        """Process a window of the computed part of the image, here the whole image."""
         shape = length(window[0]), length(window[1])
         self.kinds[window] = strata(self._plan.layers, thickness_m, shape, self._plan.samples_per_pixel)
 
 
 def class_names(layers: int) -> tuple[str, ...]:
-    """Return the class names of a scene with a number of layers: those of certificates, and ``all``."""
+    """Return the pixel classes of a scene with ``layers`` layers: those of certificates, and ``all``."""
     return (ALL, *stratum_names(layers))
 
 
@@ -120,7 +120,7 @@ def _moments(
     mean, spread = np.full((2, values.shape[0], pixels.size), np.nan)
     known = pixels > 0
     for band, each in enumerate(values):
-        level = float(each.mean(dtype=np.float64))  # sums of squared differences avoid loss of precision
+        level = float(each.mean(dtype=np.float64))  # deviations from the mean avoid cancellation
         off = each.astype(np.float64) - level
         first, second = (np.bincount(kind, power, minlength=number) for power in (off, off * off))
         sums = np.stack([np.append(np.sum(power), power) for power in (first, second)])
@@ -164,15 +164,14 @@ def _mean_where_known(metrics: Array) -> Array:
 
 
 _HELD = 4
-"""Limit of tables in memory: those of the current and the previous draw."""
+"""Maximum number of sets of tables in memory: those of the current and the previous draw."""
 
 
 @dataclass
 class TableCount:
-    """Counts of table compilations.
+    """Numbers of scenes, of sets of tables that they needed, and of sets compiled for them.
 
-    ``scenes`` scenes needed ``sets`` different sets of tables (if only a few alternate); ``compiled`` of them were
-    compiled, the others came from the cache of earlier runs.
+    The other sets came from the cache of earlier runs. A set dropped from memory and needed again counts twice.
     """
 
     scenes: int = 0
@@ -189,12 +188,12 @@ class SharedTables:
         self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
 
     def of(self, plan: Plan) -> RadianceTables:
-        """Return the tables of a plan, identical to the bit to those of a separate run."""
+        """Return the tables of a plan, bit-identical to those of a separate run."""
         self.count.scenes += 1
         key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
         if key not in self._held:
             self.count.sets += 1
-            compiled: list[Plan] = []  # of several views, if the view varies over pixels
+            compiled: list[Plan] = []  # one per view, if the view varies over pixels
             self._held[key] = tables_of(plan, partial(_noted, compiled))
             self.count.compiled += bool(compiled)
             while len(self._held) > _HELD:
@@ -203,7 +202,7 @@ class SharedTables:
         return self._held[key]
 
     def temperature(self, plan: Plan) -> BrightnessTemperature:
-        """Return the cached conversion of radiance to brightness temperature, whose table is slow to make."""
+        """Return the cached conversion of radiance to brightness temperature, whose table is slow to compute."""
         grid = plan.spectral_grid
         key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
         if key not in self._temperatures:

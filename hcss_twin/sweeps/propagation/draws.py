@@ -173,7 +173,7 @@ def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tu
     wrong: dict[Problem, list[tuple[Mixture, int]]] = {}
     for mixture in sample.mixtures:
         if mixture.name == OTHER_SEED:
-            continue  # equal except for a number
+            continue  # differs only in the seed
         drawn = []
         for draw in range(sample.count):
             try:
@@ -198,7 +198,7 @@ def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw:
 
 
 def numbers_of(sample: JointSample, scenarios: Sequence[Scenario]) -> Array:
-    """Return the inputs of the first sample as numbers (draw, input), given its scenarios.
+    """Return the inputs of the first sample, read from its scenarios, as numbers (draw, input).
 
     Numbers are in SI units, dates and times in seconds since 1970.
     """
@@ -216,7 +216,7 @@ def _number(value: Any) -> float:
 
 
 def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSample) -> Iterator[Problem]:
-    """Report the first draw for each invalid key and list the others, as messages differ only in values."""
+    """Report the first draw for each invalid key and list the others: their messages differ only in values."""
     fields: dict[str, list[tuple[Problem, Mixture, int]]] = {}
     for problem, places in wrong.items():
         fields.setdefault(problem.field, []).extend((problem, *place) for place in places)

@@ -1,9 +1,9 @@
-"""Estimators from draws: moments, quantiles and sensitivity shares, each a function of the draws alone.
+"""Estimators of moments, quantiles and shares of the variance (Sobol indices) from draws.
 
-y has the axes (mixture, draw, output); mixture 0 holds the draws and mixture 1 the same draws with other seeds. Moments
-and quantiles use the scenes that have the outputs: y is NaN in scenes that lack them (a class without pixels), the same
-scenes for all outputs. Requiring the outputs in both scenes of a draw would favour inputs that often have them. Shares
-need draws that have the outputs in all mixtures.
+y has the axes (mixture, draw, output); mixture 0 holds the draws and mixture 1 the same draws with other seeds. y is
+NaN in scenes that lack the outputs (a class without pixels); all outputs are missing in the same scenes. Moments and
+quantiles use every scene that has the outputs: requiring them in both scenes of a draw would favour inputs that often
+produce them. Sobol indices need draws that have the outputs in all mixtures.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SAME = 1e-7
 
 
 def scenes(y: Array) -> Array:
-    """Scenes of both seeds with the outputs, (scene, output)."""
+    """Scenes of both seeds that have the outputs, (scene, output)."""
     values = y[:2].reshape(-1, y.shape[2])
     return np.asarray(values[np.isfinite(values).all(axis=1)])
 
@@ -37,10 +37,10 @@ def mean(y: Array) -> Array:
 
 
 def variance(y: Array) -> Array:
-    """Variance of one draw with one seed, (output,); unbiased if all scenes have the outputs.
+    """Variance over draws and seeds, (output,); unbiased if all scenes have the outputs.
 
-    Half of the mean squared difference between scenes of different draws (W. Hoeffding, Annals of Mathematical
-    Statistics 19 (1948) 293-325, for the kernel of the variance), because scenes of the same draw share its inputs.
+    Half of the mean squared difference between scenes of different draws (a U-statistic: W. Hoeffding, Annals of
+    Mathematical Statistics 19 (1948) 293-325), because scenes of the same draw share its inputs.
     """
     own = scenes(y)
     off = own - own.mean(axis=0)
@@ -68,21 +68,21 @@ def quantiles(y: Array, shares: Sequence[float]) -> Array:
 
 
 def total_by_seed(y: Array) -> Array:
-    """Total share of the seed: the fraction of the variance that remains if all other inputs are known, (output,)."""
+    """Total-effect Sobol index of the seed: the variance fraction left if all other inputs are known, (output,)."""
     return _share(seed_variance(y), y)
 
 
 def first_by_rest(y: Array) -> Array:
-    """First-order share of all inputs except the seed together, (output,)."""
+    """First-order Sobol index of all inputs except the seed, as a group, (output,)."""
     return np.asarray(1.0 - total_by_seed(y))
 
 
 def first_by_regression(x: Array, y: Array) -> Array:
-    """First-order share of the inputs behind the columns x (draw, term), by regression on them, (output,).
+    """First-order Sobol index of the inputs with regressors x (draw, term), by regression, (output,).
 
     This is the variance explained by a regression of the mean over seeds, adjusted for the number of terms (adjusted
-    coefficient of determination), divided by the variance. It is negative if an input explains less than chance.
-    Dependence that the terms cannot represent is missed.
+    coefficient of determination), divided by the variance. It is negative if an input explains less than expected by
+    chance. Dependence that the terms cannot represent is missed.
     """
     count = x.shape[0]
     target = y[:2].mean(axis=0)
@@ -99,7 +99,7 @@ def first_by_regression(x: Array, y: Array) -> Array:
 
 
 def first_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
-    """First-order share of an input, (output,): Saltelli et al. (2010), table 2, row b.
+    """First-order Sobol index of an input, (output,): Saltelli et al. (2010), table 2, row b.
 
     ``other`` is the mixture with all inputs of B, ``exchanged`` that of A with one input of B.
     """
@@ -108,22 +108,22 @@ def first_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
 
 
 def total_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
-    """Total share of an input, (output,): M. J. W. Jansen, Computer Physics Communications 117 (1999) 35-43, eq 10."""
+    """Total-effect Sobol index, (output,): M. J. W. Jansen, Computer Physics Communications 117 (1999) 35-43, eq 10."""
     return _share(0.5 * np.mean((y[0] - y[exchanged]) ** 2, axis=0), y, other)
 
 
 def _share(part: Array, y: Array, other: int | None = None) -> Array:
-    """Divide by the variance, that of A and B if both contribute; NaN if the output does not vary."""
+    """Divide by the variance, or by its mean over A and B if both contribute; NaN if the output does not vary."""
     whole = variance(y) if other is None else 0.5 * (variance(y) + y[other].var(axis=0, ddof=1))
     varies = whole > (SAME * np.abs(mean(y))) ** 2
     return np.asarray(np.divide(part, whole, out=np.full(whole.shape, np.nan), where=varies))
 
 
 def terms_of(values: Array, count: int) -> Array | None:
-    """Return the regressors of an output: powers of one input, or a quadratic form of several, (draw, term).
+    """Return the regressors for an output: powers of one input, or a quadratic form of several, (draw, term).
 
-    ``values`` (draw, input) are one input or a group of inputs. The terms suit a regression on ``count`` draws; None if
-    there are too few.
+    ``values`` (draw, input) are one input or a group of inputs. The terms depend on ``count``, the number of draws;
+    None if there are too few.
     """
     if count < LINEAR_FROM:
         return None

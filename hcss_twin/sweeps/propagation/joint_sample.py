@@ -26,7 +26,7 @@ _OF_POPULATION = ("mean_", "spread_")
 
 @dataclass(frozen=True)
 class PosteriorDraws:
-    """A posterior in the form that scenarios use.
+    """A posterior, with parameters as in scenarios.
 
     Attributes
     ----------
@@ -149,11 +149,11 @@ class UncertainKey:
     distribution: Mapping[str, Any]
 
     def values(self, draws: int, seed: int) -> tuple[Any, ...]:
-        """Return independent draws in the form of a scenario file; keys with the same seed are independent.
+        """Return independent draws in the notation of a scenario file; keys with the same seed are independent.
 
         Raises ValueError if the distribution is invalid.
         """
-        # A swept key with the same seed has the same random numbers; the draws must not depend on them.
+        # The draws must not depend on the values of a swept key with the same seed.
         text = f"propagation {seed}".encode()
         own = int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
         return axis_of(self.key, {**self.distribution, "samples": draws, "seed": own}).values
@@ -189,8 +189,8 @@ class JointSample:
 
     ``rows`` (2, draw, parameter) are the posterior draws in A and B, without columns if there is no posterior; the
     parameters belong to ``layer`` of the scenario. ``values`` has the values of A followed by those of B for each
-    uncertain key, in the form of a scenario file. ``seeds`` (2, draw) are the seeds of the scenes. ``mixtures`` are the
-    draws, the same draws with other seeds, and the mixtures for pick-freeze.
+    uncertain key, in the notation of a scenario file. ``seeds`` (2, draw) are the seeds of the scenes. ``mixtures`` are
+    the draws, the same draws with other seeds, and the mixtures for pick-freeze.
     """
 
     posterior: PosteriorDraws | None
@@ -208,7 +208,7 @@ class JointSample:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of the single inputs: parameters of the posterior, then keys."""
+        """Names of the individual inputs: parameters of the posterior, then keys."""
         names = () if self.posterior is None else self.posterior.names
         return (*names, *(each.key for each in self.keys))
 

@@ -109,17 +109,17 @@ def propagate(
 ) -> Propagation:
     """Propagate the uncertainty of inputs into radiance.
 
-    Each draw has values of all inputs and two seeds, which separate the scatter of clouds with the same parameters from
-    that due to the parameters.
+    Each draw has values of all inputs and two seeds, which separate the scatter at fixed parameters from the scatter
+    due to the parameters.
 
     Parameters
     ----------
     source : str, Path, mapping or Scenario
         Scenario, as for :meth:`Scenario.load`; a file may have a section ``[uncertain]``.
     output : path, optional
-        NetCDF file; it appears when it is complete.
+        NetCDF file; it appears once it is complete.
     draws : int
-        From 2 on.
+        At least 2.
     posterior : path, optional
         Posterior file of fractal clouds, whose draws replace the parameters of one cloud layer.
     uncertain : mapping, optional
@@ -129,10 +129,10 @@ def propagate(
     layer : int, optional
         Cloud layer of the posterior; required if there are two.
     shares : str
-        ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares, for
+        ``regression``: first-order Sobol indices from the draws alone; ``pick-freeze``: also total-effect indices, for
         which each draw is recomputed with each input exchanged in turn.
     cubes_of : sequence of int
-        Numbers of draws whose cubes are written beside ``output``: ``NAME.draw-0017.nc``.
+        Draws, by number, whose cubes are written next to ``output``: ``NAME.draw-0017.nc``.
     progress : callable, optional
         Wraps the iterable of draws; called with it and the number of draws.
 

@@ -1,4 +1,4 @@
-"""Summary of all draws: moments, quantiles, and each input's share of the variance."""
+"""Summary of all draws: moments, quantiles, and each input's Sobol indices."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _OfDraws = Callable[[NDArray[np.intp]], Array]
 
 @dataclass(frozen=True)
 class VarianceRow:
-    """One row of the variance table: an input, or several together.
+    """One row of the variance table: an input, or a group of inputs.
 
     A regression uses the columns ``inputs``, if any; ``mixture`` is the one with the inputs exchanged, if there is one.
     """
@@ -65,7 +65,7 @@ def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str])
 
 
 def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[str], list[str]]:
-    """Return the estimators of the first-order and total share of each row."""
+    """Return the estimators of the first-order and total-effect Sobol index of each row."""
     full = mixtures > 2
     first = [
         PICK_FREEZE
@@ -124,7 +124,7 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
 def _estimates(
     values: Array, inputs: Array, rows: Sequence[VarianceRow], seed: np.random.SeedSequence
 ) -> dict[str, tuple[NDArray[Any], tuple[str, ...]]]:
-    """Return each statistic (front, output) with the names of its first dimensions."""
+    """Return each statistic (front, output) with the names of its leading dimensions."""
     width, sources = values.shape[2], len(rows)
     fronts: dict[str, tuple[str, ...]] = {
         "mean": (),
@@ -173,7 +173,7 @@ def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
 
 
 def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow], draws: NDArray[np.intp]) -> Array:
-    """Return stacked first-order and total shares of some draws, (share, output)."""
+    """Return stacked first-order and total-effect Sobol indices of some draws, (share, output)."""
     own = y[:, draws]
     blank = np.full(own.shape[2], np.nan)
     full = own.shape[0] > 2
@@ -229,7 +229,7 @@ def pooled_pixels(drawn: xr.Dataset) -> Iterator[tuple[str, tuple[tuple[str, ...
 
 
 def _weighted_quantiles(atoms: Array, weight: Array) -> Array:
-    """Quantiles of atoms (draw, level), weighted with the number of pixels in their draw."""
+    """Quantiles of levels (draw, level), weighted by the number of pixels in each draw."""
     present = weight > 0
     if not np.any(present):
         return np.full(len(QUANTILES), np.nan)
