@@ -118,7 +118,7 @@ def _stages(found: dict[str, Any], accuracy: float = 1e-3) -> list[str]:
 
 
 def _brute_force(found: dict[str, Any]) -> list[str]:
-    lines = ["| way | wavenumbers, pixels at once | ms a point | over raw | error |", "|---|---|---|---|---|"]
+    lines = ["| way | wavenumbers, pixels at once | ms per point | over raw | error |", "|---|---|---|---|---|"]
     for way in (name for name in DRAWN if name in found["ways"]):
         for each in found["ways"][way]["brute_force"]:
             error = "reference" if each["every"] == 1 else f"{each['error']:.0e}"
@@ -133,7 +133,7 @@ def _peers(found: dict[str, Any]) -> list[str]:
     peers = found["peers"]
     lines = ["| peer | time | error or ratio |", "|---|---|---|"]
     fine = peers["1000 wavelengths"]
-    cells = f"{_short(1e3 * fine['seconds_per_point'])} ms a point | {fine['error']:.0e}"
+    cells = f"{_short(1e3 * fine['seconds_per_point'])} ms per point | {fine['error']:.0e}"
     lines.append(f"| every pixel at 1000 wavelengths a band, as-printed | {cells} |")
     for key in ("classes", "classes, LOWTRAN7"):
         for each in peers.get(key, []):

@@ -69,7 +69,7 @@ def overhead(points: int, rounds: int, folder: Path) -> str:
     (loop, loop_cpu), (swept, swept_cpu) = ms["loop"], ms["sweep"]
     return "\n".join(
         [
-            f"| {points} points of 16 x 16 pixels, median of {rounds} rounds | ms a point | processor, ms a point |",
+            f"| {points} points of 16 x 16 pixels, median of {rounds} rounds | ms per point | processor, ms a point |",
             "|---|---|---|",
             f"| `simulate` in a loop | {loop:.0f} | {loop_cpu:.0f} |",
             f"| `hcss_twin.sweep`, one worker | {swept:.0f} | {swept_cpu:.0f} |",

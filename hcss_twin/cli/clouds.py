@@ -124,9 +124,9 @@ def import_command(
     if options["coverage"] is None and options["method"] == "coverage":
         raise click.UsageError("--method coverage needs --coverage, the fraction of cloudy pixels")
     if options["coverage"] is not None and options["method"] != "coverage":
-        raise click.UsageError("--coverage goes with --method coverage only")
+        raise click.UsageError("--coverage: allowed with --method coverage only")
     if options["window_pixels"] is not None and options["method"] != "local":
-        raise click.UsageError("--window goes with --method local only")
+        raise click.UsageError("--window: allowed with --method local only")
     try:
         name = valid_entry_name(name or image.stem)
     except CatalogError as error:

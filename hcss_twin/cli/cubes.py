@@ -72,7 +72,7 @@ def export_command(
     size = f"{done.frames} x {done.planes} x {done.rows} x {done.columns}"
     click.echo(f"  {done.variable}: {size} values (frames, bands or layers, rows, columns)")
     if done.missing:
-        click.echo(f"  {done.missing} of them do not exist: {'sample 0' if to == 'png' else 'NaN'}")
+        click.echo(f"  {done.missing} of them are missing: {'sample 0' if to == 'png' else 'NaN'}")
 
 
 @click.command("report")
@@ -159,7 +159,7 @@ def _nested(assignments: dict[str, Any]) -> dict[str, Any]:
         for part in path:
             table = table.setdefault(part, {})
             if not isinstance(table, dict):
-                raise click.BadParameter(f"{key}: '{part}' is no table", param_hint="--set")
+                raise click.BadParameter(f"{key}: '{part}' is not a table", param_hint="--set")
         table[last] = value
     return root
 
@@ -180,7 +180,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     from hcss_twin.reports.verification_text import verification_text
 
     if sys.stderr.isatty():
-        click.echo("computing the radiance anew ...", err=True)
+        click.echo("recomputing the radiance ...", err=True)
     with announce_compilation(partial(click.echo, err=True)):
         result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)))
     click.echo(json.dumps(result.as_dict()) if as_json else verification_text(result))

@@ -41,7 +41,7 @@ def frame_numbers(_context: click.Context, _option: click.Parameter, text: str |
         match = _FRAMES.fullmatch(part.strip())
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
         if last < first:
-            raise click.BadParameter(f"'{text}' given, allowed: numbers and ranges, as 0-7 or 0,3,5")
+            raise click.BadParameter(f"'{text}' given, allowed: numbers and ranges, such as 0-7 or 0,3,5")
         numbers.extend(range(first, last + 1))
     return tuple(numbers)
 

@@ -113,7 +113,7 @@ def fit_command(
     if (fd is None) is (len(images) == 0):
         raise click.UsageError("give IMAGES, or --fd with --fd-error, and not both")
     if (fd is None) is not (fd_error is None):
-        raise click.UsageError("--fd and --fd-error go together")
+        raise click.UsageError("--fd and --fd-error must be given together")
     output = output or Path(f"{images[0].stem if images else 'fd'}-posterior.nc")
     require_writable([output], force)
     sampling = {name: options.pop(name) for name in _SAMPLING}

@@ -41,7 +41,7 @@ def refuse_image_options(options: dict[str, Any], image: str, *more: str) -> Non
     """Raise UsageError for options that apply only with the argument ``image``."""
     refused = [name for name in (*_OF_AN_IMAGE, *more) if options[name] not in (None, "auto", "error")]
     if refused:
-        raise click.UsageError(f"{', '.join(refused)}: has no meaning without {image}; leave it out")
+        raise click.UsageError(f"{', '.join(refused)}: applies only with {image}; leave it out")
 
 
 def image_options(command: Any) -> Any:
@@ -121,7 +121,7 @@ def worded_for_options() -> Iterator[None]:
     help="Images to simulate in the search; 0: only the analytic start.",
 )
 @click.option("-o", "--output", type=NEW_FILE, help="Fragment to write; default: NAME-clouds.toml.")
-@click.option("--preview", type=NEW_FILE, help="Also draw IMAGE beside a simulation (.png).")
+@click.option("--preview", type=NEW_FILE, help="Also draw IMAGE next to a simulation (.png).")
 @force_option
 @json_option
 def match_command(

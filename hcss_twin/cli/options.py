@@ -100,7 +100,7 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
         if path is None:
             continue
         if path.absolute() in seen:
-            raise click.UsageError(f"{seen[path.absolute()]} and {option} are both {path}; allowed: two files")
+            raise click.UsageError(f"{seen[path.absolute()]} and {option} are both {path}; allowed: different files")
         seen[path.absolute()] = option
 
 

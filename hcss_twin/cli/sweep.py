@@ -88,7 +88,7 @@ def _sweep_text(result: SweepResult) -> str:
     before = len(result.points) - len(result.computed)
     lines = [
         f"{result.folder}  {len(result.points)} points, {size / 1e6:.1f} MB",
-        f"  computed {len(result.computed)}" + (f", had before {before}" if before else ""),
+        f"  computed {len(result.computed)}" + (f", already computed {before}" if before else ""),
     ]
     for record in result.failed:
         values = ", ".join(f"{key} = {value}" for key, value in record.values.items())

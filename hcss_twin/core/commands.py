@@ -37,7 +37,7 @@ _TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 def check_name(name: object) -> None:
     """Raise ValueError unless a name consists of lower-case letters, digits and inner hyphens."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise ValueError(f"name {name!r}: allowed are lower-case letters, digits, and hyphens within")
+        raise ValueError(f"name {name!r}: allowed are lower-case letters, digits, and inner hyphens")
 
 
 def check_target(field: str, name: str, value: object) -> None:

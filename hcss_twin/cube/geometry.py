@@ -80,7 +80,7 @@ class PixelGeometry:
         if self.header.sensor_altitude_m is None:
             for spec in self.header.geometry:
                 if spec.name not in known:
-                    raise CubeError(f"{spec.name}: sensor_altitude_m is needed, and not known")
+                    raise CubeError(f"{spec.name}: needs sensor_altitude_m, which is unknown")
 
     @property
     def of_frames(self) -> tuple[str, ...]:

@@ -171,7 +171,7 @@ def _check_ranges(header: CubeHeader) -> None:
     times = header.frame_times_s
     for index, value in enumerate(times):
         if not math.isfinite(value) or (index > 0 and value <= times[index - 1]):
-            raise CubeError(f"frame_times_s[{index}]: {value}; times are finite and increase from frame to frame")
+            raise CubeError(f"frame_times_s[{index}]: {value}; times must be finite and increase from frame to frame")
     ranges = {
         "pixel_size_m": (header.pixel_size_m, math.nextafter(0.0, 1.0), math.inf),
         "latitude": (header.latitude, -90.0, 90.0),
@@ -198,7 +198,7 @@ def _check_bands(bands: tuple[BandInfo, ...]) -> None:
         if not 0.0 < band.lower_um < band.central_um < band.upper_um < math.inf:
             raise CubeError(
                 f"band '{band.name}': {band.lower_um}, {band.central_um}, {band.upper_um} um; "
-                "lower limit, centre and upper limit increase"
+                "lower limit, centre and upper limit must increase"
             )
 
 
@@ -206,7 +206,7 @@ def _check_layers(layers: tuple[LayerInfo, ...]) -> None:
     for layer in layers:
         if not layer.name or not -math.inf < layer.base_m < layer.top_m < math.inf:
             raise CubeError(
-                f"layer '{layer.name}': {layer.base_m} to {layer.top_m} m; a layer has a name, and its base is below "
+                f"layer '{layer.name}': {layer.base_m} to {layer.top_m} m; a layer needs a name and a base below "
                 "its top"
             )
 

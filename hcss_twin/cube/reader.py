@@ -151,5 +151,5 @@ def scenario_text(path: str | os.PathLike[str]) -> str:
     with open_cube(path) as dataset:
         text = dataset.attrs.get(SCENARIO_ATTRIBUTE)
     if not isinstance(text, str):
-        raise CubeError(f"{os.fspath(path)} carries no scenario (global attribute {SCENARIO_ATTRIBUTE})")
+        raise CubeError(f"{os.fspath(path)} contains no scenario (global attribute {SCENARIO_ATTRIBUTE})")
     return text

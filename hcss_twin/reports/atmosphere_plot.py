@@ -217,7 +217,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
         If there are not one or two.
     """
     if not 1 <= len(spectra) <= 2:
-        raise HcssError(f"{len(spectra)} sources; one is drawn, or two are compared")
+        raise HcssError(f"{len(spectra)} sources; allowed: one to plot, or two to compare")
     first, last = spectra[0], spectra[-1]
     figure = new_figure(12.0, 11.0)
     axes = figure.subplots(3, 2)

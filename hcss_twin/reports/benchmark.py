@@ -252,7 +252,7 @@ def _bench(
     # All plans first, so that an unsupported accuracy is rejected before any measurement.
     plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
     if not plan.needs_radiance:
-        message = "none of these needs radiance, so that there is nothing to measure; add radiance"
+        message = "none of these needs radiance, so there is nothing to measure; add radiance"
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
     time_stages(Rounds(), "", plan.scenario, folder, True)
     say("integrating some pixels, at all wavenumbers and at fewer")
@@ -273,7 +273,7 @@ def _bench(
                 checks[accuracy] = time_certificate(times, _name(accuracy), checked)
         # The number of bytes is the same at all accuracies, and disk speed varies.
         times.add(RAW, statistics.median(raw))
-        say(f"round {number + 1} of {rounds}, every pixel by itself")
+        say(f"round {number + 1} of {rounds}, brute force")
         for step, together in BRUTE_FORCE:
             call = partial(integrate, plan, grids[step], columns, pixels if together else 1)
             times.time(_BRUTE.format(step, together), call)

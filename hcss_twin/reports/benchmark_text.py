@@ -42,13 +42,13 @@ def _lines(result: BenchResult) -> Iterator[str]:
     if any(each.exceeding for each in results):
         yield f"{_MISSED} pixels that exceed the requested accuracy"
     checked = " to ".join(str(count) for count in sorted({each.checked for each in results}))
-    yield f"error: of {checked} random pixels against the reference; whole runs are without the certificate"
+    yield f"error: of {checked} random pixels relative to the reference; whole runs exclude the certificate"
     yield ""
     yield (
         f"brute force, the spectrum of every point integrated: timed on {result.timed_points} points and scaled to "
-        f"{result.points}, without what the model computes once"
+        f"{result.points}, without one-time computations of the model"
     )
-    rows = [["wavenumbers, points at once", "ms a point", "hours", "over raw", "error"]]
+    rows = [["wavenumbers, points at once", "ms per point", "hours", "over raw", "error"]]
     for peer in result.brute_force:
         times = (1e3 * peer.seconds_per_point, peer.seconds / 3600, peer.over_raw)
         error = "reference" if peer.every == 1 else f"{peer.error:.1e}"
@@ -62,10 +62,10 @@ def _rows(results: Sequence[AccuracyResult]) -> Iterator[list[str]]:
 
     yield row("requested accuracy", lambda each: _requested(each) + (_OWN if each.own else ""))
     if any(_is_kelvin(each) for each in results):
-        yield row("as a share of the radiance", lambda each: f"{each.accuracy:.1e}")
+        yield row("relative to the radiance", lambda each: f"{each.accuracy:.1e}")
         yield row("error, K", lambda each: _error(each, each.achieved_K) if _is_kelvin(each) else "-")
     yield row("error, any band", lambda each: _error(each, each.achieved))
-    yield row("error estimated with the tables", lambda each: f"{each.estimated:.1e}")
+    yield row("error estimate of the tables", lambda each: f"{each.estimated:.1e}")
     yield ["seconds"]
     for stage in (*STAGES, CERTIFICATE, *RUNS, RAW):
         yield [f"  {stage}", *(_short(each.seconds[stage]) for each in results)]
@@ -152,10 +152,10 @@ def draw_bench(result: BenchResult, path: Path) -> None:
     warm, cold = ([each.over_raw[run] for each in checked] for run in (KEPT_RUN, NEW_RUN))
     fewer = [each for each in result.brute_force if each.error > 0]
     curves = [
-        Curve(f"{KEPT_RUN}; requested accuracy beside points", warm, error, 0, "-", notes, True),
-        Curve(f"{NEW_RUN}; the same beside points", cold, error, 1, "-", notes),
+        Curve(f"{KEPT_RUN}; labels: requested accuracy", warm, error, 0, "-", notes, True),
+        Curve(f"{NEW_RUN}; the same labels", cold, error, 1, "-", notes),
         Curve(
-            "every pixel integrated, wavenumbers beside points",
+            "every pixel integrated; labels: number of wavenumbers",
             [each.over_raw for each in fewer],
             [each.error for each in fewer],
             5,

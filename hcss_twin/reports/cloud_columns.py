@@ -91,7 +91,7 @@ def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
     with open_cube(cube) as dataset:
         points, layers = _scene(dataset)
         if layers > 1:
-            raise CubeError(f"the scene has {layers} cloud layers; this needs a cube of one")
+            raise CubeError(f"the scene has {layers} cloud layers; this needs a cube with one")
         # Thickness is a mean over the whole pixel, top altitude over its cloudy part: the fraction links them.
         needed = (*NEEDED, FRACTION) if points > 1 else NEEDED
         missing = [name for name in needed if name not in dataset]
@@ -311,7 +311,7 @@ def _write(path: Path, columns: CloudColumns, edges: NDArray[np.float64], shares
             ("altitude", "y", "x"),
             shares,
             units="1",
-            long_name="share of the voxel that is filled with cloud",
+            long_name="fraction of the voxel filled with cloud",
             coordinates="time",
             cell_methods="altitude: y: x: mean",
             comment="Volume fraction between the bounds of altitude and over the pixel.",

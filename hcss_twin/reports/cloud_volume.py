@@ -136,7 +136,7 @@ def _space(figure: Any, axis: Any, columns: CloudColumns) -> None:
     axis.set_ylabel("y (km, north)", labelpad=8.0)
     axis.set_zlabel("altitude (km)")
     axis.locator_params(axis="z", nbins=4)
-    heights = "true proportions" if exaggeration == 1.0 else f"heights drawn x {exaggeration:g}"
+    heights = "true proportions" if exaggeration == 1.0 else f"vertical exaggeration {exaggeration:g}"
     thinned = "" if step == 1 else f"; every {ordinal(step)} pixel shown"
     below = "sea (blue)" if lowest == 0.0 else "the sea is not shown"
     figure.text(0.5, 0.925, f"cloud top (shaded), base (grey), {below}; {heights}{thinned}", ha="center", fontsize=10)
@@ -174,6 +174,6 @@ def _profile(axis: Axes, columns: CloudColumns) -> None:
     shares_of_frame = sums / columns.top_m.size
     axis.stairs(shares_of_frame, edges / 1e3, orientation="horizontal", fill=True, color="#5f6b7a")
     axis.set_xlim(0.0, max(1e-3, 1.08 * float(shares_of_frame.max())))
-    axis.set_xlabel("filled share of the area")
+    axis.set_xlabel("cloudy fraction of the area")
     axis.set_title("cloud in the frame, by altitude", fontsize=10)
     axis.grid(alpha=0.3)

@@ -134,7 +134,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
         if any(one.spectrum is not None for one in shown):
             caption = (
                 f"Power spectra of {label}, averaged over directions and {frames}: the central {window[0]} x "
-                f"{window[1]} pixels, tapered after a plane was subtracted.{more}"
+                f"{window[1]} pixels, after subtracting a plane and tapering.{more}"
             )
             kinds[1].append(drawing(_spectra(shown), f"power spectra of {label}", caption))
         if len(own[0].frames) > 1:
@@ -290,11 +290,11 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield element("h3", "Notes of the providers")
         yield bullets(str(each) for each in notes)
     if not (filled or skipped or notes):
-        yield paragraph("The cube carries no plan.")
+        yield paragraph("The cube contains no plan.")
     errors = [(name, error) for name, error in json_attribute(attributes, "hcss_table_errors", {}).items() if error]
     if errors:
         rows = [[_spaced(name), _error(error)] for name, error in sorted(errors, key=lambda each: -each[1])]
-        caption = "Relative error measured while the radiance tables were made; the other approximations have none."
+        caption = "Relative error measured while compiling the radiance tables; the other approximations have none."
         yield Table(["approximation", "measured error"], rows, caption)
     if "hcss_wavenumbers_used" in attributes:
         used, known = attributes["hcss_wavenumbers_used"], attributes.get("hcss_wavenumbers_known")

@@ -122,7 +122,7 @@ def _selection_text(reader: Reader, first: FrameSelection, others: FrameSelectio
             continue
         frames = f"{len(selection.frames)} of {count} frames, evenly spread"
         if len(selection.frames) == count:
-            frames = "its one frame" if count == 1 else "all frames"
+            frames = "the only frame" if count == 1 else "all frames"
         pixels = "every pixel" if reader.step == 1 else f"those pixels of {every}"
         if selection.binning > 1:
             read = "" if reader.step == 1 else f" of {every}"

@@ -200,7 +200,7 @@ def _over_time(evaluation: Evaluation) -> list[Block]:
     shown = [picture(each, f"{name} of every frame") for name, each in drawn.draw_frames(evaluation)]
     correlation = drawn.draw_correlation(evaluation)
     if correlation is not None:
-        shown.insert(0, picture(correlation, "correlation of frames against the time between them"))
+        shown.insert(0, picture(correlation, "correlation of frames versus the time between them"))
     return [paragraph(text), beside(*shown)]
 
 

@@ -196,7 +196,7 @@ def approximations(plan: Plan) -> Rows:
         yield "nothing", "; ".join(nothing)
     details = [of_generators[item.what] for item in unknown if item.what in of_generators]
     if details:
-        yield "statistical", f"equal in distribution or nearly, not pixel by pixel: {'; '.join(_grouped(details))}"
+        yield "statistical", f"(nearly) equal in distribution, not pixel by pixel: {'; '.join(_grouped(details))}"
 
 
 def _grouped(details: list[str]) -> Iterator[str]:

@@ -145,7 +145,7 @@ def _corner(contents: PosteriorContents) -> Iterator[Block]:
     scalars = contents.parameters(2)
     draws = {name: values.ravel() for name, values in list(scalars.items())[:CORNER_PARAMETERS]}
     if not draws:
-        yield note("No parameter is one number.")
+        yield note("There is no scalar parameter.")
         return
     caption = (
         "Lines enclose 50 % (solid) and 90 % (dashed) of the draws; in the histograms they are median and 5 % and "
@@ -235,4 +235,4 @@ def _provenance(contents: PosteriorContents, path: Path) -> Iterator[Block]:
     priors = json_attribute(attributes, "priors", {})
     if priors:
         rows = [[str(name), str(text)] for name, text in priors.items()]
-        yield Table(["parameter", "prior"], rows, "Priors as they were given.", text_columns=2)
+        yield Table(["parameter", "prior"], rows, "Priors as given.", text_columns=2)

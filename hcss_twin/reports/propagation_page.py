@@ -146,7 +146,7 @@ def _some_classes(contents: PropagationContents) -> str:
 def _first_bands(contents: PropagationContents) -> Iterator[Block]:
     count = len(contents.labels("band"))
     if count > DRAWN_BANDS:
-        yield paragraph(f"Drawn are the first {DRAWN_BANDS} of {count} bands.")
+        yield paragraph(f"Shown are the first {DRAWN_BANDS} of {count} bands.")
 
 
 def _shares(contents: PropagationContents) -> Iterator[Block]:
@@ -290,7 +290,7 @@ def _scenes(contents: PropagationContents) -> Iterator[Block]:
     yield facts((name, value) for name, value in pairs if value)
     yield paragraph(
         "Scenes whose sea, atmosphere, cloud altitudes and particles are the same share a set of radiance tables; "
-        "cloud shape, coverage and seed change none."
+        "cloud shape, coverage and seed do not matter."
     )
 
 

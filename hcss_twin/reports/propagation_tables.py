@@ -173,7 +173,7 @@ def fractions(contents: PropagationContents) -> Table:
     """Return moments of the fraction of the pixels in each class."""
     classes = enumerate(contents.labels("class"))
     rows = [[kind, *_moments(contents, "class_fraction", (place,))] for place, kind in classes]
-    return Table(["part of the pixels", *_MOMENTS], rows)
+    return Table(["fraction of the pixels", *_MOMENTS], rows)
 
 
 def shares(

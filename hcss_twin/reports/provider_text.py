@@ -48,7 +48,7 @@ def described(registry: Registry, name: str) -> list[dict[str, Any]]:
     entries = [entry for entry in registry.entries() if name in (entry.name, entry.qualified_name)]
     if not entries:
         names = sorted({entry.name for entry in registry.entries()})
-        raise ProviderNameError(f"no provider is called '{name}'; {choose_from(name, names)}")
+        raise ProviderNameError(f"no provider is named '{name}'; {choose_from(name, names)}")
     descriptions = []
     for entry in entries:
         model = registry.parameters_model(entry)

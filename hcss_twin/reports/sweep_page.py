@@ -146,7 +146,7 @@ def _pictures(summary: SweepSummary) -> Iterator[Block]:
     if not summary.looks:
         yield note("There is nothing to show.")
         return
-    yield paragraph("The first frame of some points, evenly spread; one scale of colours for each band. North is up.")
+    yield paragraph("The first frame of some points, evenly spread; one colour scale per band. North is up.")
     for look in summary.looks[:DRAWN_BANDS]:
         quantity = look.quantity
         name = " ".join(word for word in (quantity.label, quantity.parts[look.part]) if word)
@@ -187,7 +187,7 @@ def _first_of(items: Sequence[object], name: str = "") -> str:
 
 def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
     failed = [
-        (point, point.error or "no reason is known") for point in sweep.points if point.state in ("failed", "missing")
+        (point, point.error or "reason unknown") for point in sweep.points if point.state in ("failed", "missing")
     ]
     failed += summary.unreadable
     if not failed:

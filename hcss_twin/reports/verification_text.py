@@ -55,7 +55,7 @@ def _verdict(check: Verification) -> str:
     largest = f"the largest relative difference is {check.largest:.1e}"
     match check.verdict:
         case Verdict.IDENTICAL:
-            return f"identical to the bit ({frames})"
+            return f"bit-identical ({frames})"
         case Verdict.EQUAL:
             return f"equal within {TOLERANCE:g}; {largest} ({frames})"
         case Verdict.DIFFERENT:
@@ -63,7 +63,7 @@ def _verdict(check: Verification) -> str:
                 return f"different; {largest} ({frames})"
             compared = check.frames_checked and any(each.values for each in check.variables)
             common = "common variables are equal" if compared else "nothing to compare"
-            return f"different from what its scenario makes; {common} ({frames})"
+            return f"different from the result of its scenario; {common} ({frames})"
         case Verdict.NOT_RECOMPUTED:
             return "cannot be recomputed"
 

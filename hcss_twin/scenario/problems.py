@@ -131,7 +131,7 @@ def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Loca
     )
     allowed = _range(model, location)
     if isinstance(value, int) and not isinstance(value, bool) and kind.startswith("float"):
-        wanted = "in the range of numbers"
+        wanted = "in the range of floating-point numbers"
     return f"{shown(value)} is not {wanted}" + (f"; {allowed}" if allowed else "")
 
 

@@ -95,7 +95,7 @@ def json_schema() -> dict[str, Any]:
         for name, entry in definition.get("properties", {}).items():
             _allow_quantity(name, entry)
     # Part of a file for `hcss sweep`, which checks it.
-    schema["properties"]["sweep"] = {"type": "object", "description": "Keys with many values (docs/sweeps.md)."}
+    schema["properties"]["sweep"] = {"type": "object", "description": "Keys with many values (docs/how-to/sweeps.md)."}
     layer = schema["$defs"]["Layer"]["properties"]
     schema["$defs"]["Clouds"]["properties"].update(layer)
     return schema

@@ -29,12 +29,12 @@ UNCERTAIN = "uncertain"
 """Section that assigns distributions to keys."""
 
 _NOT_ONE_SCENE = (
-    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes (docs/sweeps.md); allowed here: a file "
+    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes; allowed here: a file "
     "without this section"
 )
 
 _NOT_CERTAIN = (
-    "the file has keys with distributions, through which `hcss run FILE --draws N` propagates (docs/uncertainty.md); "
+    "the file has uncertain keys, which `hcss run FILE --draws N` propagates (docs/how-to/uncertainty.md); "
     "allowed here: a file without this section"
 )
 

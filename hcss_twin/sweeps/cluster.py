@@ -31,7 +31,7 @@ from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
 IN_HAND = 2
 """Points assigned to a worker: one being computed and one queued."""
 
-_DIED_TWICE = "its worker process died, and so did the next that tried: out of memory, or killed"
+_DIED_TWICE = "the worker processes of both attempts died: out of memory, or killed"
 _CONNECT_S = 10
 _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
@@ -169,7 +169,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
         except (OSError, RuntimeError, TimeoutError) as error:
             raise SweepError(
                 f"{workers} worker processes cannot be started: {error} (a Python script that starts them needs "
-                "'if __name__ == \"__main__\":' around its own part)"
+                "'if __name__ == \"__main__\":' around its own code)"
             ) from error
         yield Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
 

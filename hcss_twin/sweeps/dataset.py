@@ -154,7 +154,7 @@ class _Writer:
         for place, axis in enumerate(self._design.axes):
             self._define_swept(place, axis.key)
         self._define_of_points("point_number", "i4", "number of the point")
-        state = self._define_of_points("point_state", "i1", "what became of the point")
+        state = self._define_of_points("point_state", "i1", "outcome of the point")
         state.setncatts({"flag_values": np.array([0, 1], np.int8), "flag_meanings": "done failed"})
         for name, kind in found.attributes.items():
             self._define_of_points(_of_point(name), kind, f"global attribute {name} of the point's cube")

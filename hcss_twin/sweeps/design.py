@@ -114,7 +114,7 @@ class Design:
         combine = options.get("combine", "product")
         if combine == "zip" and len({len(axis.values) for axis in axes}) > 1:
             lengths = ", ".join(f"{axis.key} has {len(axis.values)}" for axis in axes)
-            problems.append(Problem(f"{SWEEP}.combine", f"'zip' needs as many values of each key; {lengths}"))
+            problems.append(Problem(f"{SWEEP}.combine", f"'zip' needs equally many values of each key; {lengths}"))
         if combine == "product":
             problems += _repeated(axes)
         if problems:
@@ -206,7 +206,7 @@ def key_problems(
         if first not in ScenarioModel.model_fields:
             guess = closest(first, (*ScenarioModel.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
-            yield Problem(f"{section}.{key}", f"no key of a scenario; {allowed}{hint}")
+            yield Problem(f"{section}.{key}", f"not a scenario key; {allowed}{hint}")
 
 
 def keys_overlap(one: str, other: str) -> bool:

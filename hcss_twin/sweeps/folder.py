@@ -169,11 +169,11 @@ class SweepFolder:
             listed = ", ".join(left[:3]) + (", ..." if len(left) > 3 else "")
             raise SweepError(
                 f"{self.path} is not empty and holds no sweep ({listed}); allowed: a new or empty folder, or one that "
-                "this sweep was begun in"
+                "holds this sweep"
             )
 
     def _require_same(self, known: Mapping[str, Any], versions: Mapping[str, str]) -> None:
-        remedy = "allowed: another folder, or --force, which removes its cubes and starts anew"
+        remedy = "allowed: another folder, or --force, which removes its cubes and starts again"
         if known["sweep"] != self._digest:
             keys = ", ".join(known.get("keys", ()))
             mine = ", ".join(self._about["keys"])
@@ -268,7 +268,7 @@ def _claimed(folder: Path) -> Iterator[None]:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            raise SweepError(f"{folder}: another process computes this sweep now") from error
+            raise SweepError(f"{folder}: another process is computing this sweep") from error
         except OSError:
             pass  # a file system without locks
         yield

@@ -92,8 +92,8 @@ def test_an_existing_entry_is_kept_unless_forced(here):
     ("arguments", "message"),
     [
         (["--method", "coverage"], "needs --coverage"),
-        (["--coverage", "0.3"], "--coverage goes with"),
-        (["--window", "9"], "--window goes with"),
+        (["--coverage", "0.3"], "--coverage: allowed with"),
+        (["--window", "9"], "--window: allowed with"),
         (["--close", "4"], "closest is 5"),
         (["--pixel-size", "2 parsec"], "unit of length"),
         (["--pixel-size", "-3"], "greater than 0"),

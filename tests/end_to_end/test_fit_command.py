@@ -161,8 +161,8 @@ def test_an_image_of_a_satellite_is_fitted(tmp_path):
     [
         ([], "give IMAGES, or --fd"),
         (["clouds1.npy", "--fd", 2.3, "--fd-error", 0.1], "not both"),
-        (["--fd", 2.3], "--fd and --fd-error go together"),
-        (["--fd", 2.3, "--fd-error", 0.1, "--missing", "clear"], "missing: has no meaning without IMAGES"),
+        (["--fd", 2.3], "--fd and --fd-error must be given together"),
+        (["--fd", 2.3, "--fd-error", 0.1, "--missing", "clear"], "missing: applies only with IMAGES"),
         (["--fd", 3.3, "--fd-error", 0.1], "allowed: 2 to 3; closest is 3"),
         (["--fd", 2.3, "--fd-error", 0], "greater than 0"),
         (["--fd", 2.3, "--fd-error", 0.1, "--rows", 5], "32 or more along each axis"),

@@ -128,8 +128,8 @@ def test_range_of_the_dimension_changes_the_match_of_an_image(here):
     [
         ((), "nothing to match"),
         (("--fd", 2.4, 2.5), "--fd without IMAGE needs --coverage"),
-        (("--fd", 2.4, 2.5, "--coverage", 0.3, "--row-origin", 0), "row_origin: has no meaning without IMAGE"),
-        (("clouds.npy", "-o", "x", "--preview", "x"), "allowed: two files"),
+        (("--fd", 2.4, 2.5, "--coverage", 0.3, "--row-origin", 0), "row_origin: applies only with IMAGE"),
+        (("clouds.npy", "-o", "x", "--preview", "x"), "allowed: different files"),
         (("clouds.npy", "-o", "no/x.toml"), "there is no folder"),
         (("clouds.npy", "-o", "clouds.npy"), "exists; give another name, or --force"),
     ],

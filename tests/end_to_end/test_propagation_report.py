@@ -136,7 +136,7 @@ def test_metrics_and_classes_are_those_of_the_file(page, data):
     for row, name in zip(rows, data["metric_name"].values, strict=True):
         assert row[0] == name.replace("_", " ")
         moments(header, row, data.sel(metric_name=name), "metric")
-    ((header, *rows),) = tables(page, "part of the pixels")
+    ((header, *rows),) = tables(page, "fraction of the pixels")
     for row in rows:
         moments(header, row, data.sel({"class": row[0]}), "class_fraction")
     for name, (header, *rows) in zip(("brightness_temperature", "radiance"), tables(page, "band"), strict=True):

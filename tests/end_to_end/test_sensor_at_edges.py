@@ -138,7 +138,7 @@ def test_hcss_verify_makes_a_cube_anew_as_it_was_measured(tmp_path):
     for name in ("later.nc", "window.nc", "window.sensor.nc"):
         told = CliRunner().invoke(cli, ["verify", str(tmp_path / name)], obj=Stop())
         assert told.exit_code == 0, told.output
-        assert "identical to the bit (all 2 frames)" in told.output
+        assert "bit-identical (all 2 frames)" in told.output
         assert "attribute" not in told.output
 
 

@@ -155,7 +155,7 @@ def test_storage_is_that_of_the_clean_cube(folder, tmp_path):
 
 def test_a_measured_cube_can_be_verified(folder, tmp_path):
     told = hcss("verify", folder / "pair.sensor.nc")
-    assert told.output.splitlines()[0].endswith("identical to the bit (all 3 frames)")
+    assert told.output.splitlines()[0].endswith("bit-identical (all 3 frames)")
     assert "attribute" not in told.output
     assert hcss("verify", folder / "pair.nc", "--frames", 1).exit_code == 0
     changed = tmp_path / "changed.nc"

@@ -292,7 +292,7 @@ def test_two_processes_do_not_compute_the_same_sweep(tmp_path):
     swept(folder, {"seed": [1]})
     handle = os.open(folder, os.O_RDONLY)
     fcntl.flock(handle, fcntl.LOCK_EX)
-    with pytest.raises(SweepError, match="another process computes this sweep now"):
+    with pytest.raises(SweepError, match="another process is computing this sweep"):
         swept(folder, {"seed": [1]})
     os.close(handle)
     assert swept(folder, {"seed": [1]}).computed == ()

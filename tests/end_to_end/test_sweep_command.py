@@ -43,7 +43,7 @@ def test_it_tells_what_it_did_and_goes_on_where_it_was(tmp_path):
     assert answer["computed"] == [1]
     assert answer["done"] == answer["points"] == 2
     assert answer["index"] == "mine-sweep/index.json"
-    assert "computed 0, had before 2" in hcss("mine.toml").output
+    assert "computed 0, already computed 2" in hcss("mine.toml").output
 
 
 def test_keys_are_swept_from_the_command_line(tmp_path):

@@ -83,7 +83,7 @@ def test_a_fresh_cube_is_identical_and_nothing_is_written_or_taken_from_earlier_
     before = cube.read_bytes()
     done = command(cube)
     assert done.exit_code == 0
-    assert done.output == f"{cube}: identical to the bit (all 3 frames)\n"
+    assert done.output == f"{cube}: bit-identical (all 3 frames)\n"
     assert cube.read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["cube.nc"]
 

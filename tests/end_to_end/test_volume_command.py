@@ -100,7 +100,7 @@ def test_the_cloudy_part_of_averaged_pixels_fills_their_voxels(cube, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"clouds": {"layers": [{}, {}]}}, "the scene has 2 cloud layers; this needs a cube of one"),
+        ({"clouds": {"layers": [{}, {}]}}, "the scene has 2 cloud layers; this needs a cube with one"),
         ({"image": {"samples_per_pixel": 3}}, "lacks cloud_fraction; run the scenario with"),
     ],
 )

@@ -57,8 +57,8 @@ def run(*arguments):
         ({"output": "a.tif"}, r"a.tif: names of fits end in .fits or .fit or .fts"),
         ({"output": "nowhere/a.fits"}, "there is no folder .*nowhere"),
         ({"limits": (0.0, 1.0)}, "limits: fits stores unscaled values; allowed: with png only"),
-        ({"to": "png", "limits": (1.0, 0.0)}, "limits: 1 to 0; two finite values that grow"),
-        ({"to": "png", "limits": (0.0, 0.5)}, "radiance, SWIR frame 0 .*the limits 0 to 0.5 have to hold all"),
+        ({"to": "png", "limits": (1.0, 0.0)}, "limits: 1 to 0; two finite, increasing values"),
+        ({"to": "png", "limits": (0.0, 0.5)}, "radiance, SWIR frame 0 .*the limits 0 to 0.5 must include all"),
     ],
 )
 def test_what_cannot_be_exported_is_named_and_leaves_nothing(cube, options, message):
@@ -133,7 +133,7 @@ def test_the_command_tells_files_and_what_is_missing(cube):
     assert lines[-2] == "  cloud_top_altitude: 3 x 1 x 5 x 7 values (frames, bands or layers, rows, columns)"
     with netCDF4.Dataset(cube) as file:
         missing = np.ma.getmaskarray(file["cloud_top_altitude"][:]).sum()
-    assert lines[-1] == f"  {missing} of them do not exist: sample 0"
+    assert lines[-1] == f"  {missing} of them are missing: sample 0"
 
 
 def test_the_answer_in_json_names_the_files(cube):

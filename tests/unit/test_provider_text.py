@@ -100,5 +100,5 @@ def test_every_shipped_provider_can_be_described():
 
 
 def test_an_unknown_name_is_refused_with_the_closest_one(registry):
-    with pytest.raises(ProviderError, match=r"no provider is called 'fractl'; .*fractal"):
+    with pytest.raises(ProviderError, match=r"no provider is named 'fractl'; .*fractal"):
         described(registry, "fractl")

@@ -24,7 +24,7 @@ from hcss_twin.providers import Declares, Measured, SensorBand, SensorInputs
 
 
 class Radiometer:
-    """Blur, smear, photons, noise, fixed pattern, saturation and quantisation (docs/sensor.md)."""
+    """Blur, smear, photons, noise, fixed pattern, saturation and quantisation (docs/how-to/sensors.md)."""
 
     def __init__(self, inputs: SensorInputs, parameters: RadiometerParameters) -> None:
         self._blur = Blur(inputs, parameters)

@@ -114,7 +114,7 @@ def _other_version(spec: ProviderSpec) -> str:
         f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"
         if newer
         else f"install a newer release of the plugin; its author runs the conformance kit (hcss_twin.testing), fixes "
-        f"what fails, and sets api_version={API_VERSION} (docs/provider-api.md)"
+        f"what fails, and sets api_version={API_VERSION} (docs/reference/provider-api.md)"
     )
     draft = ", the draft before version 1," if spec.api_version == 0 else ""
     return (

@@ -62,7 +62,7 @@ class UncertainScenario:
 
 _ALLOWED = (
     'allowed: {distribution = "normal", mean = 291, standard_deviation = 0.5}, "uniform" or "log-uniform" with from '
-    "and to, or in short normal:291:0.5, normal:291:0.5:271:305 (cut off), uniform:3:9, log-uniform:1:10"
+    "and to, or in short normal:291:0.5, normal:291:0.5:271:305 (truncated), uniform:3:9, log-uniform:1:10"
 )
 
 _KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
@@ -98,10 +98,10 @@ def _table(given: Any) -> Mapping[str, Any]:
     if isinstance(given, str):
         return _parsed(given)
     if not isinstance(given, Mapping) or "distribution" not in given:
-        raise ValueError(f"{shown(given)} is no distribution; {_ALLOWED}")
+        raise ValueError(f"{shown(given)} is not a distribution; {_ALLOWED}")
     for name in ("samples", "seed"):
         if name in given:
-            raise ValueError(f"{name}: the number of draws and their seed are those of all inputs; {_ALLOWED}")
+            raise ValueError(f"{name}: all inputs share the number of draws and the seed; {_ALLOWED}")
     return dict(given)
 
 

@@ -122,22 +122,20 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
     if "coverage" in draws.names and scenario.clouds.layers[number].coverage_mode == "frame":
         notes.append(
             f"the posterior's coverage is that of the unbounded sky, but {layer}.coverage_mode is 'frame', where "
-            "each frame has exactly that coverage: the spread by seed lacks that of coverage "
+            "each frame has exactly that coverage: the spread by seed does not include that of coverage "
             f"(--set {layer}.coverage_mode=field)"
         )
     if draws.images > 1:
         notes.append(
-            f"the posterior is of {draws.images} images: each draw has all parameters of one of them, chosen at random"
+            f"the posterior describes {draws.images} images: each draw takes all parameters from one, chosen at random"
         )
     if count > draws.samples.shape[0]:
-        notes.append(
-            f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, with repetitions"
-        )
+        notes.append(f"{count} draws are taken from the {draws.samples.shape[0]} of the posterior, with repetitions")
     if draws.fixed or draws.octaves is not None:
         fixed = [f"{name} = {value:g}" for name, value in draws.fixed.items()]
         if draws.octaves is not None:
             fixed.append(f"octaves k = {draws.octaves[0]} to {draws.octaves[1]}")
-        notes.append(f"fixed by the posterior, whatever the scenario says: {', '.join(fixed)}")
+        notes.append(f"fixed by the posterior, overriding the scenario: {', '.join(fixed)}")
     return tuple(notes)
 
 

@@ -165,9 +165,9 @@ def propagate(
     scenarios = scenarios_of(uncertain_scenario, sample)
     notes = [] if drawn is None else list(notes_of(drawn, scenario, part, draws))
     if draws < FEW_DRAWS:
-        notes.append(f"{draws} draws say little about shares of the variance: {FEW_DRAWS} or more are better")
+        notes.append(f"{draws} draws give inaccurate shares of the variance: use {FEW_DRAWS} or more")
     if scenario.sensor is not None:
-        notes.append("radiance is that which reaches the sensor; what it measures is in cubes of draws")
+        notes.append("radiance is that at the sensor; measured radiance is only in the cubes of draws")
     with announce_compilation(logging.getLogger(__name__).warning):
         scenes = _Scenes(sample, uncertain_scenario.cache)
         scenes.compute(scenarios, progress)
