@@ -39,7 +39,7 @@ def test_the_short_form_and_the_table_are_the_same(short, table):
         ({"sea.temperature": [1, 2]}, "[1, 2] is not a distribution"),
         ({"sea.temperature": 291}, "291 is not a distribution"),
         ({"sea": {"temperature": {"distribution": "normal", "mean": 1}}}, "lacks standard_deviation"),
-        ({"sea.temperature": {"distribution": "uniform", "from": 1, "to": 2, "seed": 1}}, "seed: all inputs share the number"),
+        ({"sea.temperature": {"distribution": "uniform", "from": 1, "to": 2, "seed": 1}}, "seed: all inputs share"),
         ({"see.temperature": "normal:1:2"}, "not a scenario key; allowed: keys"),
         ({"seaa.temperature": "normal:1:2"}, "closest is 'sea'"),
         ({"bands": "normal:1:2"}, "must be the same in all draws"),
