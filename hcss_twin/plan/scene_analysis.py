@@ -19,6 +19,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
+from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import ViewAxis, choose_views
 from hcss_twin.plan.waves import choose_waves
@@ -43,6 +44,8 @@ class SceneAnalysis:
         Whether clear pixels show resolved waves.
     views : ViewAxis or None
         Views with tables; None if the view of the image centre is used for all pixels.
+    notes : tuple of str
+        On what the radiance model does not use of a provider.
     """
 
     accuracy: RequestedAccuracy
@@ -50,6 +53,7 @@ class SceneAnalysis:
     resolves_waves: bool
     omissions: tuple[Omission, ...]
     views: ViewAxis | None = None
+    notes: tuple[str, ...] = ()
 
 
 def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
@@ -93,12 +97,14 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
         faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
     possible = cube_variables(scenario, assembly, waves, ("all",))
-    omissions = list_omissions(
-        scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None
+    omissions = tuple(
+        list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None)
     )
     # Without radiance there are no waves to omit.
     of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()
-    return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views)
+    darkest = extreme_suns[-1] if radiance and faint is None else None
+    notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
+    return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views, notes)
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:

@@ -42,6 +42,7 @@ class _Guard:
 
     def __init__(self, provider: Any, label: str, speaker: str = "") -> None:
         self._provider, self._label, self._speaker = provider, label, speaker
+        self._called: set[str] = set()
 
     @property
     def declares(self) -> api.Declares:
@@ -50,7 +51,7 @@ class _Guard:
 
     def __getattr__(self, name: str) -> Any:
         # copying and unpickling look up attributes before there is a provider
-        if name.startswith("__") or name in ("_provider", "_label", "_speaker"):
+        if name.startswith("__") or name in ("_provider", "_label", "_speaker", "_called"):
             raise AttributeError(name)
         # first, so that hasattr() reflects whether the provider has an optional method
         provided = getattr(self._provider, name)
@@ -58,6 +59,7 @@ class _Guard:
         return object.__getattribute__(self, checked) if hasattr(type(self), checked) else provided
 
     def _call(self, name: str, *arguments: Any, **keywords: Any) -> Any:
+        self._called.add(name)
         try:
             return getattr(self._provider, name)(*arguments, **keywords)
         except HcssError:
@@ -316,6 +318,11 @@ class _Sensor(_Guard):
                 name: self._array(f"{what}.{name}", each, self._shape, *_MEASURED[name]) for name, each in given.items()
             },
         )
+
+
+def was_called(guarded: Any, name: str) -> bool:
+    """Whether a checked member of a provider made by :func:`guard` has been called."""
+    return name in guarded._called
 
 
 def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
