@@ -84,8 +84,8 @@ def slow_import(origin: Origin, module: str, seconds: float) -> tuple[Remark, ..
     if seconds <= SLOW_IMPORT_S:
         return ()
     text = (
-        f"the import of '{module}' took {seconds:.1f} s, for which commands of hcss wait; allowed: {SLOW_IMPORT_S:g} s. "
-        "The module with the hooks should import no other module of the plugin"
+        f"the import of '{module}' took {seconds:.1f} s, for which commands of hcss wait; allowed: {SLOW_IMPORT_S:g} "
+        "s. The module with the hooks should import no other module of the plugin"
     )
     return (Remark(origin, "slow import", text),)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.core.errors import CatalogError, Problem, ProviderDefect, ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
@@ -121,6 +121,8 @@ def probe_particles(assembly: Assembly) -> None:
         if cloudy:
             try:
                 assembly.optics.single_scattering(layer.microphysics, wavenumber)
+            except ProviderDefect:
+                raise
             except ProviderError as error:
                 problems.append(Problem(field, str(error)))
             except CatalogError as error:
@@ -141,7 +143,7 @@ def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
     ScenarioError
         If a provider fails for this sun but not for a high one; names ``time``.
     ProviderError
-        If it fails for both.
+        If it fails for both, or by accident.
     """
     up = sun.up
     if up.size == 0:
@@ -150,6 +152,8 @@ def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
     lowest = sun.track.at(float(sun.time_s[frame]))
     try:
         _probe(assembly, lowest)
+    except ProviderDefect:
+        raise
     except ProviderError as error:
         high = replace(lowest, zenith_deg=min(HIGH_SUN_DEG, lowest.zenith_deg))
         if _fails(lambda: _probe(assembly, high)):
@@ -176,13 +180,15 @@ def probe_last_frame(assembly: Assembly, last_s: float) -> None:
     ScenarioError
         If a generator fails there but not at the start; names ``frames``.
     ProviderError
-        If it fails at both times.
+        If it fails at both times, or by accident.
     """
     pixel = slice(0, 1), slice(0, 1)
     for generator in assembly.generators:
         if generator.declares.tileable:
             try:
                 generator.thickness_m(last_s, *pixel)
+            except ProviderDefect:
+                raise
             except ProviderError as error:
                 if _fails(partial(generator.thickness_m, 0.0, *pixel)):
                     raise

@@ -176,7 +176,7 @@ def test_unknown_hook_is_remarked_and_breaks_nothing(other, mark, topic, said):
     [remark] = registry.remarks
     assert (remark.topic, remark.origin) == (topic, origin())
     assert said in str(remark)
-    with pytest.raises(ProviderError, match="might come from a hook that is not used: hcss-a 1.2"):
+    with pytest.raises(ProviderError, match=r"might come from a hook that is not used: hcss-a 1\.2"):
         registry.resolve("optics", "soot")
 
 
