@@ -8,7 +8,7 @@ import click
 
 if TYPE_CHECKING:
     from hcss_twin.core.commands import PluginCommand
-    from hcss_twin.core.plugins import BrokenPlugin
+    from hcss_twin.core.plugins import BrokenPlugin, Remark
 
 TOPICS = {
     "Simulate": ("run", "plan", "validate", "sweep", "sense"),
@@ -27,13 +27,13 @@ class CommandGroup(click.Group):
     their commands runs.
     """
 
-    def plugin_commands(self) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
-        """Return the commands of plugins by name, and the broken plugins."""
+    def plugin_commands(self) -> tuple[dict[str, PluginCommand], list[BrokenPlugin], list[Remark]]:
+        """Return the commands of plugins by name, the broken plugins, and remarks on the others."""
         from hcss_twin.core.plugins import installed
 
         plugins = list(installed("hcss_twin.commands"))
         if not plugins:
-            return {}, []
+            return {}, [], []
         from hcss_twin.core.commands import collect
 
         return collect(plugins, self.commands)
@@ -43,7 +43,7 @@ class CommandGroup(click.Group):
         command = super().get_command(ctx, cmd_name)
         if command is not None:
             return command
-        commands, broken = self.plugin_commands()
+        commands, broken, _ = self.plugin_commands()
         if cmd_name in commands:
             loaded: click.Command = commands[cmd_name].load()
             return loaded
@@ -56,7 +56,7 @@ class CommandGroup(click.Group):
         """Write the commands by topic; summaries of plugin commands come from their specs."""
         named = {name for names in TOPICS.values() for name in names}
         topics: dict[str, Any] = {**TOPICS, "Other": sorted(set(self.commands) - named)}
-        plugins, broken = self.plugin_commands()
+        plugins, broken, _ = self.plugin_commands()
         width = max(map(len, (*self.commands, *plugins)))
         limit = formatter.width - 6 - width
         for topic, names in topics.items():

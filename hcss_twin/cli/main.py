@@ -189,8 +189,8 @@ def plugins(name: str | None, as_json: bool) -> None:
         providers = described(registry, name)
         click.echo(json.dumps(providers) if as_json else "\n\n".join(map(provider_text, providers)))
         return
-    commands, broken = cli.plugin_commands()
-    entries, broken = registry.entries(), [*registry.broken, *broken]
+    commands, broken, remarks = cli.plugin_commands()
+    entries, broken, remarks = registry.entries(), [*registry.broken, *broken], [*registry.remarks, *remarks]
     if as_json:
         facts = ("name", "distribution", "version", "summary", "references")
         answer = {
@@ -203,6 +203,7 @@ def plugins(name: str | None, as_json: bool) -> None:
                 {key: getattr(each, key) for key in ("entry_point", "distribution", "version", "error")}
                 for each in broken
             ],
+            "remarks": [{**vars(each.origin), "topic": each.topic, "remark": each.text} for each in remarks],
         }
         click.echo(json.dumps(answer))
         return
@@ -213,6 +214,8 @@ def plugins(name: str | None, as_json: bool) -> None:
         click.echo(click.style(heading, bold=True))
         for _, title, summary, origin in group:
             click.echo(f"  {title:<{width}}{summary}  [{origin}]")
+    for remark in remarks:
+        click.echo(click.style(f"remark: {remark}", fg="yellow"))
     for plugin in broken:
         click.echo(click.style(f"broken: {plugin}", fg="red"))
 

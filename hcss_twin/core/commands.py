@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+import time
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from typing import Any, TypeVar
 import pluggy
 
 from hcss_twin.core.errors import HcssError, ProviderError, closest
-from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, Remark, describe, slow_import
 
 PROJECT = "hcss_twin"
 """Project name shared by hook markers, plugin managers and entry point groups."""
@@ -28,7 +29,7 @@ GROUP = "hcss_twin.commands"
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 hookspec: Callable[[_Function], _Function] = pluggy.HookspecMarker(PROJECT)
-hookimpl: Callable[[_Function], _Function] = pluggy.HookimplMarker(PROJECT)
+hookimpl = pluggy.HookimplMarker(PROJECT)
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
 _TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
@@ -117,8 +118,8 @@ class PluginCommand:
 
 def collect(
     plugins: Iterable[tuple[Origin, EntryPoint | BaseException]], core: Collection[str]
-) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
-    """Return the commands of plugins by name, and the unusable plugins.
+) -> tuple[dict[str, PluginCommand], list[BrokenPlugin], list[Remark]]:
+    """Return the commands of plugins by name, the unusable plugins, and remarks on slow imports.
 
     A command with a name of the core, or of two plugins, is rejected; the other commands of these plugins remain.
 
@@ -131,6 +132,7 @@ def collect(
     """
     claims: dict[str, list[PluginCommand]] = defaultdict(list)
     broken: list[BrokenPlugin] = []
+    remarks: list[Remark] = []
 
     def refuse(origin: Origin, error: str, cause: BaseException | None = None) -> None:
         broken.append(BrokenPlugin(origin.entry_point, origin.distribution, origin.version, error, (), cause))
@@ -139,7 +141,10 @@ def collect(
         try:
             if isinstance(entry_point, BaseException):
                 raise entry_point
-            for spec in _specs(entry_point.load()):
+            begin = time.perf_counter()
+            plugin = entry_point.load()
+            remarks += slow_import(origin, entry_point.value, time.perf_counter() - begin)
+            for spec in _specs(plugin):
                 claims[spec.name].append(PluginCommand(spec, origin))
         except FAILURES as error:
             refuse(origin, str(error) if isinstance(error, ProviderError) else describe(error), error)
@@ -152,7 +157,7 @@ def collect(
                 refuse(command.origin, f"command '{name}' is also provided by {' and '.join(others)}")
             else:
                 commands[name] = command
-    return commands, broken
+    return commands, broken, remarks
 
 
 def _specs(plugin: Any) -> list[CommandSpec]:

@@ -11,7 +11,15 @@ from datetime import date, time
 
 
 class HcssError(Exception):
-    """Base of all errors that this package raises deliberately."""
+    """Base of all errors that this package raises deliberately.
+
+    Attributes
+    ----------
+    provider : str
+        Label of the provider that raised it, if any: no other provider is at fault.
+    """
+
+    provider: str = ""
 
 
 class CatalogError(HcssError):
@@ -20,6 +28,10 @@ class CatalogError(HcssError):
 
 class ProviderError(HcssError):
     """A provider (plugin) is unknown, broken, or violates its contract."""
+
+
+class ProviderDefect(ProviderError):
+    """A provider failed by accident or broke its contract: no key of the scenario is at fault."""
 
 
 class CubeError(HcssError):

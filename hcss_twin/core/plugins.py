@@ -9,6 +9,7 @@ import importlib.metadata
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Literal
 
 OWN_DISTRIBUTION = "hcss-twin"
 """Distribution that contains the default providers."""
@@ -54,6 +55,39 @@ class BrokenPlugin:
 
     def __str__(self) -> str:
         return f"{self.distribution} {self.version} (entry point '{self.entry_point}'): {self.error}"
+
+
+@dataclass(frozen=True)
+class Remark:
+    """What ``hcss plugins`` says of a plugin that works.
+
+    Attributes
+    ----------
+    topic : {"optional hook", "unknown hook", "slow import"}
+        A hook that this version lacks, marked as optional or not, or an import above :data:`SLOW_IMPORT_S`.
+    """
+
+    origin: Origin
+    topic: Literal["optional hook", "unknown hook", "slow import"]
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.origin} (entry point '{self.origin.entry_point}'): {self.text}"
+
+
+SLOW_IMPORT_S = 0.3
+"""Seconds of an import of a plugin's hooks above which ``hcss plugins`` names it."""
+
+
+def slow_import(origin: Origin, module: str, seconds: float) -> tuple[Remark, ...]:
+    """Return a remark on an import that took too long."""
+    if seconds <= SLOW_IMPORT_S:
+        return ()
+    text = (
+        f"the import of '{module}' took {seconds:.1f} s, for which commands of hcss wait; allowed: {SLOW_IMPORT_S:g} "
+        "s. The module with the hooks should import no other module of the plugin"
+    )
+    return (Remark(origin, "slow import", text),)
 
 
 def describe(error: BaseException) -> str:

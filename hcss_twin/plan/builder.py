@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.core.errors import CatalogError, Problem, ProviderDefect, ProviderError, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
@@ -19,15 +19,19 @@ from hcss_twin.providers.registry.specs import Kind
 def attribute_to_field(field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
     """Convert an error of a catalog or provider to a problem of the scenario's field.
 
-    An error that quotes the value of one of the ``parameters`` is attributed to that parameter.
+    An error that quotes the value of one of the ``parameters`` is attributed to that parameter. A provider that fails
+    by accident or breaks its contract is at fault itself, and no field is.
     """
     try:
         yield
+    except ProviderDefect:
+        raise
     except (CatalogError, ProviderError) as error:
         message = str(error)
+        said = message.replace(error.provider, "")  # a parameter may have the value of the provider's name
         section = field.rpartition(".")[0]
         for key, value in (parameters or {}).items():
-            if isinstance(value, str) and value and f"'{value}'" in message:
+            if isinstance(value, str) and value and f"'{value}'" in said:
                 field = f"{section}.parameters.{key}"
         raise ScenarioError([Problem(field, message)]) from error
 

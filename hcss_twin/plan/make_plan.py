@@ -95,7 +95,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
         filled_in=assembly.filled_in,
-        notes=_notes(scenario, assembly, variables, waves is not None, sunlight),
+        notes=(*_notes(scenario, assembly, variables, waves is not None, sunlight), *analysis.notes),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,

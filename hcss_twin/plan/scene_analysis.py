@@ -12,13 +12,14 @@ import numpy as np
 
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.core.errors import CatalogError, Problem, ProviderDefect, ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
+from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import ViewAxis, choose_views
 from hcss_twin.plan.waves import choose_waves
@@ -43,6 +44,8 @@ class SceneAnalysis:
         Whether clear pixels show resolved waves.
     views : ViewAxis or None
         Views with tables; None if the view of the image centre is used for all pixels.
+    notes : tuple of str
+        On what the radiance model does not use of a provider.
     """
 
     accuracy: RequestedAccuracy
@@ -50,6 +53,7 @@ class SceneAnalysis:
     resolves_waves: bool
     omissions: tuple[Omission, ...]
     views: ViewAxis | None = None
+    notes: tuple[str, ...] = ()
 
 
 def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
@@ -93,12 +97,14 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
         faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
     possible = cube_variables(scenario, assembly, waves, ("all",))
-    omissions = list_omissions(
-        scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None
+    omissions = tuple(
+        list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None)
     )
     # Without radiance there are no waves to omit.
     of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()
-    return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views)
+    darkest = extreme_suns[-1] if radiance and faint is None else None
+    notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
+    return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views, notes)
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:
@@ -115,6 +121,8 @@ def probe_particles(assembly: Assembly) -> None:
         if cloudy:
             try:
                 assembly.optics.single_scattering(layer.microphysics, wavenumber)
+            except ProviderDefect:
+                raise
             except ProviderError as error:
                 problems.append(Problem(field, str(error)))
             except CatalogError as error:
@@ -135,7 +143,7 @@ def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
     ScenarioError
         If a provider fails for this sun but not for a high one; names ``time``.
     ProviderError
-        If it fails for both.
+        If it fails for both, or by accident.
     """
     up = sun.up
     if up.size == 0:
@@ -144,6 +152,8 @@ def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
     lowest = sun.track.at(float(sun.time_s[frame]))
     try:
         _probe(assembly, lowest)
+    except ProviderDefect:
+        raise
     except ProviderError as error:
         high = replace(lowest, zenith_deg=min(HIGH_SUN_DEG, lowest.zenith_deg))
         if _fails(lambda: _probe(assembly, high)):
@@ -170,13 +180,15 @@ def probe_last_frame(assembly: Assembly, last_s: float) -> None:
     ScenarioError
         If a generator fails there but not at the start; names ``frames``.
     ProviderError
-        If it fails at both times.
+        If it fails at both times, or by accident.
     """
     pixel = slice(0, 1), slice(0, 1)
     for generator in assembly.generators:
         if generator.declares.tileable:
             try:
                 generator.thickness_m(last_s, *pixel)
+            except ProviderDefect:
+                raise
             except ProviderError as error:
                 if _fails(partial(generator.thickness_m, 0.0, *pixel)):
                     raise

@@ -46,7 +46,8 @@ class TransmittanceOptions(Protocol):
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return thermal emission (P, V) of single legs, seen from space, W m-2 sr-1 (cm-1)-1, 0 or more.
 
-        Without it the engine computes path radiance from transmittances and temperatures.
+        Without it the engine computes path radiance from transmittances and temperatures. A radiance model may do so
+        in any case, as ``physical`` does; plan and cube then say how much clear radiance would change.
         """
         ...
 

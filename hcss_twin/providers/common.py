@@ -128,7 +128,17 @@ LAYER_OPTIONS = ("coverage_mode", "edge_taper")
 FRACTION_TOLERANCE = 1e-9
 """Allowed rounding error of emissivity, transmittance, albedo and moments at their limits, in the kit and in runs."""
 
-MEASURED = ("photon_rate", "digital_number", "saturated")
+THICKNESS_TOLERANCE = 1e-6
+"""Relative tolerance by which a float32 thickness may leave the layer's range, in the kit and in runs."""
+
+MEASURED_LIMITS: Mapping[str, tuple[float, float]] = {
+    "photon_rate": (-math.inf, math.inf),
+    "digital_number": (0.0, 2.0**31 - 1.0),
+    "saturated": (0.0, 2.0),
+}
+"""Ranges of a sensor's variables, in the kit and in runs."""
+
+MEASURED = tuple(MEASURED_LIMITS)
 """Allowed names in ``Sensor.variables``."""
 
 

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
+from hcss_twin.providers.common import THICKNESS_TOLERANCE
 from hcss_twin.testing.samples import ProviderContract, sample_cloud_inputs, still
 
 
@@ -59,8 +60,8 @@ class CloudGeneratorContract(ProviderContract):
             field = whole(provider, inputs, time_s)
             assert np.all(np.isfinite(field))
             cloudy = field[field != 0.0]
-            assert np.all(cloudy >= layer.thickness_min_m * (1 - 1e-6))
-            assert np.all(cloudy <= layer.thickness_max_m * (1 + 1e-6))
+            assert np.all(cloudy >= layer.thickness_min_m * (1 - THICKNESS_TOLERANCE))
+            assert np.all(cloudy <= layer.thickness_max_m * (1 + THICKNESS_TOLERANCE))
 
     def test_no_coverage_is_clear_sky_and_full_coverage_has_no_gap(self) -> None:
         """Coverage 0: 0 everywhere. Coverage 1: cloud everywhere."""

@@ -27,6 +27,9 @@ def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
     registry = Registry.discover()
     broken = [str(each) for each in registry.broken if each.distribution == distribution]
     assert not broken, f"the plugin is broken: {broken}"
+    remarks = [each for each in registry.remarks if each.origin.distribution == distribution]
+    unknown = [str(each) for each in remarks if each.topic == "unknown hook"]
+    assert not unknown, f"the plugin has unknown hooks: {unknown}"
     entry = registry.resolve(kind, f"{distribution}/{name}")
     _assert_has_methods(registry.provider_class(entry), entry)
     model = registry.parameters_model(entry)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
-from hcss_twin.providers.common import check_measured
+from hcss_twin.providers.common import MEASURED_LIMITS, check_measured
 from hcss_twin.testing.samples import ProviderContract, frozen, sample_sensor_inputs
 
 _FRAMES = 3
@@ -56,6 +56,8 @@ class SensorContract(ProviderContract):
                 if value is not None:
                     assert value.shape == scene.shape[1:], field.name
                     assert np.all(np.isfinite(value)), field.name
+                    low, high = MEASURED_LIMITS.get(field.name, (-np.inf, np.inf))
+                    assert np.all((value >= low) & (value <= high)), field.name
                     counted = field.name in ("digital_number", "saturated")
                     assert value.dtype.kind in ("iu" if counted else "f"), field.name
                     assert not counted or value.min() >= 0, field.name

@@ -1,9 +1,12 @@
+import json
 import subprocess
 import sys
 from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
 
+from hcss_twin.cli import cli
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.plugins import installed
 from hcss_twin.providers.registry import API_VERSION, Kind, Origin, ProviderSpec, Registry, defaults, hookimpl
@@ -98,7 +101,7 @@ BROKEN = {
     "raises": (plugin(error=RuntimeError("boom")), "RuntimeError: boom"),
     "exits": (plugin(error=SystemExit(3)), "SystemExit: 3"),
     "misspelt": (plugin([spec()], hook="hcss_register_transmitance_providers"), f"did you mean '{HOOK}'"),
-    "unmarked": (plugin([spec()], mark=None), "lacks the @hookimpl decorator"),
+    "unmarked": (plugin([spec()], mark=None), "lacks the @hookimpl mark"),
     "empty": (SimpleNamespace(), "no hook found"),
     "none": (plugin(None), "returned None"),
     "a single spec": (plugin(spec()), "returned ProviderSpec; expected a list"),
@@ -142,6 +145,55 @@ def test_another_api_version_says_whose_turn_it_is(version, whose_turn):
         registry.resolve("atmosphere", "grey")
 
 
+LATER = "hcss_register_elements"
+"""A hook that this version lacks, as an older engine lacks those of later versions."""
+
+
+def two_hooks(other, mark):
+    """A plugin with a gas and a second hook, which would fail if it were called."""
+    gas = plugin([spec()])
+    vars(gas)[other] = mark(lambda surprise: 1 / 0)
+    return gas
+
+
+@pytest.mark.parametrize(
+    ("other", "mark", "topic", "said"),
+    [
+        (
+            LATER,
+            hookimpl(optionalhook=True),
+            "optional hook",
+            f"'{LATER}' is ignored: hcss_twin {__version__} does not",
+        ),
+        (LATER, hookimpl, "unknown hook", f"'{LATER}'"),
+        ("hcss_register_optic", hookimpl, "unknown hook", "(did you mean 'hcss_register_optics'?) is ignored"),
+    ],
+)
+def test_unknown_hook_is_remarked_and_breaks_nothing(other, mark, topic, said):
+    registry = registry_with((two_hooks(other, mark), origin()))
+    assert not registry.broken
+    assert registry.resolve("atmosphere", "grey").distribution == "hcss-a"
+    [remark] = registry.remarks
+    assert (remark.topic, remark.origin) == (topic, origin())
+    assert said in str(remark)
+    with pytest.raises(ProviderError, match=r"might come from a hook that is not used: hcss-a 1\.2"):
+        registry.resolve("optics", "soot")
+
+
+def test_plugin_whose_only_hook_is_optional_and_unknown_is_not_broken():
+    later = registry_with((plugin([], hook=LATER, mark=hookimpl(optionalhook=True)), origin()))
+    assert not later.broken
+    assert [each.topic for each in later.remarks] == ["optional hook"]
+
+
+def test_hook_may_have_a_function_of_another_name():
+    named = SimpleNamespace(gases=hookimpl(specname=HOOK)(lambda: [spec()]))
+    registry = registry_with((named, origin()))
+    assert not registry.broken
+    assert not registry.remarks
+    assert "grey" in registry.names("atmosphere")
+
+
 def test_plugin_cannot_wrap_the_hooks_of_others():
     registry = registry_with((Wrapper(), origin()), (plugin([spec()]), origin("hcss-b")))
     assert registry.names("atmosphere") == ("band-model", "grey", "table")
@@ -176,7 +228,7 @@ def test_same_name_may_stand_for_different_kinds():
 
 def test_one_distribution_cannot_bring_a_name_twice():
     registry = registry_with((plugin([spec()]), origin()), (plugin([spec()]), origin(entry_point="b")))
-    assert "also brought by the entry point 'a'" in registry.broken[0].error
+    assert "also registered by the entry point 'a'" in registry.broken[0].error
     assert registry.resolve("atmosphere", "grey").origin.entry_point == "a"
 
 
@@ -234,6 +286,40 @@ def test_entry_points_are_read_one_distribution_at_a_time(tmp_path, monkeypatch)
     assert "ZeroDivisionError" in errors["ccc-raises"]
     assert "SystemExit: bye" in errors["ddd-exits"]
     assert str(registry.resolve("optics", "shiny").origin) == "eee-good 5"
+
+
+REGISTERS = """
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
+@hookimpl
+def hcss_register_optics():
+    return [ProviderSpec('shiny', 'not_imported:Yet', None, 1, 'shiny')]
+"""
+
+
+def test_only_metadata_is_read_until_a_name_may_be_of_a_plugin(tmp_path, monkeypatch):
+    install(tmp_path, "fff-lazy", "1", "[hcss_twin]\nl = hcss_plugin_imported_late\n")
+    (tmp_path / "hcss_plugin_imported_late.py").write_text(REGISTERS)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "hcss_plugin_imported_late", raising=False)
+    registry = Registry.discover()
+    registry.resolve("optics", own("mie"))
+    assert "hcss_plugin_imported_late" not in sys.modules
+    registry.resolve("optics", "fff-lazy/shiny")
+    assert "hcss_plugin_imported_late" in sys.modules
+
+
+@pytest.mark.parametrize("group", ["hcss_twin", "hcss_twin.commands"])
+def test_slow_import_is_named_by_hcss_plugins(tmp_path, monkeypatch, group):
+    name = f"hcss_plugin_slow_{len(group)}"
+    install(tmp_path, "ggg-slow", "1", f"[{group}]\ns = {name}\n")
+    hook = "from hcss_twin.core.commands import hookimpl\n@hookimpl\ndef hcss_commands(): return []\n"
+    (tmp_path / f"{name}.py").write_text("import time; time.sleep(0.35)\n" + REGISTERS + hook)
+    monkeypatch.syspath_prepend(tmp_path)
+    done = CliRunner().invoke(cli, ["plugins"])
+    assert f"remark: ggg-slow 1 (entry point 's'): the import of '{name}' took 0." in done.output
+    monkeypatch.delitem(sys.modules, name)
+    remarks = json.loads(CliRunner().invoke(cli, ["plugins", "--json"]).stdout)["remarks"]
+    assert ("ggg-slow", "slow import") in {(each["distribution"], each["topic"]) for each in remarks}
 
 
 def test_first_of_two_installations_of_a_distribution_counts(tmp_path, monkeypatch):

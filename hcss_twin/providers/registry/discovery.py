@@ -9,7 +9,7 @@ from typing import Any
 import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
-from hcss_twin.core.plugins import Origin
+from hcss_twin.core.plugins import Origin, Remark
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
 from hcss_twin.version import __version__
@@ -63,22 +63,25 @@ class Entry:
 class Collection:
     """Specs of one plugin, filled hook by hook, so that specs collected before a failure are known."""
 
+    origin: Origin
     specs: list[tuple[Kind, ProviderSpec]] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
 
     def take(self, plugin: Any) -> None:
         """Collect the specs of all hooks of a plugin.
 
         Each plugin has a separate manager, so that no plugin can wrap, reorder or break the hook calls of another.
+        Unknown hooks are ignored with a remark, as a plugin may have hooks of later versions.
 
         Raises
         ------
         ProviderError
-            If the plugin has no hook, a misspelt hook, or returns anything but specs.
+            If the plugin has no hook that is known or optional, or returns anything but specs.
         """
         manager = pluggy.PluginManager(specs.PROJECT)
         manager.add_hookspecs(specs)
         manager.register(plugin)
-        _check_names(manager, plugin)
+        self._check_names(manager, plugin)
         for kind in Kind:
             caller = getattr(manager.hook, kind.hook)
             implementations = caller.get_hookimpls()
@@ -106,6 +109,32 @@ class Collection:
                 raise ProviderError(f"hook {kind.hook} returned the name '{item.name}' twice")
             self.specs.append((kind, item))
 
+    def _check_names(self, manager: pluggy.PluginManager, plugin: object) -> None:
+        known = [kind.hook for kind in Kind]
+        marks = {name: manager.parse_hookimpl_opts(plugin, name) for name in dir(plugin)}
+        hooks = {mark.get("specname") or name: mark for name, mark in marks.items() if mark is not None}
+        unknown = {name: mark["optionalhook"] for name, mark in hooks.items() if name not in (*known, _COMMANDS)}
+        guesses = {name: closest(name, known) for name, optional in unknown.items() if not optional}
+        hints = [f"'{name}'" + (f" (did you mean '{guess}'?)" if guess else "") for name, guess in guesses.items()]
+        wrong, all_known = f"unknown hook {', '.join(hints)}", f"; hooks are {', '.join(known)}"
+        if not hooks:
+            bare = [name for name in dir(plugin) if name.startswith("hcss_register")]
+            why = f"; {', '.join(bare)} lacks the @hookimpl mark" if bare else ""
+            raise ProviderError(f"no hook found in {plugin!r}{why}{all_known}")
+        if not set(hooks) & set(known) and not any(unknown.values()):
+            only = "its only hook is hcss_commands: declare it in the entry point group hcss_twin.commands"
+            raise ProviderError(wrong + all_known if hints else only)
+        if hints:
+            later = "; mark a hook of other versions with @hookimpl(optionalhook=True)"
+            self.remarks.append(Remark(self.origin, "unknown hook", f"{wrong} is ignored{all_known}{later}"))
+        for name, optional in unknown.items():
+            if optional:
+                text = f"optional hook '{name}' is ignored: hcss_twin {__version__} does not have it"
+                self.remarks.append(Remark(self.origin, "optional hook", text))
+
+
+_COMMANDS = specs.hcss_commands.__name__
+
 
 def _other_version(spec: ProviderSpec) -> str:
     """Return the message for different API versions, with the remedy."""
@@ -121,21 +150,3 @@ def _other_version(spec: ProviderSpec) -> str:
         f"'{spec.name}' is written for version {spec.api_version} of the provider API{draft} and this hcss_twin "
         f"{__version__} speaks version {API_VERSION}: {remedy}"
     )
-
-
-def _check_names(manager: pluggy.PluginManager, plugin: object) -> None:
-    known = [kind.hook for kind in Kind]
-    implemented = [name for name in dir(plugin) if manager.parse_hookimpl_opts(plugin, name) is not None]
-    try:
-        manager.check_pending()
-    except pluggy.PluginValidationError as error:
-        wrong = [name for name in implemented if name not in known]
-        guesses = {name: closest(name, known) for name in wrong}
-        hints = [f"'{name}'" + (f" (did you mean '{guess}'?)" if guess else "") for name, guess in guesses.items()]
-        raise ProviderError(f"unknown hook {', '.join(hints)}; hooks are {', '.join(known)}") from error
-    if not implemented:
-        bare = [name for name in dir(plugin) if name.startswith("hcss_register")]
-        why = f"; {', '.join(bare)} lacks the @hookimpl mark" if bare else ""
-        raise ProviderError(f"no hook found in {plugin!r}{why}; hooks are {', '.join(known)}")
-    if not set(implemented) & set(known):
-        raise ProviderError("its only hook is hcss_commands: declare it in the entry point group hcss_twin.commands")

@@ -2,14 +2,16 @@
 
 Without them an error in a plugin would cause wrong radiance, or an exception far from its cause. Each wrapper has the
 methods of its Protocol. A result of another shape, of a type that is no real number, not finite or out of range, and
-any exception that is not deliberate (``HcssError``), becomes a ProviderError that names provider, distribution and
-method. Values are converted to the contract's dtype; rounding errors at the limits of optical properties are removed.
-All other attributes are delegated to the provider.
+any exception that is not deliberate (``HcssError``), becomes a ProviderDefect that names provider, distribution, method
+and arguments; deliberate errors of plugins get these names, too. Values are converted to the contract's dtype; rounding
+errors at the limits of optical properties are removed. All other attributes are delegated to the provider.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import functools
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,19 +20,59 @@ from numpy.typing import DTypeLike, NDArray
 
 from hcss_twin import providers as api
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import HcssError, ProviderError
+from hcss_twin.core.errors import CatalogError, HcssError, ProviderDefect, ProviderError
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe
 from hcss_twin.physics.paths import Path
-from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, attributed
+from hcss_twin.providers.common import (
+    FRACTION_TOLERANCE,
+    LAYER_OPTIONS,
+    MEASURED_LIMITS,
+    THICKNESS_TOLERANCE,
+    attributed,
+)
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
-
-THICKNESS_TOLERANCE = 1e-6
-"""Relative tolerance by which a float32 thickness may exceed the layer's maximum."""
 
 _ANY = (-float("inf"), float("inf"))
 _POSITIVE = (0.0, float("inf"))
 _FRACTION = (-FRACTION_TOLERANCE, 1.0 + FRACTION_TOLERANCE)
+
+
+def _shown(value: Any) -> str:
+    """Describe an argument: shapes of arrays, types of objects, numbers as they are."""
+    if isinstance(value, np.ndarray):
+        return f"of shape {value.shape}"
+    if value is None or isinstance(value, int | float | str | slice):
+        return f"= {value!r}"
+    if isinstance(value, Sequence):
+        return f"of length {len(value)}"
+    return f"a {type(value).__name__}"
+
+
+def _telling(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the provider, its member and the arguments to errors of a guarded method."""
+    signature, member = inspect.signature(method), method.__name__.removeprefix("_checked_")
+
+    @functools.wraps(method)
+    def told(self: _Guard, *arguments: Any, **keywords: Any) -> Any:
+        try:
+            return method(self, *arguments, **keywords)
+        except HcssError as error:
+            if error.provider:  # of this provider, or of another one that it uses
+                raise
+            if type(error) not in (ProviderDefect, ProviderError, CatalogError) or (
+                self._own and not isinstance(error, ProviderDefect)
+            ):
+                error.provider = self._label
+                raise
+            values = list(signature.bind(self, *arguments, **keywords).arguments.items())[1:]
+            given = ", ".join(f"{name} {_shown(value)}" for name, value in values) or "none"
+            text = str(error) if isinstance(error, ProviderDefect) else f"{self._label}: {member}(): {error}"
+            named = type(error)(f"{text}; arguments: {given}")
+            named.provider = self._label
+            raise named from (error.__cause__ or error)
+
+    return told
 
 
 class _Guard:
@@ -42,31 +84,51 @@ class _Guard:
 
     def __init__(self, provider: Any, label: str, speaker: str = "") -> None:
         self._provider, self._label, self._speaker = provider, label, speaker
+        self._called: set[str] = set()
+
+    def __init_subclass__(cls) -> None:
+        for name, member in list(vars(cls).items()):
+            if inspect.isfunction(member) and (not name.startswith("_") or name.startswith("_checked_")):
+                setattr(cls, name, _telling(member))
+
+    @property
+    def _own(self) -> bool:
+        """Whether the provider is of this package: its messages already say whose they are."""
+        return not self._speaker
 
     @property
     def declares(self) -> api.Declares:
-        declares: api.Declares = self._provider.declares
+        declares: api.Declares = self._read("declares")
         return attributed(declares, self._speaker) if self._speaker else declares
 
     def __getattr__(self, name: str) -> Any:
         # copying and unpickling look up attributes before there is a provider
-        if name.startswith("__") or name in ("_provider", "_label", "_speaker"):
+        if name.startswith("__") or name in ("_provider", "_label", "_speaker", "_called"):
             raise AttributeError(name)
         # first, so that hasattr() reflects whether the provider has an optional method
-        provided = getattr(self._provider, name)
+        provided = self._read(name)
         checked = f"_checked_{name}"
         return object.__getattribute__(self, checked) if hasattr(type(self), checked) else provided
 
+    def _read(self, name: str) -> Any:
+        try:
+            return getattr(self._provider, name)
+        except (AttributeError, HcssError):
+            raise
+        except FAILURES as error:
+            raise ProviderDefect(f"{self._label}: reading {name} raised {describe(error)}") from error
+
     def _call(self, name: str, *arguments: Any, **keywords: Any) -> Any:
+        self._called.add(name)
         try:
             return getattr(self._provider, name)(*arguments, **keywords)
         except HcssError:
             raise
         except FAILURES as error:
-            raise ProviderError(f"{self._label}: {name}() raised {describe(error)}") from error
+            raise ProviderDefect(f"{self._label}: {name}() raised {describe(error)}") from error
 
-    def _refuse(self, what: str, expected: str, got: str) -> ProviderError:
-        return ProviderError(f"{self._label}: {what} broke its contract: expected {expected}, got {got}")
+    def _refuse(self, what: str, expected: str, got: str) -> ProviderDefect:
+        return ProviderDefect(f"{self._label}: {what} broke its contract: expected {expected}, got {got}")
 
     def _array(
         self,
@@ -209,10 +271,10 @@ class _Sea(_Guard):
         return float(rms[0]), float(rms[1])
 
     def _checked_wave_field(self, grid: api.Grid, motion: api.Motion, seed: int) -> _Waves:
-        return _Waves(self._call("wave_field", grid, motion, seed), self._label)
+        return _Waves(self._call("wave_field", grid, motion, seed), self._label, self._speaker)
 
     def _checked_tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> _Sea:
-        return _Sea(self._call("tilted", upwind, crosswind, pixel_size_m), self._label)
+        return _Sea(self._call("tilted", upwind, crosswind, pixel_size_m), self._label, self._speaker)
 
 
 class _Optics(_Guard):
@@ -249,6 +311,11 @@ class _Transmittance(_Guard):
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         return self._spectral("transmittance", (len(paths),), _FRACTION, wavenumber_cm1, paths)
 
+    def _checked_absorber_amounts(self, paths: Sequence[Path]) -> Array:
+        value = self._call("absorber_amounts", paths)
+        shape = np.shape(value)
+        return self._array("absorber_amounts()", value, (len(paths), *shape[1:2]))
+
     def _checked_transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
         return self._spectral("transmittance_of_amounts", (len(amounts),), _FRACTION, wavenumber_cm1, amounts)
 
@@ -274,23 +341,23 @@ class _Radiance(_Guard):
         return self._terms("cloudy()", value, (thickness_m.shape[0], wavenumber_cm1.size), sun)
 
     def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: api.Sun | None) -> dict[str, Array]:
-        names = tuple(self._provider.terms)
+        names = tuple(self._read("terms"))
         if not isinstance(value, Mapping) or set(value) != set(names):
             got = (", ".join(map(str, value)) or "none") if isinstance(value, Mapping) else type(value).__name__
             raise self._refuse(what, f"a mapping with the terms {', '.join(names)}", got)
         terms: dict[str, Array] = {name: self._array(f"term '{name}' of {what}", value[name], shape) for name in names}
-        for name in self._provider.solar_terms if sun is None else ():
+        for name in self._read("solar_terms") if sun is None else ():
             if np.any(terms[name]):
                 raise self._refuse(f"solar term '{name}' of {what}", "exactly 0 without a sun", "other values")
         return terms
 
 
-_MEASURED: Mapping[str, tuple[tuple[float, float], DTypeLike, str]] = {
-    "photon_rate": (_ANY, np.float64, "fiu"),
-    "digital_number": ((0.0, 2.0**31 - 1.0), np.int32, "iu"),
-    "saturated": ((0.0, 2.0), np.uint8, "iu"),
+_MEASURED: Mapping[str, tuple[DTypeLike, str]] = {
+    "photon_rate": (np.float64, "fiu"),
+    "digital_number": (np.int32, "iu"),
+    "saturated": (np.uint8, "iu"),
 }
-"""Limits, target type and accepted type kinds of a sensor's further variables."""
+"""Target type and accepted type kinds of a sensor's further variables."""
 
 
 class _Sensor(_Guard):
@@ -302,7 +369,7 @@ class _Sensor(_Guard):
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> api.Measured:
         value = self._call("measure", radiance, frame, time_s)
-        what, declared = "measure()", self._provider.variables
+        what, declared = "measure()", self._read("variables")
         if not isinstance(value, api.Measured):
             raise self._refuse(what, "Measured", type(value).__name__)
         given = {name: getattr(value, name) for name in _MEASURED if getattr(value, name) is not None}
@@ -313,9 +380,15 @@ class _Sensor(_Guard):
         return api.Measured(
             self._array(f"{what}.radiance", value.radiance, self._shape),
             **{
-                name: self._array(f"{what}.{name}", each, self._shape, *_MEASURED[name]) for name, each in given.items()
+                name: self._array(f"{what}.{name}", each, self._shape, MEASURED_LIMITS[name], *_MEASURED[name])
+                for name, each in given.items()
             },
         )
+
+
+def was_called(guarded: Any, name: str) -> bool:
+    """Whether a checked member of a provider made by :func:`guard` has been called."""
+    return name in guarded._called
 
 
 def guard(entry: Entry, provider: Any, inputs: Any) -> Any:

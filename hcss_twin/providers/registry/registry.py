@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import threading
+import time
 from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from
-from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe, installed, normalised
+from hcss_twin.core.plugins import (
+    FAILURES,
+    OWN_DISTRIBUTION,
+    BrokenPlugin,
+    Origin,
+    Remark,
+    describe,
+    installed,
+    normalised,
+    slow_import,
+)
 from hcss_twin.providers.registry import defaults
 from hcss_twin.providers.registry.discovery import Collection, Entry
 from hcss_twin.providers.registry.specs import PROJECT, Kind
@@ -29,19 +41,22 @@ class Registry:
     """Providers that can be selected, and broken plugins.
 
     Each run has its own; there is no global registry. A plugin is registered completely or not at all; its exceptions
-    are stored in :attr:`broken` and not propagated.
+    are stored in :attr:`broken` and not propagated. Only metadata of an installed plugin is read until a provider is
+    selected by a name that it may have: qualified names, such as those of all defaults, import no other distribution.
     """
 
     def __init__(self) -> None:
         self._entries: list[Entry] = []
         self._broken: list[BrokenPlugin] = []
+        self._remarks: list[Remark] = []
+        self._waiting: list[tuple[Origin, importlib.metadata.EntryPoint | BaseException]] = []
+        self._lock = threading.RLock()
 
     @classmethod
     def discover(cls) -> Registry:
         """Return a registry of the defaults and of every installed entry point of group ``hcss_twin``."""
         registry = cls.defaults_only()
-        for origin, source in installed(PROJECT):
-            registry.add_lazily(origin, _loader(source))
+        registry._waiting += installed(PROJECT)
         return registry
 
     @classmethod
@@ -53,11 +68,24 @@ class Registry:
 
     def add(self, plugin: object, origin: Origin) -> None:
         """Register an imported plugin module or object."""
-        self.add_lazily(origin, lambda: plugin)
+        self._register(origin, lambda: plugin)
 
-    def add_lazily(self, origin: Origin, load: Callable[[], object]) -> None:
+    def _import_waiting(self, distribution: str = "") -> None:
+        """Import the installed plugins of a distribution, by default of all, that have not been imported."""
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+            for origin, source in waiting:
+                if distribution and normalised(origin.distribution) != normalised(distribution):
+                    self._waiting.append((origin, source))
+                else:
+                    begin = time.perf_counter()
+                    self._register(origin, _loader(source))
+                    if not isinstance(source, BaseException):
+                        self._remarks += slow_import(origin, source.value, time.perf_counter() - begin)
+
+    def _register(self, origin: Origin, load: Callable[[], object]) -> None:
         """Register the plugin that ``load`` returns; a failure is recorded and does not affect others."""
-        collection = Collection()
+        collection = Collection(origin)
         try:
             collection.take(load())
             self._check_own_duplicates(collection, origin)
@@ -69,6 +97,7 @@ class Registry:
             )
         else:
             self._entries += [Entry(kind, spec, origin) for kind, spec in collection.specs]
+            self._remarks += collection.remarks
 
     def _check_own_duplicates(self, collection: Collection, origin: Origin) -> None:
         taken = {
@@ -86,10 +115,18 @@ class Registry:
     @property
     def broken(self) -> tuple[BrokenPlugin, ...]:
         """Plugins that could not be registered, with their errors."""
+        self._import_waiting()
         return tuple(self._broken)
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """Ignored hooks and slow imports of plugins."""
+        self._import_waiting()
+        return tuple(self._remarks)
 
     def entries(self, kind: Kind | str | None = None) -> tuple[Entry, ...]:
         """Return every provider, or those of one kind, in the order of kinds, names and distributions."""
+        self._import_waiting()
         order = list(Kind)
         wanted = order if kind is None else [Kind(kind)]
         return tuple(
@@ -115,10 +152,12 @@ class Registry:
         """
         kind = Kind(kind)
         distribution, separator, plain = name.rpartition("/")
+        self._import_waiting(distribution)
         matches = [
             entry
-            for entry in self.entries(kind)
-            if entry.name == plain and (not separator or normalised(entry.distribution) == normalised(distribution))
+            for entry in sorted(self._entries, key=lambda entry: entry.distribution)
+            if (entry.kind, entry.name) == (kind, plain)
+            and (not separator or normalised(entry.distribution) == normalised(distribution))
         ]
         if len(matches) == 1:
             return matches[0]
@@ -139,10 +178,13 @@ class Registry:
         if not suspects:
             suspects = list(self._broken)
             verb = "It might come from"
+        ignored = [str(each) for each in self._remarks if each.topic != "slow import"]
         if suspects:
             listed = "; ".join(str(each) for each in suspects)
             text += f". {verb} an installed plugin that is broken: {listed}"
-        else:
+        if ignored:
+            text += f". It might come from a hook that is not used: {'; '.join(ignored)}"
+        if not suspects and not ignored:
             text += (
                 ". If it is part of a separate package, install that package into this environment "
                 "(pip install ...); `hcss plugins` shows what is installed"
