@@ -111,7 +111,11 @@ def contract_of(kind: str, name: str, parameters: Mapping[str, Any], events_path
         events.write(error=str(error))
         raise
     base: Any = getattr(testing, contract_name(entry.kind))
-    create = timed(registry.create, entry.spec.target.partition(":")[2], events, next(numbers))
+
+    def construct(inputs: Any) -> Any:
+        return registry.create(entry, inputs, chosen)
+
+    create = timed(construct, entry.spec.target.partition(":")[2], events, next(numbers))
 
     class Installed(base):  # type: ignore[misc]
         def test_registration_is_sound(self) -> None:
@@ -119,7 +123,7 @@ def contract_of(kind: str, name: str, parameters: Mapping[str, Any], events_path
             testing.assert_registered(entry.kind, entry.name, entry.distribution)
 
         def make_provider(self, inputs: Any) -> Any:
-            return Timed(create(entry, inputs, chosen), events, numbers)
+            return Timed(create(inputs), events, numbers)
 
         if profile is not None:
 
