@@ -23,7 +23,7 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | exit code | meaning |
 |---|---|
 | 0 | success |
-| 1 | failure, including a failed certificate and a cube that differs in `hcss verify` |
+| 1 | failure, including a failed certificate, a difference in `hcss verify`, a failed law in `hcss check` |
 | 2 | wrong scenario or command line |
 | 130, 143 | interrupted, terminated |
 

@@ -14,7 +14,8 @@ TOPICS = {
     "Simulate": ("run", "plan", "validate", "sweep", "sense"),
     "Look at cubes": ("preview", "report", "volume", "export", "verify"),
     "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
-    "Inputs": ("scenarios", "schema", "plugins", "atmosphere"),
+    "Inputs": ("scenarios", "schema", "atmosphere"),
+    "Plugins": ("plugins", "new-plugin", "check"),
     "This machine": ("bench", "cache"),
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""

@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from hcss_twin.cli.atmosphere import atmosphere
+from hcss_twin.cli.authors import check, new_plugin
 from hcss_twin.cli.bench import bench
 from hcss_twin.cli.clouds import clouds, import_command
 from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
@@ -251,12 +252,14 @@ for _command in (
     atmosphere,
     bench,
     cache,
+    check,
     clouds,
     evaluate_command,
     export_command,
     fit_command,
     import_command,
     match_command,
+    new_plugin,
     report_command,
     sense,
     sweep_command,

@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 import hcss_twin
+from hcss_twin.providers.registry import Kind
 
 # Its environments take long to make: they are made by one worker.
 pytestmark = [pytest.mark.long, pytest.mark.xdist_group("plugins")]
@@ -238,3 +239,34 @@ def test_default_scenario_runs_beside_a_plugin_with_the_name_of_a_default(tmp_pa
     done = environment.run("chosen.nc", **{"atmosphere.provider": "table"})
     assert done.returncode != 0
     assert '"hcss-twin/table" or "second-table/table"' in done.stderr
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """An environment with a new plugin of every kind."""
+    environment = Environment(tmp_path_factory.mktemp("written"))
+    for kind in Kind:
+        done = environment.hcss("new-plugin", kind, f"own-{kind}")
+        assert done.returncode == 0, done.stderr
+        environment.install(environment.folder / f"hcss-own-{kind}")
+    return environment
+
+
+def test_new_plugins_are_listed(written):
+    listed = json.loads(written.hcss("plugins", "--json").stdout)
+    found = {(each["kind"], each["name"]) for each in listed["providers"]}
+    assert found >= {(str(kind), f"own-{kind}") for kind in Kind}
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_the_tests_of_a_new_plugin_pass(written, kind):
+    done = written.call("-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", f"hcss-own-{kind}")
+    assert done.returncode == 0, done.stdout
+    assert " passed" in done.stdout
+
+
+def test_a_new_plugin_is_fully_typed(written):
+    pytest.importorskip("mypy", reason="mypy comes with the extra dev")
+    for kind in Kind:
+        done = written.call("-m", "mypy", "--strict", "--cache-dir", str(written.folder / "cache"), f"hcss-own-{kind}")
+        assert done.returncode == 0, done.stdout
