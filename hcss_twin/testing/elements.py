@@ -52,9 +52,9 @@ class ElementContract(ProviderContract):
         return sample_element_inputs()
 
     def test_declaration_is_sound(self, provider: ElementProvider) -> None:
-        """Names, ranges and variables that the engine understands; variables are known before construction."""
+        """Names, ranges and variables that the engine understands."""
         super().test_declaration_is_sound(provider)
-        check_element_variables(type(provider).variables)
+        check_element_variables(provider.variables)
 
     def test_shapes_ranges_and_what_was_promised(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """Distinct pixels of the window, shares up to 1, either radiance or intensity, declared variables."""

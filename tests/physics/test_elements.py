@@ -30,10 +30,9 @@ STRENGTH = 1e4  # W/sr
 
 def planned(*tracks, clouds=None, footprint=0.0, **changes):
     elements = [{"parameters": {"tracks": list(tracks), "footprint": footprint}}] if tracks else []
-    nested = {key: value for key, value in CHEAP.items()}
     raw = {key: value for key, value in BASE.items() if key not in CHEAP}
     raw |= {} if clouds is None else {"clouds": clouds}
-    return make_plan(Scenario.from_dict({**raw, "elements": elements}, {**nested, **changes}))
+    return make_plan(Scenario.from_dict({**raw, "elements": elements}, {**CHEAP, **changes}))
 
 
 def frame(plan):

@@ -85,7 +85,7 @@ def _given(track: Track, bands: list[str]) -> SourceTrack:
     elif isinstance(track.intensity, dict):
         for name in (*bands, *track.intensity):
             if name not in track.intensity or name not in bands:
-                message = f"intensity needs a number for each band of the scene and no other; '{name}' is "
+                message = f"point-sources, tracks: intensity needs a number for each band and no other; '{name}' is "
                 message += "missing" if name in bands else f"no band: {choose_from(name, bands)}"
                 raise ScenarioError([Problem("elements", message)])
         strength = [track.intensity[name] for name in bands]
