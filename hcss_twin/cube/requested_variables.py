@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from hcss_twin.core.errors import choose_from
 from hcss_twin.cube.variables import (
@@ -12,6 +12,7 @@ from hcss_twin.cube.variables import (
     TERM_PREFIX,
     VARIABLES,
     VariableSpec,
+    element_variable,
     term_variable,
 )
 
@@ -19,6 +20,7 @@ _LACKING = {
     "layers": "the scene has no cloud layer; allowed: with one or two layers",
     "shadows": "clouds cast no shadows; allowed: with slant.shadows = true",
     "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
+    "elements": "the scene has no elements; allowed: with a section [[elements]]",
     "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
 }
 """Reason why a scene lacks the variables that need a feature."""
@@ -32,6 +34,7 @@ def expand(
     waves: bool = True,
     altitude: bool = True,
     moves: bool = False,
+    elements: Sequence[Mapping[str, tuple[str, str]]] = (),
 ) -> list[VariableSpec]:
     """Return the requested variables, in the order of the table, then terms and viewing geometry.
 
@@ -51,6 +54,8 @@ def expand(
         Whether the sensor altitude is known; the directions toward the sensor need it.
     moves : bool
         Whether the image moves over the ground; latitude and longitude then have a time dimension.
+    elements : sequence of mapping
+        ``variables`` of each element provider of the scene.
 
     Raises
     ------
@@ -58,10 +63,17 @@ def expand(
         If nothing is requested, a name is unknown (with the allowed names and the closest one), or the scene
         lacks a feature that a variable needs.
     """
-    present = {"layers": layer_count > 0, "shadows": shadows, "waves": waves, "altitude": altitude}
+    present = {
+        "layers": layer_count > 0,
+        "shadows": shadows,
+        "waves": waves,
+        "altitude": altitude,
+        "elements": bool(elements),
+    }
     lacking = {feature for feature, exists in present.items() if not exists}
     specs = (
         *VARIABLES,
+        *(element_variable(name, *about) for name, about in _united(elements).items()),
         *(term_variable(name, text) for name, text in terms.items()),
         *(MOVING_LOCATION if moves else LOCATION),
         *DIRECTION,
@@ -86,3 +98,12 @@ def expand(
     if not wanted:
         raise ValueError(f"no output variable is requested; {choose_from('', [*groups, *known])}")
     return [spec for name, spec in known.items() if name in wanted]
+
+
+def _united(elements: Sequence[Mapping[str, tuple[str, str]]]) -> dict[str, tuple[str, str]]:
+    """Join the variables of several providers; equal names need equal units, and the first description is used."""
+    united: dict[str, tuple[str, str]] = {}
+    for name, about in ((name, about) for variables in elements for name, about in variables.items()):
+        if united.setdefault(name, about)[0] != about[0]:
+            raise ValueError(f"'element_{name}': two element providers give it in {united[name][0]} and {about[0]}")
+    return united

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry"]
-Feature = Literal["layers", "shadows", "waves", "altitude"]
+Feature = Literal["layers", "shadows", "waves", "altitude", "elements"]
 
 FRAME = ("time", "y", "x")
 BAND_FRAME = ("time", "band", "y", "x")
@@ -55,7 +55,7 @@ class VariableSpec:
         Whether NaN is allowed, for pixels where the quantity does not exist.
     significant_bits : int or None
         Explicit mantissa bits to which values are rounded; None: all.
-    needs : {"layers", "shadows", "waves", "altitude"} or None
+    needs : {"layers", "shadows", "waves", "altitude", "elements"} or None
         Scene feature that the variable requires.
     """
 
@@ -82,6 +82,7 @@ class VariableSpec:
 
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
+ELEMENT, ELEMENT_SHARE, ELEMENT_RADIANCE = "element", "element_share", "element_radiance"
 
 _TERM = re.compile(r"[a-z][a-z0-9_]*\Z")
 _ON_SCALE = {"units_metadata": "temperature: on_scale"}
@@ -224,6 +225,41 @@ VARIABLES: tuple[VariableSpec, ...] = (
         )
         for axis, bearing in (("x", "east"), ("y", "north"))
     ),
+    VariableSpec(
+        name=ELEMENT,
+        dims=FRAME,
+        dtype="uint8",
+        units="1",
+        long_name="number of the element in the pixel",
+        kind="truth",
+        description="Number of the [[elements]] section, from 1, of the highest element in the pixel; 0: none.",
+        needs="elements",
+        lowest=0.0,
+    ),
+    VariableSpec(
+        name=ELEMENT_SHARE,
+        dims=FRAME,
+        dtype="float32",
+        units="1",
+        long_name="share of the element in the pixel",
+        kind="truth",
+        description="Share of the pixel that its highest element covers; of an unresolved source, share of its energy "
+        "in the pixel. 0: no element.",
+        needs="elements",
+        lowest=0.0,
+        highest=1.0,
+    ),
+    VariableSpec(
+        name=ELEMENT_RADIANCE,
+        dims=BAND_FRAME,
+        dtype="float32",
+        units="W m-2 sr-1",
+        long_name="radiance that elements add",
+        kind="derived",
+        description="Radiance less that of the scene without elements, which is the sum of the terms; negative where "
+        "elements hide more than they send.",
+        needs="elements",
+    ),
 )
 
 
@@ -246,6 +282,21 @@ def term_variable(name: str, description: str) -> VariableSpec:
         kind="radiance",
         description=description,
         lowest=0.0,
+    )
+
+
+def element_variable(name: str, units: str, description: str) -> VariableSpec:
+    """Return the truth variable ``element_<name>`` of an element provider."""
+    return VariableSpec(
+        name=f"{ELEMENT}_{name}",
+        dims=FRAME,
+        dtype="float32",
+        units=units,
+        long_name=f"{name.replace('_', ' ')} of the element",
+        kind="truth",
+        description=description,
+        may_be_missing=True,
+        needs="elements",
     )
 
 

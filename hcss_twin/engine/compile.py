@@ -188,7 +188,7 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
 
 
-INDEPENDENT = ("title", "seed", "image", "clouds", "output")
+INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "output")
 """Sections of a scenario that do not affect tables, except through the plan."""
 
 
@@ -206,7 +206,11 @@ def table_key(plan: Plan) -> str:
             dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
             for layer, cloudy in zip(plan.layers, assembly.cloudy_layers, strict=True)
         ],
-        "code": {name: each for name, each in assembly.code.items() if assembly.entries[name].kind is not Kind.CLOUDS},
+        "code": {
+            name: each
+            for name, each in assembly.code.items()
+            if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS)
+        },
     }
     if plan.waves is not None or assembly.slant.shadows:
         # A window uses the tables of the whole image.

@@ -24,8 +24,9 @@ from hcss_twin.engine.parts import tile_shape
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.plan.assembly import sensor_bands
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import BuiltSensor, sensor_bands
+from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import Bands, spectral_band

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.cube.variables import ELEMENT_RADIANCE, TERM_PREFIX
 from hcss_twin.cube.writer import round_bits
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.shadows import InstantShadows, Shadows
@@ -23,6 +23,9 @@ from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, points_of, relative, windows
 from hcss_twin.providers import CloudGenerator, Grid
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.elements import ElementStage
 
 Thickness = NDArray[np.float32]
 
@@ -122,7 +125,11 @@ class PixelObserver(Protocol):
     """Observes the clouds of a part of a frame during computation, window by window."""
 
     def observe(
-        self, window: Window, thickness_m: Sequence[NDArray[np.float32]], shaded: NDArray[np.bool_] | None
+        self,
+        window: Window,
+        thickness_m: Sequence[NDArray[np.float32]],
+        shaded: NDArray[np.bool_] | None,
+        elements: NDArray[np.bool_] | None = None,
     ) -> None:
         """Take a window, as :meth:`hcss_twin.engine.certificate.part_sample.PartSample.look` does."""
 
@@ -173,6 +180,11 @@ class PartMaker:
             if plan.waves is None
             else WaveStage(plan.waves, tables, plan.scenario.sea.wind_from, plan.samples_per_pixel)
         )
+        self._elements: ElementStage | None = None
+        if plan.assembly.elements:
+            from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
+
+            self._elements = ElementStage(plan)
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
@@ -209,14 +221,17 @@ class PartMaker:
         _, look_up, shadows, clouds = self._instant
         if isinstance(look_up, ViewedLookUp):
             look_up = look_up.of_part(extent)
+        elements = None if self._elements is None else self._elements.at(index, clouds, look_up)
         size = length(extent[0]), length(extent[1])
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
+        added = np.zeros((bands if ELEMENT_RADIANCE in self._names else 0, *size), dtype=np.float32)
         self._truth.start(*size)
-        for window in windows(plan.grid, plan.samples_per_pixel, inside=extent):
+        for number, window in enumerate(windows(plan.grid, plan.samples_per_pixel, inside=extent)):
             place = relative(window, extent)
             thickness = clouds.thickness_m(window)
             self._truth.fill(place, thickness)
-            if look_up is not None:
+            # Without layers the first window fills the whole part, to which waves and elements are added.
+            if look_up is not None and (thickness or number == 0):
                 corner = place[0].start, place[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
             if self._waves is not None:
@@ -224,12 +239,17 @@ class PartMaker:
             shaded = None
             if shadows is not None:
                 shaded = shadows.cast(window, thickness, radiance, self._truth.variables, place)
+            present = None
+            if elements is not None:
+                present = elements.add(window, thickness, radiance, added, self._truth.variables, place)
             if sample is not None:
-                sample.observe(place, thickness, shaded)
+                sample.observe(place, thickness, shaded, present)
         frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
             values = radiance[number * bands : (number + 1) * bands]
             frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+        if ELEMENT_RADIANCE in self._names:
+            frame[ELEMENT_RADIANCE] = added
         if self._temperature is not None:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
         for name, bits in self._bits.items():

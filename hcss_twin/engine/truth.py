@@ -36,19 +36,19 @@ class Truth:
             for spec in plan.variables
             if spec.kind == "truth"
         }
+        self._missing = [spec.name for spec in plan.variables if spec.kind == "truth" and spec.may_be_missing]
         needs_optics = "cloud_optical_thickness" in self._shapes
         self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
         self.variables: dict[str, NDArray[Any]] = {}
 
     def start(self, rows: int, columns: int) -> None:
-        """Create arrays for a part of so many pixels, initialised to clear sky."""
+        """Create arrays for a part of so many pixels, initialised to clear sky without elements."""
         sizes = {**self._sizes, "y": rows, "x": columns}
         self.variables = {
             name: np.zeros(tuple(sizes[dim] for dim in dims), dtype) for name, (dims, dtype) in self._shapes.items()
         }
-        for name in ("cloud_top_altitude", "cloud_top_temperature"):
-            if name in self.variables:
-                self.variables[name][:] = np.nan
+        for name in self._missing:
+            self.variables[name][:] = np.nan
 
     def fill(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness]) -> None:
         """Fill a window of the part.

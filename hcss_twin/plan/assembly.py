@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -13,6 +13,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
+from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.builder import Builder, attribute_to_field
@@ -25,6 +26,8 @@ from hcss_twin.providers import (
     CloudGenerator,
     CloudLayer,
     Declares,
+    ElementInputs,
+    ElementProvider,
     Grid,
     Motion,
     Optics,
@@ -33,6 +36,7 @@ from hcss_twin.providers import (
     RadianceModel,
     SeaInputs,
     SeaModel,
+    SensorBand,
     TransmittanceProvider,
     View,
 )
@@ -87,6 +91,7 @@ class Assembly:
     slant: SlantPaths
     code: Mapping[str, tuple[str, str, str]]
     lines_of_sight: LinesOfSight | None = None
+    elements: tuple[ElementProvider, ...] = ()
 
     @property
     def view(self) -> View:
@@ -119,6 +124,7 @@ class Assembly:
         own = [self.transmittance.declares, self.sea.declares, self.model.declares] if radiance else []
         if particles and self.layers:
             own.insert(0, self.optics.declares)
+        own += [element.declares for element in self.elements]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for declares in (*(generator.declares for generator in self.generators), *own):
             notes += declares.notes
@@ -132,6 +138,7 @@ class Assembly:
         """Provider-stated accuracy."""
         of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
         declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
+        declarations += [each.declares for each in self.elements]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
@@ -189,6 +196,9 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     if around is None or transmittance is None or sea is None or optics is None:
         raise AssertionError("a provider is missing, and no problem was collected")
     layers = tuple(layer for layer, _, _ in clouds)
+    spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
+    elements = _elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
+    builder.raise_problems()
     solar_irradiance = SolarSpectrum(catalog)
 
     inputs = RadianceInputs(
@@ -214,7 +224,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
-        spectral_grid=dense_grid(bands, transmittance.declares.native_grid_cm1),
+        spectral_grid=spectral_grid,
         profile=around.profile,
         grid=grid,
         motion=motion,
@@ -236,6 +246,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
             for name, entry in builder.entries.items()
         },
         lines_of_sight=sight,
+        elements=elements,
     )
 
 
@@ -290,6 +301,34 @@ def _optics(builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[
         if scenario.clouds.layers:
             _require_bands_inside(bands, optics.declares, f"optics provider '{name}'")
     return optics
+
+
+def _elements(
+    builder: Builder,
+    scenario: Scenario,
+    catalog: Catalog,
+    bands: tuple[SensorBand, ...],
+    grid: Grid,
+    view: View,
+    spectrum: SpectralGrid,
+) -> tuple[ElementProvider, ...]:
+    def black_body(temperature_K: float) -> Array:
+        radiance: Array = np.sum(spectrum.weights_cm1 * planck(spectrum.wavenumber_cm1, temperature_K), axis=1)
+        return radiance
+
+    elements: list[ElementProvider] = []
+    inputs = ElementInputs(bands, grid, view, black_body, catalog)
+    for index, section in enumerate(scenario.elements):
+        name = selected(section, "provider")
+        with builder.collect_problems(f"elements[{index}].provider", section.parameters):
+            label = str(Kind.ELEMENTS) if len(scenario.elements) == 1 else f"{Kind.ELEMENTS}[{index}]"
+            elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
+    return tuple(elements)
+
+
+def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
+    """Return the bands in the form of the provider API."""
+    return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)
 
 
 def _motion(scenario: Scenario) -> Motion:

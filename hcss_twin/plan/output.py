@@ -35,7 +35,8 @@ def cube_variables(
     try:
         altitude = scenario.platform.altitude is not None
         moves = assembly.motion.platform_speed_m_s != 0.0
-        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves, altitude, moves))
+        elements = tuple(each.variables for each in assembly.elements)
+        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves, altitude, moves, elements))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 

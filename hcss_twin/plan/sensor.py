@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,13 +15,12 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, measured_variables
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.models.radiance.spectral_grid import SpectralBand
-from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.assembly import Assembly, sensor_bands
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.windows import Window, length, relative
-from hcss_twin.providers import Grid, Measured, SensorBand, SensorInputs
+from hcss_twin.providers import Grid, Measured, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
@@ -195,11 +194,6 @@ def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[An
     if array.dtype.kind == "f" and float(np.abs(array).max(initial=0.0)) > float(np.finfo(spec.dtype).max):
         raise ProviderError(f"{entry.label}: {spec.name} is too large for {spec.dtype}")
     return np.ascontiguousarray(array, dtype=spec.dtype)
-
-
-def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
-    """Return the bands in the form of the sensor API."""
-    return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)
 
 
 def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, extent: Window) -> BuiltSensor | None:

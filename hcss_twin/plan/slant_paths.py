@@ -57,13 +57,13 @@ def reference_height_m(layer: CloudLayer) -> float:
     return layer.base_m if layer.anchor == "base" else layer.top_m
 
 
-def displacement_m(height_m: float, zenith_deg: Array | float, azimuth_deg: Array | float) -> Array:
+def displacement_m(height_m: Array | float, zenith_deg: Array | float, azimuth_deg: Array | float) -> Array:
     """Return how far north and east, (2, ...), a straight line toward a direction passes a height.
 
     Parameters
     ----------
-    zenith_deg, azimuth_deg : float or ndarray (...)
-        Direction to the sensor or sun from the sea point; zenith below 90.
+    height_m, zenith_deg, azimuth_deg : float or ndarray (...)
+        Height; direction to the sensor or sun from the sea point; zenith below 90.
     """
     distance = height_m * np.tan(np.radians(zenith_deg))
     azimuth = np.radians(azimuth_deg)

@@ -1,9 +1,9 @@
 """The contract between providers and the engine, version 1.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; and sensors, which convert radiance to measurements. A provider is a class that is called
-as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter
-model in its spec, or None without one.
+which combine their results; elements, which are other things in the scene; and sensors, which convert radiance to
+measurements. A provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its
+kind, ``parameters`` an instance of the parameter model in its spec, or None without one.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
 of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.
@@ -11,7 +11,7 @@ of optional members (``SeaModelOptions``), which the engine looks up one by one.
 Principles:
 
 * Providers return dimensionless or geometric properties; only the engine multiplies by Planck's function or the sun.
-  Data with their own path radiance are an exception.
+  Data with their own path radiance, and elements, are exceptions.
 * Transmittance is computed for a *whole composite path*. Absorber amounts of its legs are added; transmittances of legs
   are never multiplied, because those of band models and k-distributions do not multiply.
 * Providers declare dependencies, so that the plan can skip work. This engine uses the ranges, the native grid,
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         Motion,
     )
     from hcss_twin.providers.common import Declares
+    from hcss_twin.providers.elements import ElementInputs, ElementPixels, ElementProvider, ElementScene, SightPath
     from hcss_twin.providers.optics import Optics, OpticsInputs, SingleScattering
     from hcss_twin.providers.radiance import (
         RadianceInputs,
@@ -65,6 +66,10 @@ __all__ = [
     "CloudInputs",
     "CloudLayer",
     "Declares",
+    "ElementInputs",
+    "ElementPixels",
+    "ElementProvider",
+    "ElementScene",
     "Grid",
     "Measured",
     "Microphysics",
@@ -81,6 +86,7 @@ __all__ = [
     "SensorBand",
     "SensorInputs",
     "SensorOptions",
+    "SightPath",
     "SingleScattering",
     "SolarIrradiance",
     "Sun",
@@ -90,7 +96,7 @@ __all__ = [
     "WaveShapes",
 ]
 
-_PARTS = ("atmosphere", "clouds", "common", "optics", "radiance", "sea", "sensor")
+_PARTS = ("atmosphere", "clouds", "common", "elements", "optics", "radiance", "sea", "sensor")
 
 
 def __getattr__(name: str) -> Any:

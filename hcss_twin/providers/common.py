@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self
@@ -218,6 +219,24 @@ def check_measured(variables: Any) -> None:
     for name in variables:
         if name not in MEASURED or variables.count(name) > 1:
             raise ValueError(f"variables names '{name}'; {choose_from(name, MEASURED)}, each once")
+
+
+def check_element_variables(variables: Any) -> None:
+    """Check the declared truth variables of an element provider.
+
+    Raises
+    ------
+    ValueError
+        If it is not a mapping of names to units and description.
+    """
+    good = isinstance(variables, Mapping) and all(
+        isinstance(name, str) and re.fullmatch("[a-z][a-z0-9_]*", name) for name in variables
+    )
+    if not good or "share" in variables or "radiance" in variables or not _is_pairs(list(variables.values())):
+        raise ValueError(
+            f"variables is {variables!r}; expected a mapping of names (lower-case letters, digits, underscores; not "
+            "'share' or 'radiance') to pairs of text: units and description"
+        )
 
 
 def _is_number(value: Any, high: float) -> bool:

@@ -17,6 +17,7 @@ _SELECTED_BY = {
     "optics": "optics.provider",
     "atmosphere": "atmosphere.provider",
     "radiance": "radiance.model",
+    "elements": "elements.provider",
     "sensors": "sensor.model",
 }
 

@@ -313,6 +313,13 @@ class Radiance(ScenarioSection):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
+class ElementSection(ScenarioSection):
+    """Other things in the scene, from the surface to above the clouds: one `[[elements]]` section for each provider."""
+
+    provider: str = Field("point-sources", description="Element provider (see `hcss plugins`).")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+
 class OutputSection(ScenarioSection):
     """Contents of the cube."""
 
@@ -372,5 +379,8 @@ class ScenarioModel(ScenarioSection):
     sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
     optics: OpticsSection = Field(default_factory=lambda: OpticsSection.model_validate({}), description="Cloud optics.")
     radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
+    elements: tuple[ElementSection, ...] = Field(
+        (), max_length=255, description="`[[elements]]`: other things in the scene; higher ones hide lower ones."
+    )
     output: OutputSection = Field(default_factory=lambda: OutputSection.model_validate({}), description="Output.")
     sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

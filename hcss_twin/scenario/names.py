@@ -26,7 +26,17 @@ from hcss_twin.scenario.cloud_types import (
     load_cloud_type,
     overlap_problems,
 )
-from hcss_twin.scenario.models import Atmosphere, Layer, OpticsSection, Radiance, ScenarioModel, Sea, own, single_layer
+from hcss_twin.scenario.models import (
+    Atmosphere,
+    ElementSection,
+    Layer,
+    OpticsSection,
+    Radiance,
+    ScenarioModel,
+    Sea,
+    own,
+    single_layer,
+)
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
 from hcss_twin.scenario.section_types import ScenarioSection
@@ -38,6 +48,7 @@ SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.OPTICS: (OpticsSection, "provider"),
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
+    Kind.ELEMENTS: (ElementSection, "provider"),
     Kind.SENSORS: (SensorSection, "model"),
 }
 """Section and selecting key of each kind of provider."""
@@ -51,6 +62,9 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     layers = clouds.get("layers", []) if isinstance(clouds, dict) else []
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
         sections.append((f"clouds.layers[{index}]", layer, Kind.CLOUDS))
+    elements = data.get("elements", [])
+    for index, element in enumerate(elements if isinstance(elements, list) else []):
+        sections.append((f"elements[{index}]", element, Kind.ELEMENTS))
     if "sensor" in data:
         sections.append(("sensor", data["sensor"], Kind.SENSORS))
     return sections
@@ -254,11 +268,20 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
-        expand(names, terms, layer_count, shadows, altitude=altitude)
+        expand(names, terms, layer_count, shadows, altitude=altitude, elements=_element_variables(data, registry))
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:
         yield Problem("output.variables", str(error))
+
+
+def _element_variables(data: Mapping[str, Any], registry: Registry) -> list[Mapping[str, tuple[str, str]]]:
+    """Return the truth variables of each element provider of a raw scenario."""
+    return [
+        registry.provider_class(registry.resolve(kind, section.get("provider", own(default_provider(kind))))).variables
+        for _, section, kind in provider_sections(data)
+        if kind is Kind.ELEMENTS and isinstance(section, Mapping)
+    ]
 
 
 _GEOMETRY = ("base", "top", "thickness_min")

@@ -162,11 +162,15 @@ class Scenario(ScenarioModel):
         data = as_given(self, self.model_dump(mode="json"))
         if self.sensor is None:
             del data["sensor"]
+        if not self.elements:
+            del data["elements"]
         for key, section in data.items():
             for name in _PROVIDER_KEYS.get(key, ()):
                 section[name] = selected(getattr(self, key), name)
         for layer, model in zip(data["clouds"]["layers"], self.clouds.layers, strict=True):
             layer["generator"] = selected(model, "generator")
+        for section, element in zip(data.get("elements", ()), self.elements, strict=True):
+            section["provider"] = selected(element, "provider")
         return json.dumps(data, indent=1)
 
 

@@ -15,11 +15,12 @@ import pytest
 pytest.register_assert_rewrite(
     *(
         f"hcss_twin.testing.{name}"
-        for name in ("clouds", "optics", "radiance", "registration", "samples", "sea", "sensor")
+        for name in ("clouds", "elements", "optics", "radiance", "registration", "samples", "sea", "sensor")
     )
 )
 
 from hcss_twin.testing.clouds import CloudGeneratorContract  # noqa: E402
+from hcss_twin.testing.elements import ElementContract, PlainScene  # noqa: E402
 from hcss_twin.testing.optics import OpticsContract, TransmittanceContract  # noqa: E402
 from hcss_twin.testing.radiance import RadianceModelContract  # noqa: E402
 from hcss_twin.testing.registration import assert_registered  # noqa: E402
@@ -29,6 +30,7 @@ from hcss_twin.testing.samples import (  # noqa: E402
     PlainSea,
     sample_atmosphere_inputs,
     sample_cloud_inputs,
+    sample_element_inputs,
     sample_grid,
     sample_high_layer,
     sample_layer,
@@ -46,9 +48,11 @@ from hcss_twin.testing.sensor import SensorContract  # noqa: E402
 
 __all__ = [
     "CloudGeneratorContract",
+    "ElementContract",
     "OpticsContract",
     "PlainGas",
     "PlainOptics",
+    "PlainScene",
     "PlainSea",
     "RadianceModelContract",
     "SeaModelContract",
@@ -57,6 +61,7 @@ __all__ = [
     "assert_registered",
     "sample_atmosphere_inputs",
     "sample_cloud_inputs",
+    "sample_element_inputs",
     "sample_grid",
     "sample_high_layer",
     "sample_layer",

@@ -12,6 +12,7 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
+from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import GASES, Profile
 from hcss_twin.providers import (
     Array,
@@ -19,6 +20,7 @@ from hcss_twin.providers import (
     CloudInputs,
     CloudLayer,
     Declares,
+    ElementInputs,
     Grid,
     Microphysics,
     Motion,
@@ -229,6 +231,19 @@ def sample_radiance_inputs(
         sea_temperature_K=290.0,
         view=View(zenith_deg=30.0, azimuth_deg=90.0),
         solar_irradiance=_flat_sun,
+    )
+
+
+def sample_element_inputs(bands: int = 2) -> ElementInputs:
+    """Return inputs of an element provider over :func:`sample_grid`; bodies radiate at the bands' peaks, 1 um wide."""
+    sensor = sample_sensor_inputs().bands[:bands]
+    peaks = frozen([1e4 / band.wavelength_um[np.argmax(band.response)] for band in sensor])
+    return ElementInputs(
+        bands=sensor,
+        grid=sample_grid(),
+        view=View(zenith_deg=30.0, azimuth_deg=90.0),
+        black_body=lambda temperature_K: planck(peaks, temperature_K) * peaks**2 / 1e4,
+        catalog=Catalog(),
     )
 
 

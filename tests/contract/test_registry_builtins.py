@@ -19,6 +19,7 @@ from hcss_twin.providers.registry import Kind, Registry
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import (
     CloudGeneratorContract,
+    ElementContract,
     OpticsContract,
     PlainGas,
     RadianceModelContract,
@@ -41,6 +42,7 @@ HELD_TO_THE_KIT = {
     "optics": {"bulk", "mie"},
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed", "physical", "physical-two-stream"},
+    "elements": {"point-sources"},
     "sensors": {"radiometer"},
 }
 
@@ -77,6 +79,13 @@ def test_no_builtin_escapes_the_kit():
 )
 def test_builtin_is_soundly_registered(kind, name):
     assert_registered(kind, name, "hcss-twin")
+
+
+class TestPointSources(ElementContract):
+    def make_provider(self, inputs):
+        moving = {"x": -900.0, "y": 130.0, "altitude": 9e3, "velocity": [250.0, 40.0, 0.0], "intensity": 1e3}
+        warm = {"temperature": 600.0, "area": 4.0, "y": -4700.0}
+        return create("elements", "point-sources", inputs, tracks=[moving, warm], footprint=500.0)
 
 
 class TestFractal(CloudGeneratorContract):

@@ -10,6 +10,8 @@ from stranger.atmosphere import Malkmus
 from stranger.atmosphere import Parameters as MalkmusParameters
 from stranger.clouds import CloudStreets
 from stranger.clouds import Parameters as StreetParameters
+from stranger.elements import Parameters as ShipParameters
+from stranger.elements import Ship
 from stranger.optics import Parameters as SoftParameters
 from stranger.optics import SoftParticles
 from stranger.radiance import Absorbing
@@ -27,6 +29,7 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.providers.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.testing import (
     CloudGeneratorContract,
+    ElementContract,
     OpticsContract,
     RadianceModelContract,
     SeaModelContract,
@@ -42,6 +45,7 @@ CHOICES = {
     Kind.OPTICS: ("optics.provider", "soft"),
     Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
     Kind.RADIANCE: ("radiance.model", "absorbing"),
+    Kind.ELEMENTS: ("elements", "ship"),
     Kind.SENSORS: ("sensor.model", "lagging"),
 }
 
@@ -71,6 +75,11 @@ class TestMalkmus(TransmittanceContract):
 class TestAbsorbing(RadianceModelContract):
     def make_provider(self, inputs):
         return Absorbing(inputs, AbsorbingParameters())
+
+
+class TestShip(ElementContract):
+    def make_provider(self, inputs):
+        return Ship(inputs, ShipParameters())
 
 
 class TestLagging(SensorContract):
@@ -181,7 +190,8 @@ sea.model = "cox-munk"
 
 
 def cube(choices):
-    return hcss_twin.simulate(hcss_twin.Scenario.from_toml(SCENE, dict(choices)))
+    chosen = {key: [{"provider": name}] if key == "elements" else name for key, name in choices}
+    return hcss_twin.simulate(hcss_twin.Scenario.from_toml(SCENE, chosen))
 
 
 @pytest.fixture(scope="module")

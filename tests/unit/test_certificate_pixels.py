@@ -127,7 +127,7 @@ def test_pixels_in_shadow_are_left_out_and_counted(plan):
     shaded[1:5, 2:7] = True
     (frame,) = drawn(plan, thickness, shaded)
     assert not np.any(shaded[frame.row, frame.column])
-    assert frame.in_shadow[0] == 20
+    assert frame.left_out[0, 0] == 20
     assert frame.pixels[0] == 34
 
 

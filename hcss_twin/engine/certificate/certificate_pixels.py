@@ -35,8 +35,8 @@ class SampledPixels:
         Total and requested terms, as in the cube.
     pixels : ndarray (S,)
         Number of pixels of each stratum in the frame that could have been drawn.
-    in_shadow, with_waves : ndarray (S,)
-        Number of pixels that the reference cannot compute: in cloud shadow, or partly clear with resolved waves.
+    left_out : ndarray (R, S)
+        Number of pixels that the reference cannot compute, for each of ``REASONS`` of ``part_sample``.
     """
 
     frame: int
@@ -47,8 +47,7 @@ class SampledPixels:
     thickness_m: Thickness
     radiance: NDArray[np.float32]
     pixels: Counts
-    in_shadow: Counts
-    with_waves: Counts
+    left_out: Counts
 
 
 class PixelSample:
@@ -104,8 +103,7 @@ class PixelSample:
                 thickness_m=np.concatenate([each.points for each in parts])[chosen],
                 radiance=np.concatenate([each.radiance for each in parts])[chosen],
                 pixels=pixels,
-                in_shadow=np.sum([each.in_shadow for each in parts], axis=0),
-                with_waves=np.sum([each.with_waves for each in parts], axis=0),
+                left_out=np.sum([each.left_out for each in parts], axis=0),
             )
         )
 

@@ -17,7 +17,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
-from hcss_twin.engine.certificate.part_sample import stratum_names
+from hcss_twin.engine.certificate.part_sample import REASONS, stratum_names
 from hcss_twin.engine.compile import table_key
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
@@ -71,6 +71,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         If a provider breaks its contract.
     """
     names, bands = stratum_names(len(plan.layers)), len(plan.bands)
+    reasons = REASONS if plan.assembly.elements else REASONS[:-1]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
@@ -104,8 +105,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     for number, name in enumerate(names):
         own = stratum == number
         left_out = {
-            "in the shadow of clouds": sum(int(pixels.in_shadow[number]) for pixels in frames),
-            "with drawn waves": sum(int(pixels.with_waves[number]) for pixels in frames),
+            reason: sum(int(pixels.left_out[row, number]) for pixels in frames) for row, reason in enumerate(reasons)
         }
         pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
         if pixels_of:

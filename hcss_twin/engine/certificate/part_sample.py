@@ -84,6 +84,9 @@ def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 Counts = NDArray[np.int64]
 
+REASONS = ("in the shadow of clouds", "with drawn waves", "with elements")
+"""Why the reference cannot compute a pixel; the first that applies counts."""
+
 LOOKED_AT_FIRST = 64
 """Pixels with the smallest random numbers, searched first for each stratum: this many times the number to draw."""
 
@@ -103,8 +106,10 @@ class DrawnPixels:
         Stratum, and row and column in the cube.
     points : ndarray of float32 (M, L, P)
     radiance : ndarray of float32 (M, Q, B)
-    pixels, in_shadow, with_waves : ndarray (S,)
-        Number of pixels of each stratum that could have been drawn, and that the reference cannot compute.
+    pixels : ndarray (S,)
+        Number of pixels of each stratum that could have been drawn.
+    left_out : ndarray (R, S)
+        Number of those that the reference cannot compute, for each of ``REASONS``.
     """
 
     key: Array
@@ -112,8 +117,7 @@ class DrawnPixels:
     points: Thickness
     radiance: NDArray[np.float32]
     pixels: Counts
-    in_shadow: Counts
-    with_waves: Counts
+    left_out: Counts
 
 
 class PartSample:
@@ -137,12 +141,18 @@ class PartSample:
         # One step of the generator for each number between 0 and 1.
         self._random = np.random.Generator(_bits(plan.scenario.seed, 1 + index).advance(before))
         size, layers = len(stratum_names(len(plan.layers))), len(plan.layers)
-        self._pixels, self._in_shadow, self._with_waves = (np.zeros(size, dtype=np.int64) for _ in range(3))
+        self._pixels, self._left_out = np.zeros(size, dtype=np.int64), np.zeros((len(REASONS), size), dtype=np.int64)
         self._key = np.empty(0)
         self._place = np.empty((0, 3), dtype=np.int64)
         self._points = np.empty((0, layers, plan.samples_per_pixel**2), dtype=np.float32)
 
-    def observe(self, window: Window, thickness_m: Sequence[Thickness], shaded: NDArray[np.bool_] | None) -> None:
+    def observe(
+        self,
+        window: Window,
+        thickness_m: Sequence[Thickness],
+        shaded: NDArray[np.bool_] | None,
+        elements: NDArray[np.bool_] | None = None,
+    ) -> None:
         """Draw from a window.
 
         Parameters
@@ -153,18 +163,18 @@ class PartSample:
             Of each layer.
         shaded : ndarray of bool (window rows, window columns) or None
             Pixels with a point in the shadow of a cloud.
+        elements : ndarray of bool (window rows, window columns) or None
+            Pixels with an element.
         """
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
         stratum = strata(self._plan.layers, thickness_m, shape, samples)
         free = np.ones(shape, dtype=np.bool_)
-        if shaded is not None:
-            self._in_shadow += self._count_of(stratum[shaded])
-            free &= ~shaded
-        if self._plan.waves is not None:
-            wavy = free & _clear_in_part(thickness_m, shape, samples)
-            self._with_waves += self._count_of(stratum[wavy])
-            free &= ~wavy
+        wavy = None if self._plan.waves is None else _clear_in_part(thickness_m, shape, samples)
+        for number, mask in enumerate((shaded, wavy, elements)):
+            if mask is not None:
+                self._left_out[number] += self._count_of(stratum[free & mask])
+                free &= ~mask
         key = self._random.random(shape)
         here = self._count_of(stratum[free])
         self._pixels += here
@@ -190,8 +200,7 @@ class PartSample:
             points=self._points,
             radiance=np.ascontiguousarray(np.moveaxis(radiance[:, :, row, column], -1, 0)),
             pixels=self._pixels,
-            in_shadow=self._in_shadow,
-            with_waves=self._with_waves,
+            left_out=self._left_out,
         )
 
     def _keep(

@@ -160,6 +160,20 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
 
 
 @hookimpl
+def hcss_register_elements() -> Sequence[ProviderSpec]:
+    """Return the element providers of this package."""
+    return [
+        ProviderSpec(
+            name="point-sources",
+            target="hcss_twin.models.elements.point_sources:PointSources",
+            parameters="hcss_twin.models.elements.parameters:PointSourceParameters",
+            api_version=1,
+            summary="moving sources smaller than a pixel, on tracks from the scenario or a CSV file",
+        )
+    ]
+
+
+@hookimpl
 def hcss_register_sensors() -> Sequence[ProviderSpec]:
     """Return the sensor models of this package."""
     return [

@@ -35,6 +35,7 @@ from hcss_twin.providers.registry.specs import Kind
 
 _ANY = (-float("inf"), float("inf"))
 _POSITIVE = (0.0, float("inf"))
+_ABOVE_ZERO = (float(np.nextafter(0.0, 1.0)), float("inf"))
 _FRACTION = (-FRACTION_TOLERANCE, 1.0 + FRACTION_TOLERANCE)
 
 
@@ -386,6 +387,57 @@ class _Sensor(_Guard):
         )
 
 
+class _Elements(_Guard):
+    """An element provider whose pixels are checked, once per window."""
+
+    def __init__(self, provider: Any, label: str, speaker: str, inputs: api.ElementInputs) -> None:
+        super().__init__(provider, label, speaker)
+        self._bands = len(inputs.bands)
+
+    def pixels(
+        self, time_s: float, rows: slice, columns: slice, scene: api.ElementScene
+    ) -> tuple[api.ElementPixels, ...]:
+        value = self._call("pixels", time_s, rows, columns, scene)
+        if not isinstance(value, Sequence) or not all(isinstance(each, api.ElementPixels) for each in value):
+            raise self._refuse("pixels()", "a sequence of ElementPixels", type(value).__name__)
+        return tuple(self._checked(each, rows, columns) for each in value)
+
+    def _checked(self, given: api.ElementPixels, rows: slice, columns: slice) -> api.ElementPixels:
+        what, count = "pixels()", (np.size(given.rows),)
+        y, x = (
+            self._array(f"{what}.{name}", values, count, (window.start, window.stop - 1), np.intp, "iu")
+            for name, values, window in (("rows", given.rows, rows), ("columns", given.columns, columns))
+        )
+        if len(set(zip(y.tolist(), x.tolist(), strict=True))) < y.size:
+            raise self._refuse(what, "distinct pixels", "a pixel twice")
+        if (given.radiance is None) == (given.intensity is None):
+            raise self._refuse(what, "either radiance or intensity", "both or neither")
+        if set(given.truth) != set(self._provider.variables):
+            raise self._refuse(
+                f"{what}.truth", ", ".join(self._provider.variables) or "nothing", ", ".join(given.truth)
+            )
+        radiance = given.radiance
+        if radiance is not None:
+            shape = (*count, self._bands) if np.ndim(radiance) == 2 else (self._bands,)
+            radiance = self._array(f"{what}.radiance", radiance, shape, _POSITIVE)
+        intensity = given.intensity
+        if intensity is not None:
+            intensity = self._array(f"{what}.intensity", intensity, (self._bands,), _POSITIVE)
+        kelvin = given.temperature_K
+        if kelvin is not None:
+            kelvin = float(self._array(f"{what}.temperature_K", kelvin, (), _ABOVE_ZERO))
+        return api.ElementPixels(
+            y,
+            x,
+            self._array(f"{what}.share", given.share, count, (_ABOVE_ZERO[0], 1.0 + FRACTION_TOLERANCE)),
+            float(self._array(f"{what}.altitude_m", given.altitude_m, (), _POSITIVE)),
+            radiance,
+            intensity,
+            kelvin,
+            {name: self._array(f"{what}.truth['{name}']", each, count) for name, each in given.truth.items()},
+        )
+
+
 def was_called(guarded: Any, name: str) -> bool:
     """Whether a checked member of a provider made by :func:`guard` has been called."""
     return name in guarded._called
@@ -399,5 +451,7 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
         return _Clouds(provider, entry.label, speaker, inputs.layer, inputs.grid)
     if entry.kind is Kind.SENSORS:
         return _Sensor(provider, entry.label, speaker, inputs)
+    if entry.kind is Kind.ELEMENTS:
+        return _Elements(provider, entry.label, speaker, inputs)
     others = {Kind.SEA: _Sea, Kind.OPTICS: _Optics, Kind.ATMOSPHERE: _Transmittance, Kind.RADIANCE: _Radiance}
     return others[entry.kind](provider, entry.label, speaker)

@@ -299,7 +299,12 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
 
 def _check_provider(entry: Entry, provider: Any) -> None:
     import hcss_twin.providers as providers
-    from hcss_twin.providers.common import check_declares, check_measured, check_options  # numpy: not for the list
+    from hcss_twin.providers.common import (  # numpy: not for the list
+        check_declares,
+        check_element_variables,
+        check_measured,
+        check_options,
+    )
 
     protocol = getattr(providers, entry.kind.protocol)
     attributes = set(protocol.__annotations__)
@@ -324,5 +329,7 @@ def _check_provider(entry: Entry, provider: Any) -> None:
         check_options(provider)
         if entry.kind is Kind.SENSORS:
             check_measured(provider.variables)
+        if entry.kind is Kind.ELEMENTS:
+            check_element_variables(provider.variables)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error

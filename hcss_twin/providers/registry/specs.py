@@ -43,6 +43,7 @@ class Kind(StrEnum):
         "TransmittanceProvider",
     )
     RADIANCE = "radiance", "hcss_register_radiance_models", "radiance model", "RadianceModel"
+    ELEMENTS = "elements", "hcss_register_elements", "element provider", "ElementProvider"
     SENSORS = "sensors", "hcss_register_sensors", "sensor model", "Sensor"
 
     def __new__(cls, value: str, hook: str = "", human: str = "", protocol: str = "") -> Kind:
@@ -132,6 +133,12 @@ def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
 @hookspec
 def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
     """Return specs of radiance models (``providers.RadianceModel``): assembly of the radiance of a column."""
+    raise NotImplementedError
+
+
+@hookspec
+def hcss_register_elements() -> Sequence[ProviderSpec]:
+    """Return specs of element providers (``providers.ElementProvider``): things besides clouds and sea."""
     raise NotImplementedError
 
 

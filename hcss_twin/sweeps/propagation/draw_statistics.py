@@ -63,8 +63,14 @@ class _Classes:
         self._plan = plan
         self.kinds = np.zeros(plan.pixels, dtype=np.int8)
 
-    def observe(self, window: Window, thickness_m: Sequence[Thickness], shaded: NDArray[np.bool_] | None) -> None:
-        """Process a window of the computed part of the image, here the whole image."""
+    def observe(
+        self,
+        window: Window,
+        thickness_m: Sequence[Thickness],
+        shaded: NDArray[np.bool_] | None,
+        elements: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Process a window, in pixels of the computed part, which here is the whole image."""
         shape = length(window[0]), length(window[1])
         self.kinds[window] = strata(self._plan.layers, thickness_m, shape, self._plan.samples_per_pixel)
 

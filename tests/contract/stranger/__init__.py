@@ -1,4 +1,4 @@
-"""Six small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
+"""Seven small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 
@@ -31,6 +31,11 @@ def hcss_register_transmittance_providers():
 @hookimpl
 def hcss_register_radiance_models():
     return _spec("absorbing", "radiance:Absorbing", "clouds that only absorb and emit")
+
+
+@hookimpl
+def hcss_register_elements():
+    return _spec("ship", "elements:Ship", "a warm square that hides the sea")
 
 
 @hookimpl

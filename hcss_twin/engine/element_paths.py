@@ -1,0 +1,97 @@
+"""Air and clouds between an element and the sensor, on all wavenumbers of the dense grid.
+
+Direct transmission of clouds follows Bouguer's law, as for shadows (:mod:`hcss_twin.engine.shadows`). It is multiplied
+by the transmittance of the air, that of the whole path, at each wavenumber before the integration over the band.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.plan.plan import Plan
+
+_ALTITUDES = 64
+"""Altitudes and colours in memory."""
+
+
+class ElementPaths:
+    """Paths of one scene from any altitude to the sensor."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._wavenumber, self._weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
+        self.air = lru_cache(maxsize=_ALTITUDES)(self._new_air)
+        self.air_emission = lru_cache(maxsize=_ALTITUDES)(self._new_air_emission)
+        self._shares = lru_cache(maxsize=_ALTITUDES)(self._new_shares)
+
+    def band_mean(self, spectrum: Array, temperature_K: float | None = None) -> Array:
+        """Return the mean (B,) of a spectrum (V,) over the bands, for light of a black body or, without, of no colour.
+
+        The sum does not use BLAS, whose last bits may depend on the number of threads.
+        """
+        means: Array = np.sum(self._shares(temperature_K) * spectrum, axis=1)
+        return means
+
+    def heights_above(self, thickness_m: Sequence[NDArray[np.float32]], altitude_m: float) -> Array:
+        """Return the vertical extent (L, P) of each layer's cloud above an altitude, from the thickness at P points."""
+        heights = np.zeros((len(thickness_m), thickness_m[0].size if thickness_m else 0))
+        for own, layer, each in zip(heights, self._plan.layers, thickness_m, strict=True):
+            thickness = each.ravel().astype(np.float64)
+            own[:] = np.clip(layer.cloud_top_m(thickness) - altitude_m, 0.0, thickness)
+        return heights
+
+    def through_cloud(self, heights_m: Array, zenith_deg: float) -> Array:
+        """Return the direct transmission (V,) of clouds, mean over P points, from the extents (L, P) above them."""
+        if not np.any(heights_m):
+            return np.ones_like(self._wavenumber)
+        depth = np.zeros((heights_m.shape[1], self._wavenumber.size))
+        for own, extinction in zip(heights_m, self._extinction_m1, strict=True):
+            depth += own[:, None] * extinction
+        mean: Array = np.mean(np.exp(-depth / math.cos(math.radians(zenith_deg))), axis=0)
+        return mean
+
+    @cached_property
+    def _extinction_m1(self) -> list[Array]:
+        optics = self._plan.assembly.optics
+        return [
+            optics.single_scattering(layer.microphysics, self._wavenumber).extinction_m1 for layer in self._plan.layers
+        ]
+
+    def _new_air(self, altitude_m: float, zenith_deg: float) -> Array:
+        """Transmittance (V,) of the air above an altitude; above the profile there is none."""
+        assembly = self._plan.assembly
+        if altitude_m >= assembly.profile.altitude_m[-1]:
+            return np.ones_like(self._wavenumber)
+        path = to_space(altitude_m, zenith_deg)
+        transmittance: Array = assembly.transmittance.transmittance(self._wavenumber, [path])[0]
+        return transmittance
+
+    def _new_air_emission(self, altitude_m: float, zenith_deg: float) -> Array:
+        """Thermal radiance (B,) of the air above an altitude."""
+        assembly = self._plan.assembly
+        if altitude_m >= assembly.profile.altitude_m[-1]:
+            return np.zeros(len(self._weights))
+        spectrum = path_radiance(assembly.transmittance, assembly.profile, self._wavenumber, [altitude_m], zenith_deg)[
+            0
+        ]
+        radiance: Array = np.sum(self._weights * spectrum, axis=1)
+        return radiance
+
+    def _new_shares(self, temperature_K: float | None) -> Array:
+        """Weights (B, V) of a mean over each band."""
+        colour = np.ones_like(self._wavenumber) if temperature_K is None else planck(self._wavenumber, temperature_K)
+        weights = self._weights * colour
+        total = np.sum(weights, axis=1, keepdims=True)
+        # A body too cold for any radiance in a band has no colour there.
+        dark = self._weights / np.sum(self._weights, axis=1, keepdims=True)
+        shares: Array = np.divide(weights, total, out=dark, where=total > 0.0)
+        return shares

@@ -1,0 +1,1 @@
+"""Element providers: things in the scene besides clouds and sea."""

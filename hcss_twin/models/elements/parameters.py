@@ -1,0 +1,69 @@
+"""Parameters of the element provider ``point-sources``."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+_EACH = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Track(BaseModel):
+    """One source that moves in a straight line at constant speed."""
+
+    model_config = _EACH
+
+    x: float = Field(0.0, description="Metres east of the image centre, both at the start.")
+    y: float = Field(0.0, description="Metres north of the image centre, both at the start.")
+    altitude: float = Field(0.0, ge=0, le=1e6, description="Metres above the sea, at the start.")
+    velocity: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="East, north and up, m/s.")
+    intensity: float | dict[str, float] | None = Field(
+        None, description="Radiant intensity toward the sensor, W/sr: a number for all bands, or a table by band."
+    )
+    temperature: float | None = Field(None, gt=0, le=10_000, description="Of a black body, K; with area.")
+    area: float | None = Field(
+        None, gt=0, le=1e8, description="Emissivity times area as the sensor sees it, m2; with temperature."
+    )
+
+    @model_validator(mode="after")
+    def _one_strength(self) -> Self:
+        if (self.temperature is None) != (self.area is None) or (self.intensity is None) == (self.area is None):
+            raise ValueError("allowed: either intensity, or temperature with area")
+        values = self.intensity.values() if isinstance(self.intensity, dict) else [self.intensity or 0.0]
+        if min(values, default=0.0) < 0.0:
+            raise ValueError(f"intensity {min(values):g} W/sr; allowed: 0 or more; closest valid choice is 0")
+        return self
+
+
+class PointSourceParameters(BaseModel):
+    """Parameters of the element provider ``point-sources``; `tracks`, `file` or both."""
+
+    model_config = _EACH
+
+    tracks: tuple[Track, ...] = Field(
+        (),
+        description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s), and `intensity` "
+        "(W/sr, a number or a table by band) or `temperature` (K) with `area` (m2). x and y count from the image "
+        "centre at the start.",
+    )
+    file: str | None = Field(
+        None,
+        min_length=1,
+        description="CSV file of tracks with the columns source, time (s), x, y, altitude, and `intensity`, "
+        "`intensity BAND` for each band, or temperature and area; linear between the times of a source, which is "
+        "absent before and after them.",
+    )
+    footprint: float = Field(
+        0.0,
+        ge=0,
+        le=1e5,
+        description="Side of the square, m, over which the energy of a source is spread evenly; 0: all of it is in the "
+        "pixel that contains the source.",
+    )
+
+    @model_validator(mode="after")
+    def _some_source(self) -> Self:
+        if not self.tracks and self.file is None:
+            raise ValueError("no source; allowed: tracks, file or both")
+        return self

@@ -1,0 +1,129 @@
+"""Tracks of point sources, from parameters or a CSV file, with their radiant intensity in each band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from
+from hcss_twin.models.elements.parameters import PointSourceParameters, Track
+from hcss_twin.providers import ElementInputs
+
+_PLACE = ("source", "time", "x", "y", "altitude")
+_INTENSITY = "intensity"
+
+
+@dataclass(frozen=True)
+class State:
+    """A source at one instant: position (3,) in metres, intensity (B,) in W sr-1, temperature in K if it has one."""
+
+    position_m: Array
+    intensity: Array
+    temperature_K: float | None
+
+
+@dataclass(frozen=True)
+class SourceTrack:
+    """A source over time.
+
+    Attributes
+    ----------
+    time_s : ndarray (K,)
+        Ascending; one time: the source is there at all times.
+    position_m : ndarray (K, 3)
+        East and north of the image centre at the start, and altitude.
+    velocity_m_s : ndarray (3,)
+        After a single time.
+    strength : ndarray (K, B) or (K, 2)
+        Intensities in W sr-1, or temperature in K and area in m2.
+    thermal : bool
+        Whether ``strength`` is temperature and area.
+    """
+
+    time_s: Array
+    position_m: Array
+    velocity_m_s: Array
+    strength: Array
+    thermal: bool
+
+    def at(self, time_s: float, inputs: ElementInputs) -> State | None:
+        """Return the source at a time; None if it is absent."""
+        if self.time_s.size == 1:
+            position, strength = self.position_m[0] + self.velocity_m_s * time_s, self.strength[0]
+        elif not self.time_s[0] <= time_s <= self.time_s[-1]:
+            return None
+        else:
+            position, strength = (_between(time_s, self.time_s, each) for each in (self.position_m, self.strength))
+        if not self.thermal:
+            return State(position, strength, None)
+        kelvin, area = (float(each) for each in strength)
+        return State(position, area * inputs.black_body(kelvin), kelvin)
+
+
+def _between(time_s: float, times_s: Array, values: Array) -> Array:
+    return np.array([np.interp(time_s, times_s, column) for column in values.T])
+
+
+def tracks_of(parameters: PointSourceParameters, inputs: ElementInputs) -> tuple[SourceTrack, ...]:
+    """Return all tracks: those of the scenario, then those of the file by number.
+
+    Raises
+    ------
+    ScenarioError, CatalogError
+        If a band has no intensity, or the file is wrong.
+    """
+    bands = [band.name for band in inputs.bands]
+    return (*(_given(track, bands) for track in parameters.tracks), *_from_file(parameters.file, bands, inputs))
+
+
+def _given(track: Track, bands: list[str]) -> SourceTrack:
+    if track.temperature is not None and track.area is not None:
+        strength = [track.temperature, track.area]
+    elif isinstance(track.intensity, dict):
+        for name in (*bands, *track.intensity):
+            if name not in track.intensity or name not in bands:
+                message = f"point-sources, tracks: intensity needs a number for each band and no other; '{name}' is "
+                message += "missing" if name in bands else f"no band: {choose_from(name, bands)}"
+                raise ScenarioError([Problem("elements", message)])
+        strength = [track.intensity[name] for name in bands]
+    else:
+        strength = [float(track.intensity or 0.0)] * len(bands)
+    place = np.array([[track.x, track.y, track.altitude]])
+    return SourceTrack(
+        np.zeros(1), place, np.array(track.velocity), np.array([strength]), track.temperature is not None
+    )
+
+
+def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> list[SourceTrack]:
+    if name is None:
+        return []
+    columns = inputs.catalog.columns(inputs.catalog.file(name))
+    thermal = "temperature" in columns or "area" in columns
+    strengths = ["temperature", "area"] if thermal else [f"{_INTENSITY} {band}" for band in bands]
+    if _INTENSITY in columns and not thermal:
+        strengths = [_INTENSITY] * len(bands)
+    wanted = {*_PLACE, *strengths}
+    wrong = sorted(wanted.symmetric_difference(columns))
+    if wrong:
+        raise CatalogError(
+            f"'{name}': column '{wrong[0]}' is {'missing' if wrong[0] in wanted else 'unknown'}; allowed: "
+            f"{', '.join(_PLACE)}, and {_INTENSITY}, {_INTENSITY} BAND for each band of the scene, or temperature and "
+            "area"
+        )
+    strength = np.stack([columns[each] for each in strengths], axis=1)
+    low = np.nextafter(0.0, 1.0) if thermal else 0.0
+    for what, least, values in (("altitude", 0.0, columns["altitude"]), (strengths[0], low, strength)):
+        if np.any(values < least):
+            raise CatalogError(f"'{name}': {what} {values.min():g}; allowed: {'above 0' if least else '0 or more'}")
+    tracks = []
+    for source in np.unique(columns["source"]):
+        own: NDArray[np.intp] = np.flatnonzero(columns["source"] == source)
+        time = columns["time"][own]
+        if np.any(np.diff(time) <= 0.0):
+            raise CatalogError(f"'{name}': the times of source {source:g} do not ascend")
+        position = np.stack([columns[each][own] for each in _PLACE[2:]], axis=1)
+        tracks.append(SourceTrack(time, position, np.zeros(3), strength[own], thermal))
+    return tracks
