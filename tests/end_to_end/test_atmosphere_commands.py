@@ -130,6 +130,6 @@ def test_plot_of_a_table_with_one_height_and_angle(table, tmp_path):
 def test_plot_names_what_there_is(tmp_path):
     with pytest.raises(CatalogError, match=r"neither a provider \(.*table.*\) nor an atmosphere table"):
         invoke("atmosphere", "plot", "tabel", "-o", tmp_path / "x.png")
-    assert "one is drawn, or two" in invoke("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
+    assert "one to plot, or two" in invoke("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
     with pytest.raises(CatalogError, match="no common wavenumbers"):
         invoke("atmosphere", "plot", "table", "-o", tmp_path / "x.png", "--range-um", 100, 200)

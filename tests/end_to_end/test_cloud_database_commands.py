@@ -112,7 +112,7 @@ def test_an_image_that_cannot_be_used_leaves_nothing(here):
     with pytest.raises(CatalogError, match="--pixel-size"):
         hcss("import", "sea.png")
     (here / "text.png").write_text("no image")
-    with pytest.raises(CatalogError, match="not an image"):
+    with pytest.raises(CatalogError, match="not a readable image"):
         hcss("import", "text.png", "--pixel-size", "500")
     assert not (here / "clouds").exists()
 

@@ -79,11 +79,11 @@ def test_an_existing_cube_is_kept_unless_forced(tmp_path):
         (("fit", "image.npy", "--fix", "Q=1"), 2, "'Q' given, allowed: H, Lx"),
         (("fit", "image.npy", "--prior", "H=foo:1:2"), 2, "'foo' given, allowed: lognormal"),
         (("run", "stratus", "--draws", "20", "-o", "x.nc"), 2, "nothing is uncertain"),
-        (("evaluate", "image.npy", "image.npy", "--real-band", "x"), 2, "meaning for cubes only"),
+        (("evaluate", "image.npy", "image.npy", "--real-band", "x"), 2, "applies to cubes only"),
         (("evaluate", "image.npy", "image.npy", "--window", "9"), 2, "--window"),
         (("plugins", "fractl"), 2, "closest is 'fractal'"),
         (("evaluate", "image.npy", "image.npy"), 1, "all pixels have the value 1"),
-        (("report", "image.npy"), 1, "no NetCDF file"),
+        (("report", "image.npy"), 1, "not a NetCDF file"),
     ],
 )
 def test_a_wrong_command_line_ends_in_2_and_a_wrong_file_in_1(tmp_path, arguments, code, message):
@@ -94,7 +94,7 @@ def test_a_wrong_command_line_ends_in_2_and_a_wrong_file_in_1(tmp_path, argument
 
 
 @pytest.mark.parametrize(
-    ("command", "code", "message"), [("fit", 2, "No such option"), ("report", 1, "no NetCDF file")]
+    ("command", "code", "message"), [("fit", 2, "No such option"), ("report", 1, "not a NetCDF file")]
 )
 def test_a_process_ends_with_the_code_of_its_command(tmp_path, command, code, message):
     np.save(tmp_path / "image.npy", np.ones(3))

@@ -250,7 +250,7 @@ def test_of_many_frames_some_are_shown_the_ends_among_them(tmp_path):
     steps = np.diff(numbers)
     assert steps.max() - steps.min() <= 1
     assert len(view["cloud_mask"]["frames"]) == cube_frames.OTHER_FRAMES
-    assert "radiance 24 of 60 frames, evenly spread" in read_page(page).text
+    assert "radiance (24 of 60 frames, evenly spread" in read_page(page).text
     with open_cube(path) as data:
         for place, number in zip(range(24), numbers, strict=True):
             mean = float(data.radiance[number, 1].mean(dtype="float64"))
@@ -342,7 +342,7 @@ def test_the_command_writes_and_replaces_only_when_told(tmp_path):
     assert CliRunner().invoke(cli, ["report", str(cube), "-o", str(target), "--force"]).exit_code == 0
     assert target.read_bytes() == before
     over = CliRunner().invoke(cli, ["report", str(cube), "-o", str(cube), "--force"])
-    assert "what the report is about" in str(over.exception)
+    assert "the input of the report" in str(over.exception)
     with open_cube(cube) as data:
         assert "cloud_mask" in data
 
@@ -352,7 +352,7 @@ def test_what_there_is_no_report_of_is_told_with_what_is_allowed(tmp_path):
         (tmp_path / name).write_text(text)
     (tmp_path / "folder").mkdir()
     told = {
-        "a.toml": "`hcss run .*a.toml` makes a cube",
+        "a.toml": "`hcss run .*a.toml` computes its cube",
         "b.nc": "it is empty",
         "c.nc": "no NetCDF file",
         "folder": "without index.json",

@@ -163,7 +163,7 @@ class TestWaterVapour:
             make_plan(Scenario.from_toml(CLEAR, {**base, "atmosphere.water_vapour_column": 40.0}))
 
     def test_a_provider_that_belongs_to_one_profile_refuses(self):
-        with pytest.raises(ScenarioError, match=r"atmosphere.water_vapour_scale: provider 'table' belongs to one"):
+        with pytest.raises(ScenarioError, match=r"atmosphere.water_vapour_scale: provider 'table' supports only"):
             make_plan(Scenario.from_toml(CLEAR, {**TABLE, "atmosphere.water_vapour_scale": 0.5}))
 
     def test_one_of_the_two_keys(self):

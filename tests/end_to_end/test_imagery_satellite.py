@@ -64,7 +64,7 @@ def test_scene_with_another_pixel_size_is_told_what_to_set(seviri):
     with pytest.raises(ScenarioError, match=r"pixel_size = 35491\.9 or parameters\.reinterpret_pixel_size"):
         _clouds(seviri, Grid(100, 200, 20.0))
     clouds = _clouds(seviri, Grid(50, 50, 20.0), reinterpret_pixel_size=True)
-    assert any("are treated as pixels of 20 m" in note for note in clouds.declares.notes)
+    assert any("are taken for pixels of 20 m" in note for note in clouds.declares.notes)
 
 
 def test_hurricane_in_the_near_infrared():

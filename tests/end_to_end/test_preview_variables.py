@@ -76,7 +76,7 @@ def test_an_unknown_variable_gets_those_of_the_cube_and_the_closest(cube, tmp_pa
         drawn(cube, folder, "radiance_sea_emision")
     with pytest.raises(CubeError, match=r"no 'latitude'; allowed"):
         drawn(cube, folder, "latitude")
-    with pytest.raises(CubeError, match="one of both"):
+    with pytest.raises(CubeError, match="not both"):
         drawn(cube, folder, "radiance", kelvin=True)
     assert not folder.exists()
 
@@ -95,9 +95,9 @@ def test_what_the_run_left_out_is_said_with_how_to_have_it(tmp_path):
         (
             "day.toml",
             b"time = 2024-04-20T12:30:00Z\n",
-            "no NetCDF file; if it is a scenario, `hcss run day.toml` makes",
+            "not a NetCDF file; if it is a scenario, `hcss run day.toml` makes",
         ),
-        ("day.nc", b"time = 2024-04-20T12:30:00Z\n", "no NetCDF file; a cube is needed, as `hcss run` writes it"),
+        ("day.nc", b"time = 2024-04-20T12:30:00Z\n", "not a NetCDF file; a cube is needed, as `hcss run` writes it"),
         ("day.nc", b"", "it is empty; a cube is needed"),
         ("day.nc", b"\x89HDF\r\n\x1a\n and no more", "it is NetCDF, but damaged, truncated or unsupported"),
     ],

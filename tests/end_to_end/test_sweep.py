@@ -308,7 +308,7 @@ def test_a_dataset_replaces_nothing_but_itself(tmp_path, computed, name):
     assert not computed[0]
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")
-    with pytest.raises(CubeError, match="no dataset of a sweep"):
+    with pytest.raises(CubeError, match="not a sweep dataset"):
         open_sweep(folder / "point-0000.nc")
     with pytest.raises(CubeError, match="not a finished cube"):
         open_cube(tmp_path / "all.nc")
@@ -326,7 +326,7 @@ def test_cubes_of_other_variables_are_refused_as_one_dataset_and_stay(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("more", "words"), [({"workers": 0}, "1 or more"), ({"workers": 2, "scheduler": "tcp://x"}, "one of both")]
+    ("more", "words"), [({"workers": 0}, "1 or more"), ({"workers": 2, "scheduler": "tcp://x"}, "one of them")]
 )
 def test_workers_that_cannot_be_are_refused(tmp_path, more, words):
     with pytest.raises(SweepError, match=words):

@@ -98,5 +98,5 @@ def test_a_cube_that_is_gone_and_an_index_that_is_none_are_told(tmp_path):
     assert len(found.table("point", "seed")) == 2
     assert "point-0001.nc" in found.text
     (result.folder / "index.json").write_text("[]")
-    with pytest.raises(SweepError, match="no index"):
+    with pytest.raises(SweepError, match="not a sweep index"):
         hcss_twin.report(result.folder, replace=True)

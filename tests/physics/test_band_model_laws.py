@@ -206,7 +206,7 @@ def test_scattered_sunlight_of_a_thin_atmosphere():
 
 
 def test_low_sun_is_refused(air):
-    with pytest.raises(ProviderError, match="the sun stands"):
+    with pytest.raises(ProviderError, match="the sun is"):
         air.solar_path_radiance(WAVENUMBER, [to_space(0.0, 80.0)], 87.0, 180.0)
 
 

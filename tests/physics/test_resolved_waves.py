@@ -174,5 +174,5 @@ def test_calls_without_a_bearing_give_the_sea_as_a_whole():
 def test_slopes_that_cannot_be_divided_are_refused():
     with pytest.raises(ProviderError, match=r"'gram-charlier'.*allowed: 'isotropic'"):
         sea(slopes="gram-charlier").tilted(0.0, 0.0, PIXEL_M)
-    with pytest.raises(ProviderError, match="cannot be resolved; allowed: larger"):
+    with pytest.raises(ProviderError, match="cannot be resolved with pixels this small; allowed: larger"):
         sea(wind=1.0, slopes="upwind-crosswind").tilted(0.0, 0.0, 0.001)

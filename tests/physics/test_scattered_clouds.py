@@ -311,7 +311,7 @@ def test_a_whole_scene_ends_where_its_image_ends(folder):
         folder, size=(20, 20), motion=motion, parameters={"placement": "scene", "column_origin": 0, "row_origin": 0}
     )
     np.testing.assert_array_equal(_frame(clouds, 7.0)[::-1] > 0, DRAWN[:20, 7:27] > 0)
-    with pytest.raises(ScenarioError, match="left the image"):
+    with pytest.raises(ScenarioError, match="lies outside the image"):
         _frame(clouds, 41.0)
 
 
@@ -346,8 +346,8 @@ def test_an_edge_taper_is_refused_because_images_have_their_own_edges(folder):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({}, "neither given of image and entry"),
-        ({"image": "a", "entry": "b"}, "both given of image and entry"),
+        ({}, "image, entry: neither given"),
+        ({"image": "a", "entry": "b"}, "image, entry: both given"),
         ({"image": "a", "placement": "single-clouds"}, "needs an entry"),
         ({"entry": "a", "method": "otsu"}, "method: has no meaning with an entry"),
         ({"entry": "a", "variable": "CMI", "cloud_is": "dark"}, "variable, cloud_is: has no meaning"),

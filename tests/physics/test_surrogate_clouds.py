@@ -371,7 +371,7 @@ def test_a_coverage_that_the_grey_levels_cannot_give_is_refused(tmp_path):
         make(tmp_path, size=(400, 400), coverage=1e-5)
     image = power_law((96, 128))
     image[:70, :70] = image.max()
-    with pytest.raises(ScenarioError, match=r"clouds\.coverage: 0\.7 given, but all pixels .* are alike"):
+    with pytest.raises(ScenarioError, match=r"clouds\.coverage: 0\.7 given, but all pixels .* have the same value"):
         make(tmp_path, image, size=(64, 64), row_origin=0, column_origin=0, coverage=0.7)
 
 

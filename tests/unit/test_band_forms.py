@@ -56,7 +56,7 @@ def test_forms_survive_being_written():
         ({"name": "x", "centre_um": 4.0}, "bands[0].centre_um", "unknown key; .*closest is 'center_um'"),
         ({"name": "x", "limit": [3, 4]}, "bands[0].limit", "unknown key; .*closest is 'limits'"),
         ({"name": "x", "limits": [3, 4], "fwhm_um": 1.0}, "bands[0]", "limits, fwhm_um in one band; allowed"),
-        ({"name": "x", "limits": [5, 3]}, "bands[0].limits", "upside down; closest valid choice is \\[3, 5\\]"),
+        ({"name": "x", "limits": [5, 3]}, "bands[0].limits", "is reversed; closest valid choice is \\[3, 5\\]"),
         ({"name": "x", "limits": 4.0}, "bands[0].limits", "4.0 is not \\[shortest_um, longest_um\\]"),
         ({"limits": [3, 5]}, "bands[0].name", "is missing"),
         ({"name": "x", "center_um": 4.0}, "bands[0].fwhm_um", "is missing; Full width"),

@@ -90,7 +90,7 @@ def test_a_transformation_gives_size_and_direction(tmp_path):
         assert image.north_first is north_first
     matrix = (20.0, 1.0, 0, 5e5, 1.0, -20.0, 0, 4e6, 0, 0, 0, 0, 0, 0, 0, 1)
     path = _write(tmp_path / "a.tif", tags=[(34264, "d", 16, matrix, True), (34735, "H", 8, directory, True)])
-    with pytest.raises(CatalogError, match="turned against north"):
+    with pytest.raises(CatalogError, match="rotated relative to north"):
         read_image(path)
 
 

@@ -149,7 +149,7 @@ def put(at, start, text):
         (put(20, 8, "        nan"), r"line 21: TOT_TRANS is not a finite number"),
         (put(20, 19, "-1.0000E-07"), r"line 21: PTH_THRML must not be negative"),
         (put(20, 19, " 9.0000E-04"), r"line 21: TOTAL_RAD .*not the sum"),
-        (put(20, 0, "  100.00"), r"line 21: the spectral coordinate turns back"),
+        (put(20, 0, "  100.00"), r"line 21: the spectral coordinate reverses direction"),
         (lambda lines: lines.pop(10), r"line 1: no line of column names"),
         (put(0, 6, "    2    0"), r"line 1: card 1 says IEMSCT = 0"),
         (lambda lines: lines.__setitem__(slice(11, 92), []), r"line 12: the run has no rows"),

@@ -36,7 +36,7 @@ def test_a_gamma_distribution_has_the_radius_variance_and_content_it_was_made_fr
         ((0.0, 0.1, 1e-4), "effective_radius_um 0.0: allowed above 0"),
         ((10.0, 0.5, 1e-4), "effective_variance 0.5: allowed above 0 and below"),
         ((10.0, 0.1, -1.0), "water_content_kg_m3 -1.0: allowed above 0"),
-        ((10.0, 0.1, 1e-4, (5.0, 12.0)), "radius_range_um 5, 12: cuts so much off.*closest is 0.1, 100"),
+        ((10.0, 0.1, 1e-4, (5.0, 12.0)), "radius_range_um 5, 12: is so narrow.*closest is 0.1, 100"),
     ],
 )
 def test_impossible_sizes_are_refused(arguments, message) -> None:

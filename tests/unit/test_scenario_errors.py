@@ -108,7 +108,7 @@ WRONG = [
     ("motion.evolution_time = 'frozn'", "motion.evolution_time", "closest is 'frozen'"),
     ("motion.evolution_time = true", "motion.evolution_time", "true is not a duration"),
     # bands
-    ("bands = [[5, 3]]", "bands[0]", "upside down", "choice is [3, 5]"),
+    ("bands = [[5, 3]]", "bands[0]", "is reversed", "choice is [3, 5]"),
     ("bands = ['lwir-11']", "bands[0]", "no band named 'lwir-11'", "closest is 'lwir-10.8' (10.3 to 11.3 um)"),
     ("bands = ['mwir-4']", "bands[0]", "closest is 'mwir-3.4-4.1' (3.4 to 4.1 um)"),
     ("bands = ['mwir5.5um']", "bands[0]", "closest is 'mwir-4.5-4.8' (4.5 to 4.8 um)"),
@@ -143,7 +143,7 @@ WRONG = [
     ("clouds.base = 1500", "clouds.base", "1500 m is not below the top", "below 1000"),
     ("clouds = {base = 1500, top = 1500}", "clouds.top", "allowed: above 1500"),
     ("clouds.thickness_min = 5000", "clouds.thickness_min", "choice is 967"),
-    ("clouds.type = 'stratus'\n[[clouds.layers]]\ntype = 'cirrus'", "clouds", "'type' beside [[clouds.layers]]"),
+    ("clouds.type = 'stratus'\n[[clouds.layers]]\ntype = 'cirrus'", "clouds", "'type' with [[clouds.layers]]"),
     (
         "[[clouds.layers]]\n[[clouds.layers]]\ntype = 'cirrus'\n[[clouds.layers]]\nbase = 11000\ntop = 12000",
         "clouds.layers",

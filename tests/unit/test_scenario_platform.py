@@ -100,10 +100,10 @@ def test_a_scenario_with_a_platform_survives_json_and_overrides():
             {**ALTITUDE, **OPTICS},
             {"image": {"pixel_size": 20}},
             "platform.detector_pitch",
-            ["beside image.pixel_size 20 m", "one of them"],
+            ["with image.pixel_size 20 m", "one of them"],
         ),
-        ({**ALTITUDE, "focal_length": 1}, {}, "platform.detector_pitch", ["missing beside focal_length"]),
-        ({**ALTITUDE, "detector_pitch": 1e-5}, {}, "platform.focal_length", ["missing beside detector_pitch"]),
+        ({**ALTITUDE, "focal_length": 1}, {}, "platform.detector_pitch", ["required with focal_length"]),
+        ({**ALTITUDE, "detector_pitch": 1e-5}, {}, "platform.focal_length", ["required with detector_pitch"]),
         (
             {**ALTITUDE, "focal_length": "1 mm", "detector_pitch": "1 cm"},
             {},

@@ -121,7 +121,7 @@ def test_a_number_for_each_of_the_bands_is_needed():
         ),
         (
             {"sensor.seed": 1, "output.variables": ["truth"]},
-            "output.variables: a \\[sensor\\] measures radiance, which is not asked for",
+            "output.variables: \\[sensor\\] needs radiance, which is not requested",
         ),
         (
             {"sensor.parameters": {"psf": "file", "psf_file": "nowhere.txt"}},

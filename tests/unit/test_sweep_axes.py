@@ -92,7 +92,7 @@ def test_drawn_instants_lie_between_their_ends():
         ({"from": 1, "to": 2, "steps": 3, "scale": "logg"}, ["closest is 'log'"]),
         ({"from": datetime(2024, 1, 1), "to": datetime(2024, 2, 1), "steps": 3}, ["no zone", "+00:00"]),
         ({"distribution": "gaussian", "samples": 3}, ["gaussian", "normal"]),
-        ({"distribution": "uniform", "from": 3, "to": 1, "samples": 3}, ["from below to"]),
+        ({"distribution": "uniform", "from": 3, "to": 1, "samples": 3}, ["from < to"]),
         ({"distribution": "normal", "mean": 3, "standard_deviation": 0, "samples": 3}, ["> 0"]),
         ({"distribution": "uniform", "from": 1, "to": 3, "samples": 0}, ["samples = 0"]),
         ({"count": 0}, ["count = 0"]),

@@ -122,8 +122,8 @@ def test_a_band_that_is_missing_is_asked_for_by_the_option_of_its_side(cube, sav
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        (EvaluationChoice(band="mwir"), "band: has a meaning for cubes only"),
-        (EvaluationChoice(frames=(1,)), "frames: has a meaning for cubes only"),
+        (EvaluationChoice(band="mwir"), "band: applies to cubes only"),
+        (EvaluationChoice(frames=(1,)), "frames: applies to cubes only"),
         (EvaluationChoice(method="truth"), "is an image and has no mask"),
         (EvaluationChoice(variable="x"), "a single array has no variable"),
     ],
