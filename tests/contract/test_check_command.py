@@ -146,8 +146,8 @@ def test_a_builtin_provider_passes(name):
 
 
 DEAR = {
-    **dict.fromkeys(("fractal", "cox-munk", "rough-sea", "mie", "bulk", "band-model", "as-printed"), {}),
-    **dict.fromkeys(("physical", "physical-two-stream"), {}),
+    **{name: {} for name in ("fractal", "cox-munk", "rough-sea", "mie", "bulk", "band-model")},
+    **{name: {} for name in ("as-printed", "physical", "physical-two-stream")},
     "surrogate": {"method": "coverage"},
     "imagery": {"method": "coverage", "reinterpret_pixel_size": True},
 }
