@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from importlib.util import find_spec
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,11 @@ from hcss_twin.cli.options import FOLDER, assigned, json_option
 if TYPE_CHECKING:
     from hcss_twin.testing.check import Check
 
-_SHOWN_LINES, _SHOWN_COLUMNS = 8, 160
+_SHOWN_LINES, _SHOWN_COLUMNS = 8, 200
+_WHOLE_ARRAYS = ("ACTUAL: ", "DESIRED: ", "x: ", "y: ")
+_BYWORK = ("+ where <function", "assert np.False_", "First 5 mismatches", "[")
+"""How lines of a message begin from which whole arrays follow, and lines that tell nothing about the numbers."""
+
 _WIDTH = len("not applicable")
 
 
@@ -46,7 +51,10 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
 @click.option("--kind", help="Kind of the provider, where several kinds have the name.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Parameter of the provider; repeat.")
 @click.option(
-    "--limit", default=60.0, type=click.FloatRange(min=0, min_open=True), help="Seconds that one call may take."
+    "--limit",
+    default=120.0,
+    type=click.FloatRange(min=0, min_open=True),
+    help="Seconds that one call may take, the compilation of its kernels included.",
 )
 @json_option
 def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: float, as_json: bool) -> None:
@@ -89,7 +97,11 @@ def check_text(check: Check) -> str:
 
 
 def _cut(text: str) -> list[str]:
-    lines = [line.rstrip() for line in text.splitlines() if line.strip()]
-    shown = [line if len(line) <= _SHOWN_COLUMNS else f"{line[:_SHOWN_COLUMNS]}..." for line in lines[:_SHOWN_LINES]]
+    """Return the lines of a failure that hold its numbers, each with its beginning and its end."""
+    lines = [" ".join(line.replace("\\n", " ").split()) for line in text.splitlines()]
+    lines = [line for line in takewhile(lambda line: not line.startswith(_WHOLE_ARRAYS), lines) if line]
+    lines = [line for line in lines if not line.startswith(_BYWORK)]
+    half = _SHOWN_COLUMNS // 2
+    shown = [line if len(line) <= 2 * half else f"{line[:half]} ... {line[-half:]}" for line in lines[:_SHOWN_LINES]]
     more = len(lines) - _SHOWN_LINES
     return [*shown, f"... {more} more lines in --json"] if more > 0 else shown

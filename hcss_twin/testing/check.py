@@ -125,7 +125,7 @@ def find(registry: Registry, name: str, kind: str | None = None) -> Entry:
     return registry.resolve(kinds[0], name)
 
 
-def check_provider(entry: Entry, parameters: Mapping[str, Any] | None = None, limit_s: float = 60.0) -> Check:
+def check_provider(entry: Entry, parameters: Mapping[str, Any] | None = None, limit_s: float = 120.0) -> Check:
     """Hold a provider to the kit of its kind.
 
     Parameters
@@ -194,7 +194,7 @@ def _follow(process: subprocess.Popen[bytes], events: Path, run: _Run, limit_s: 
             elif ended:
                 return ""
             elif time.monotonic() - last > patience:
-                return f"{run.doing} did not return within {patience:g} s; the process was stopped"
+                return f"{run.doing} did not return within {patience:g} s; the process was stopped (--limit)"
             else:
                 time.sleep(POLL_S)
 
