@@ -354,7 +354,7 @@ def test_what_there_is_no_report_of_is_told_with_what_is_allowed(tmp_path):
     told = {
         "a.toml": "`hcss run .*a.toml` computes its cube",
         "b.nc": "it is empty",
-        "c.nc": "no NetCDF file",
+        "c.nc": "not a NetCDF file",
         "folder": "without index.json",
         "d.nc": "no such file",
     }
