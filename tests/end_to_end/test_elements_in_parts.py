@@ -82,8 +82,7 @@ def test_windows_tiles_and_workers_have_the_same_bits(folder, whole, monkeypatch
 
 
 def test_a_clear_scene_of_several_windows_keeps_the_elements_of_each(folder, monkeypatch):
-    # Waves too are added to what the first window fills.
-    clear = {"clouds": {}, "output.certificate": 0, "sea.waves": "resolved"}
+    clear = {"clouds": {}, "output.certificate": 0}
     one = written(folder, "clear.nc", **clear)
     monkeypatch.setattr(stream, "windows", partial(windows, most_points=300))
     same(one, written(folder, "clear-strips.nc", **clear))
