@@ -21,7 +21,7 @@ class Provider:
     """The pixel right and below the image centre is covered in part by a black body."""
 
     declares = Declares()
-    variables: ClassVar[Mapping[str, tuple[str, str]]] = {"share": ("1", "Share of the pixel that the square covers.")}
+    variables: ClassVar[Mapping[str, tuple[str, str]]] = {"number": ("1", "Number of the square.")}
 
     def __init__(self, inputs: ElementInputs, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -34,5 +34,7 @@ class Provider:
             return []
         share = np.array([self._parameters.share])
         return [
-            ElementPixels(row, column, share, 0.0, self._radiance, None, self._parameters.temperature, {"share": share})
+            ElementPixels(
+                row, column, share, 0.0, self._radiance, None, self._parameters.temperature, {"number": np.ones(1)}
+            )
         ]
