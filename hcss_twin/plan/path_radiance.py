@@ -49,9 +49,10 @@ def unused_path_radiance(assembly: Assembly, sun: Sun | None, accuracy: float) -
     if np.all(np.abs(more) < 0.5 * accuracy * _clear(assembly, few_columns(assembly), sun)):
         return ()  # the plan has computed these few columns before
     clear = _clear(assembly, columns, sun)
+    shares = np.divide(more, clear, out=np.zeros_like(more), where=clear > 0.0)
     changes = [
         f"{100.0 * share:+.2g} % in band '{band.name}'"
-        for band, share in zip(assembly.bands, more / clear, strict=True)
+        for band, share in zip(assembly.bands, shares, strict=True)
         if abs(share) > accuracy
     ]
     return (f"{said}with it, clear radiance would change by {', '.join(changes)}",) if changes else ()

@@ -121,9 +121,10 @@ def probe_particles(assembly: Assembly) -> None:
         if cloudy:
             try:
                 assembly.optics.single_scattering(layer.microphysics, wavenumber)
-            except ProviderDefect:
-                raise
             except ProviderError as error:
+                # Optics refuse particles that they do not have by ProviderError or ValueError; others are accidents.
+                if isinstance(error, ProviderDefect) and not isinstance(error.__cause__, ValueError):
+                    raise
                 problems.append(Problem(field, str(error)))
             except CatalogError as error:
                 problems.append(Problem("optics.provider", str(error)))

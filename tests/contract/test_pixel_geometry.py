@@ -101,7 +101,7 @@ def test_without_an_altitude_pixels_have_places_and_no_directions(tmp_path):
     with pytest.raises(ScenarioError, match="altitude of the sensor is not known"):
         cube_of({**known, "output.variables": ["pixel_slant_range"]})
     header = example_header(geometry=(GEOMETRY[2],))
-    with pytest.raises(CubeError, match="pixel_view_zenith: sensor_altitude_m"):
+    with pytest.raises(CubeError, match="pixel_view_zenith: needs sensor_altitude_m"):
         CubeWriter(tmp_path / "a.nc", header)
 
 

@@ -15,7 +15,13 @@ from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.providers import Declares, Grid, Sun
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
-from hcss_twin.testing import sample_cloud_inputs, sample_microphysics, sample_motion, sample_sensor_inputs
+from hcss_twin.testing import (
+    sample_cloud_inputs,
+    sample_element_inputs,
+    sample_microphysics,
+    sample_motion,
+    sample_sensor_inputs,
+)
 
 NU, MU, PATHS = np.array([800.0, 1000.0, 2500.0]), np.array([1.0, 0.5]), [to_space(0.0, 0.0), to_space(0.0, 60.0)]
 WINDOW = slice(0, 4), slice(0, 5)
@@ -42,9 +48,10 @@ MEMBERS = {
     ("atmosphere", "transmittance_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
     ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
     ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
+    ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
     ("sensors", "measure"): ((np.ones((1, 4, 5)), 0, 0.0), "radiance of shape (1, 4, 5), frame = 0"),
 }
-INPUTS = {"clouds": sample_cloud_inputs(), "sensors": sample_sensor_inputs()}
+INPUTS = {"clouds": sample_cloud_inputs(), "elements": sample_element_inputs(), "sensors": sample_sensor_inputs()}
 
 
 def guarded(kind, **members):
