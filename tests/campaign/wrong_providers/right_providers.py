@@ -1,0 +1,281 @@
+"""Right providers of every kind, each as a kit class that makes it: what the conformance kit must accept.
+
+They are those of this package with different parameters, the small ones of ``tests/contract/stranger``, the plain ones
+of the kit, and two kinds of cloud generators that a kit may easily misjudge.
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hcss_twin import testing
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import Declares
+from hcss_twin.providers.registry import Registry
+from hcss_twin.providers.registry.guard import guard
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "contract"))
+
+from stranger import atmosphere, clouds, optics, radiance, sea, sensor
+
+discovered = cache(Registry.discover)
+
+WAVENUMBERS = 4
+"""Wavenumbers of a call; the cost of most laws is in proportion to them."""
+
+
+@dataclass(frozen=True)
+class Right:
+    """A right provider: its name, kind and what it is, and a function that makes its kit class for a folder of files.
+
+    ``cheap``: the kit takes about a second.
+    """
+
+    name: str
+    kind: str
+    sentence: str
+    kit: Callable[[Path], type]
+    cheap: bool = True
+
+
+def builtin(kind, name, inputs, **parameters):
+    """A provider of this package behind its guard, as the engine uses it."""
+    registry = discovered()
+    entry = registry.resolve(kind, f"hcss-twin/{name}")
+    provider = registry.create(entry, inputs, registry.parameters_model(entry)(**parameters))
+    return guard(entry, provider, inputs)
+
+
+class Few:
+    """Few wavenumbers."""
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider):
+        return testing.sample_wavenumbers(provider.declares, WAVENUMBERS)
+
+
+CONTRACTS = {
+    "clouds": testing.CloudGeneratorContract,
+    "sea": testing.SeaModelContract,
+    "optics": testing.OpticsContract,
+    "atmosphere": testing.TransmittanceContract,
+    "radiance": testing.RadianceModelContract,
+    "sensors": testing.SensorContract,
+}
+
+
+def kit(kind, make, inputs=None, **members):
+    """Return a function that makes a kit class for providers ``make(inputs)``, with other members if given."""
+    bases = (CONTRACTS[kind],) if kind in ("clouds", "sensors") else (Few, CONTRACTS[kind])
+    own = {"make_provider": lambda self, given: make(given), **members}
+    if inputs is not None:
+        own["inputs"] = pytest.fixture(lambda self: inputs())
+    return lambda folder: type("TestProvider", bases, dict(own))
+
+
+def field_mode(self, coverage=0.5, seed=1):
+    inputs = testing.sample_cloud_inputs(coverage, seed)
+    return replace(inputs, layer=replace(inputs.layer, coverage_mode="field"))
+
+
+def of_an_image(name, **parameters):
+    """Kit of a generator that reads an image."""
+
+    def make(folder):
+        np.save(folder / "image.npy", np.random.default_rng(5).random((128, 160)))
+
+        def make_inputs(self, coverage=0.5, seed=1):
+            return testing.sample_cloud_inputs(coverage, seed, catalog=Catalog(base=folder))
+
+        make_one = kit(
+            "clouds",
+            lambda given: builtin("clouds", name, given, image="image.npy", method="coverage", **parameters),
+            make_inputs=make_inputs,
+            seeds=2,
+        )
+        return make_one(folder)
+
+    return make
+
+
+class Picture:
+    """A picture of clouds, mirrored without end, with a coverage of its own: that of the layer has no influence."""
+
+    image_coverage = 0.37
+
+    def __init__(self, inputs):
+        self._layer = inputs.layer
+        rough = np.random.default_rng(3).random((90, 70))
+        self._share = np.where(rough < self.image_coverage, rough / self.image_coverage, np.nan)
+        motion, pixel = inputs.motion, inputs.grid.pixel_size_m
+        wind = motion.cloud_velocity_m_s
+        self._pixels_per_s = -wind[1] / pixel, (motion.platform_speed_m_s - wind[0]) / pixel
+        self.declares = Declares(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
+
+    def thickness_m(self, time_s, rows, columns):
+        spans = ((rows, self._share.shape[0]), (columns, self._share.shape[1]))
+        y, x = (
+            (np.arange(span.start, span.stop) + round(speed * time_s)) % size
+            for (span, size), speed in zip(spans, self._pixels_per_s, strict=True)
+        )
+        layer, share = self._layer, self._share[y[:, None], x]
+        thickness = layer.thickness_min_m + share * (layer.thickness_max_m - layer.thickness_min_m)
+        return np.where(np.isnan(share), 0.0, thickness).astype(np.float32)
+
+
+class Film(clouds.CloudStreets):
+    """Cloud streets of a film of ten minutes: other times are an error."""
+
+    def thickness_m(self, time_s, rows, columns):
+        if not 0.0 <= time_s <= 600.0:
+            raise ProviderError(f"film: time {time_s:g} s; allowed 0 to 600 s")
+        return super().thickness_m(time_s, rows, columns)
+
+
+class GlowingGas(testing.PlainGas):
+    """The kit's grey gas with its own path radiance, summed over the layers, and scattered sunlight."""
+
+    def path_radiance(self, wavenumber_cm1, paths):
+        result = np.zeros((len(paths), wavenumber_cm1.size))
+        for row, path in enumerate(paths):
+            (leg,) = path.legs
+            inner = self._profile.altitude_m[(self._profile.altitude_m > leg.lower_m)]
+            levels = np.concatenate(([leg.lower_m], inner[inner < leg.upper_m], [leg.upper_m]))
+            through = self.transmittance(wavenumber_cm1, [to_space(level, leg.zenith_deg) for level in levels])
+            ends = np.minimum(levels, self._profile.altitude_m[-1])
+            kelvin = self._profile.temperature_at(0.5 * (ends[1:] + ends[:-1]))
+            result[row] = np.sum(np.diff(through, axis=0) * planck(wavenumber_cm1, kelvin[:, None]), axis=0)
+        return result
+
+    def solar_path_radiance(self, wavenumber_cm1, paths, sun_zenith_deg, relative_azimuth_deg):
+        both = [path + to_space(path.legs[0].lower_m, sun_zenith_deg) for path in paths]
+        return 0.05 * (1.0 - self.transmittance(wavenumber_cm1, both))
+
+
+def standard_air():
+    return testing.sample_atmosphere_inputs(load_profile("us-standard-1976", Catalog()))
+
+
+def with_wind(speed_m_s):
+    return lambda: testing.sample_sea_inputs(speed_m_s)
+
+
+FEW_STREAMS = {"streams": 4, "sun_streams": 4, "azimuth_modes": 8}
+
+COUNTS = {
+    "psf": "airy",
+    "aperture_diameter": 0.2,
+    "pixel_angle": 3e-5,
+    "integration_time": 0.01,
+    "noise": "photon",
+    "read_noise": 50.0,
+    "well_depth": 3e7,
+    "bits": 14,
+}
+
+
+def right_providers():
+    """Return all of them."""
+    return [Right(*each) for each in (*_clouds(), *_sea(), *_optics(), *_atmosphere(), *_radiance(), *_sensors())]
+
+
+def _clouds():
+    streets, fractal = clouds.CloudStreets, {"gamma": 2.0, "H": 0.6, "k": [0, 5]}
+    for name, spacing_m, direction_deg in (("streets", 3000.0, 30.0), ("narrow-streets", 1500.0, 80.0)):
+        parameters = clouds.Parameters(spacing_m=spacing_m, direction_deg=direction_deg)
+        make = lambda inputs, parameters=parameters: streets(inputs, parameters)  # noqa: E731
+        yield name, "clouds", f"streets {spacing_m:g} m apart", kit("clouds", make)
+    frame = lambda inputs: builtin("clouds", "fractal", inputs, L=[2.0, 3.0], **fractal)  # noqa: E731
+    yield "fractal", "clouds", "fractal clouds, exact in each frame", kit("clouds", frame)
+    sky = lambda inputs: builtin("clouds", "fractal", inputs, L=[80.0, 90.0], **fractal)  # noqa: E731
+    yield "fractal-sky", "clouds", "fractal clouds of one sky", kit("clouds", sky, make_inputs=field_mode)
+    yield "imagery", "clouds", "an image as it is", of_an_image("imagery", reinterpret_pixel_size=True)
+    yield "surrogate", "clouds", "the statistics of an image", of_an_image("surrogate")
+    yield "picture", "clouds", "a picture that has its own coverage", kit("clouds", Picture)
+    film = lambda inputs: Film(inputs, clouds.Parameters())  # noqa: E731
+    yield "film", "clouds", "streets of ten minutes", kit("clouds", film, last_time_s=600.0)
+
+
+def _sea():
+    for speed in (2.0, 10.0, 20.0):
+        make = lambda inputs: builtin("sea", "cox-munk", inputs)  # noqa: E731
+        yield f"cox-munk-{speed:g}", "sea", f"slopes of Cox and Munk, {speed:g} m/s", kit("sea", make, with_wind(speed))
+    for name, parameters in {
+        "rough-sea": {},
+        "rough-sea-along-wind": {"slopes": "upwind-crosswind", "spectrum": "jonswap"},
+    }.items():
+        rough = lambda inputs, parameters=parameters: builtin("sea", "rough-sea", inputs, **parameters)  # noqa: E731
+        yield name, "sea", f"shadowed facets {parameters or ''}", kit("sea", rough), False
+    for emissivity in (0.98, 0.9):
+        plain = lambda inputs, emissivity=emissivity: testing.PlainSea(emissivity)  # noqa: E731
+        yield f"plain-sea-{emissivity:g}", "sea", f"Lambertian, emissivity {emissivity:g}", kit("sea", plain)
+    slush = lambda inputs: sea.Slush(inputs, sea.Parameters())  # noqa: E731
+    yield "slush", "sea", "grains that scatter once", kit("sea", slush)
+
+
+def _optics():
+    for name, parameters in {"mie": {}, "mie-asymmetry": {"phase_function": "henyey-greenstein"}}.items():
+        mie = lambda inputs, parameters=parameters: builtin("optics", "mie", inputs, **parameters)  # noqa: E731
+        yield name, "optics", f"Mie scattering of droplets {parameters or ''}", kit("optics", mie)
+    bulk = lambda inputs: builtin("optics", "bulk", inputs)  # noqa: E731
+    yield "bulk", "optics", "cold droplets", kit("optics", bulk)
+    crystals = pytest.fixture(lambda self: testing.sample_microphysics("ice"))
+    yield "crystals", "optics", "rough crystals", kit("optics", bulk, cloud=crystals)
+    for name, values in {"grey": (), "bright-grey": (1.8e-10, 0.9, 0.85), "absorbing-grey": (1e-10, 0.0, 0.0)}.items():
+        grey = lambda inputs, values=values: testing.PlainOptics(*values)  # noqa: E731
+        yield name, "optics", f"grey particles {values or ''}", kit("optics", grey)
+    soft = lambda inputs: optics.SoftParticles(inputs, optics.Parameters())  # noqa: E731
+    yield "soft", "optics", "anomalous diffraction", kit("optics", soft)
+
+
+def _atmosphere():
+    for aerosol in ("none", "maritime"):
+        band = lambda inputs, aerosol=aerosol: builtin("atmosphere", "band-model", inputs, aerosol=aerosol)  # noqa: E731
+        yield (
+            f"band-model-{aerosol}",
+            "atmosphere",
+            f"band model, aerosol {aerosol}",
+            kit("atmosphere", band, standard_air),
+        )
+    table = lambda inputs: builtin("atmosphere", "table", inputs)  # noqa: E731
+    yield "table", "atmosphere", "tabulated transmittance to space", kit("atmosphere", table, standard_air)
+    for depth in (0.0, 0.3, 5.0):
+        grey = lambda inputs, depth=depth: testing.PlainGas(inputs.profile, depth)  # noqa: E731
+        yield f"grey-gas-{depth:g}", "atmosphere", f"grey gas of depth {depth:g}", kit("atmosphere", grey)
+    glowing = lambda inputs: GlowingGas(inputs.profile)  # noqa: E731
+    yield "glowing-gas", "atmosphere", "grey gas with its own path radiance", kit("atmosphere", glowing)
+    for depth in (0.5, 5.0):
+        parameters = atmosphere.Parameters(depth=depth)
+        malkmus = lambda inputs, parameters=parameters: atmosphere.Malkmus(inputs, parameters)  # noqa: E731
+        yield f"malkmus-{depth:g}", "atmosphere", f"lines that saturate, depth {depth:g}", kit("atmosphere", malkmus)
+
+
+def _radiance():
+    printed = lambda inputs: builtin("radiance", "as-printed", inputs)  # noqa: E731
+    yield "as-printed", "radiance", "the equations as printed", kit("radiance", printed)
+    for name in ("physical-two-stream", "physical"):
+        model = lambda inputs, name=name: builtin("radiance", name, inputs, **FEW_STREAMS)  # noqa: E731
+        yield name, "radiance", "composite paths and a closed energy balance", kit("radiance", model), False
+    absorbing = lambda inputs: radiance.Absorbing(inputs, radiance.Parameters())  # noqa: E731
+    yield "absorbing", "radiance", "clouds that do not scatter", kit("radiance", absorbing)
+
+
+def _sensors():
+    for name, parameters in {
+        "ideal": {},
+        "counting": COUNTS,
+        "noise-of-a-size": {"noise": "nedt", "nedt": {"mid": 0.1, "long": 0.05}, "fixed_pattern": "row"},
+    }.items():
+        meter = lambda inputs, parameters=parameters: builtin("sensors", "radiometer", inputs, **parameters)  # noqa: E731
+        yield name, "sensors", f"radiometer {name}", kit("sensors", meter)
+    lagging = lambda inputs: sensor.Lagging(inputs, sensor.Parameters())  # noqa: E731
+    yield "lagging", "sensors", "detectors that keep a part of the last frame", kit("sensors", lagging)
