@@ -1,7 +1,7 @@
 """A warm square that covers one pixel and rests on the sea."""
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from types import MappingProxyType
 
 import numpy as np
 from hcss_twin.providers import Declares, ElementInputs, ElementPixels, ElementScene
@@ -21,7 +21,7 @@ class Provider:
     """The pixel right and below the image centre is covered in part by a black body."""
 
     declares = Declares()
-    variables: ClassVar[Mapping[str, tuple[str, str]]] = {"number": ("1", "Number of the square.")}
+    variables: Mapping[str, tuple[str, str]] = MappingProxyType({"number": ("1", "Number of the square.")})
 
     def __init__(self, inputs: ElementInputs, parameters: Parameters) -> None:
         self._parameters = parameters
