@@ -15,7 +15,21 @@ import pytest
 pytest.register_assert_rewrite(
     *(
         f"hcss_twin.testing.{name}"
-        for name in ("clouds", "elements", "optics", "radiance", "registration", "samples", "sea", "sensor")
+        for name in (
+            "atmosphere_laws",
+            "clouds",
+            "elements",
+            "optics",
+            "particle_laws",
+            "radiance",
+            "radiance_laws",
+            "registration",
+            "samples",
+            "sea",
+            "sea_laws",
+            "sensor",
+            "sensor_laws",
+        )
     )
 )
 

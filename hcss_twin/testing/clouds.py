@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hcss_twin.core.errors import HcssError
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
 from hcss_twin.providers.common import THICKNESS_TOLERANCE
 from hcss_twin.testing.samples import ProviderContract, sample_cloud_inputs, still
@@ -25,10 +27,13 @@ class CloudGeneratorContract(ProviderContract):
         layer's coverage.
     seeds : int
         Number of those frames.
+    seed_matters : bool
+        Whether fields are drawn at random; False for a generator of given fields.
     """
 
     coverage_tolerance: float = 0.1
     seeds: int = 16
+    seed_matters: bool = True
 
     def make_provider(self, inputs: CloudInputs) -> CloudGenerator:
         """Return the provider under test."""
@@ -56,7 +61,7 @@ class CloudGeneratorContract(ProviderContract):
     def test_thickness_stays_within_the_layer(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """0, or between the minimum and maximum thickness of the layer."""
         layer: CloudLayer = inputs.layer
-        for time_s in (0.0, 7.0, 3600.0):
+        for time_s in possible(provider, inputs, (0.0, 7.0, 3600.0)):
             field = whole(provider, inputs, time_s)
             assert np.all(np.isfinite(field))
             cloudy = field[field != 0.0]
@@ -64,20 +69,25 @@ class CloudGeneratorContract(ProviderContract):
             assert np.all(cloudy <= layer.thickness_max_m * (1 + THICKNESS_TOLERANCE))
 
     def test_no_coverage_is_clear_sky_and_full_coverage_has_no_gap(self) -> None:
-        """Coverage 0: 0 everywhere. Coverage 1: cloud everywhere."""
+        """Coverage 0: 0 everywhere. Coverage 1: cloud everywhere. A picture keeps its own coverage."""
+        if own_coverage(self.make_provider(self.make_inputs())) is not None:
+            pytest.skip("image_coverage replaces the coverage of the layer")
         assert not np.any(self.frame(self.make_inputs(coverage=0.0)))
         assert np.all(self.frame(self.make_inputs(coverage=1.0)) > 0.0)
 
     def test_cloudy_fraction_is_the_coverage(self) -> None:
-        """The mean over seeds is the layer's coverage."""
+        """The mean over seeds is the layer's coverage, or ``image_coverage`` of a provider that has it."""
         for coverage in (0.3, 0.7):
-            fields = [self.frame(self.make_inputs(coverage, seed)) for seed in range(self.seeds)]
-            assert np.mean(np.stack(fields) > 0.0) == pytest.approx(coverage, abs=self.coverage_tolerance)
+            providers = [self.make_provider(self.make_inputs(coverage, seed)) for seed in range(self.seeds)]
+            own = own_coverage(providers[0])
+            fields = [whole(provider, self.make_inputs(coverage)) for provider in providers]
+            expected = coverage if own is None else own
+            assert np.mean(np.stack(fields) > 0.0) == pytest.approx(expected, abs=self.coverage_tolerance)
 
     def test_field_does_not_depend_on_earlier_calls(self, inputs: CloudInputs) -> None:
         """The same times in another order, with another instance, give bit-identical results."""
-        times = (0.0, 4.0, 2.0, 600.0)
         forward, backward = self.make_provider(inputs), self.make_provider(inputs)
+        times = possible(forward, inputs, (0.0, 4.0, 2.0, 600.0))
         one = {time_s: whole(forward, inputs, time_s) for time_s in times}
         other = {time_s: whole(backward, inputs, time_s) for time_s in reversed(times)}
         for time_s in times:
@@ -95,7 +105,7 @@ class CloudGeneratorContract(ProviderContract):
         """A later call does not overwrite what an earlier one returned."""
         first = whole(provider, inputs)
         copy = first.copy()
-        whole(provider, inputs, 3600.0)
+        whole(provider, inputs, possible(provider, inputs, (0.0, 3.0, 3600.0))[-1])
         np.testing.assert_array_equal(first, copy)
 
     def test_windows_equal_the_whole(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
@@ -134,7 +144,36 @@ class CloudGeneratorContract(ProviderContract):
             provider = self.make_provider(candidate)
             if candidate is inputs and "time" in provider.declares.depends_on:
                 continue
-            np.testing.assert_array_equal(whole(provider, candidate), whole(provider, candidate, 60.0))
+            later = possible(provider, candidate, (0.0, 4.0, 60.0))[-1]
+            np.testing.assert_array_equal(whole(provider, candidate), whole(provider, candidate, later))
+
+    def test_declared_time_matters(self, inputs: CloudInputs) -> None:
+        """Frames differ where clouds move and the generator declares time."""
+        provider = self.make_provider(inputs)
+        if "time" not in provider.declares.depends_on:
+            pytest.skip("the generator does not declare time")
+        first, *later = possible(provider, inputs, (0.0, 4.0, 60.0, 600.0, 3600.0))
+        frame = whole(provider, inputs, first)
+        changes = [not np.array_equal(frame, whole(provider, inputs, time_s)) for time_s in later]
+        assert any(changes), "declares time, which does not matter"
+
+    def test_seed_matters(self) -> None:
+        """Other seeds give other fields, except of a generator with ``image_coverage``, which is given its picture."""
+        provider = self.make_provider(self.make_inputs(0.5, 1))
+        if not self.seed_matters or hasattr(provider, "image_coverage"):
+            pytest.skip("the fields are given, not drawn")
+        fields = [self.frame(self.make_inputs(0.5, seed)) for seed in (1, 2, 3)]
+        assert not np.array_equal(fields[0], fields[1]), "seeds 1 and 2 give the same field"
+        assert not np.array_equal(fields[1], fields[2]), "seeds 2 and 3 give the same field"
+
+    def test_thickness_keeps_other_limits(self) -> None:
+        """0, or between the limits of a layer that is thinner or has a greater least thickness."""
+        inputs = self.make_inputs(0.5, 1)
+        for minimum, maximum in ((20.0, 300.0), (200.0, 1500.0)):
+            layer = dataclasses.replace(inputs.layer, thickness_min_m=minimum, top_m=inputs.layer.base_m + maximum)
+            field = self.frame(dataclasses.replace(inputs, layer=layer))
+            cloudy = field[field != 0.0]
+            assert np.all((cloudy >= minimum * (1 - 1e-6)) & (cloudy <= maximum * (1 + 1e-6)))
 
     def test_frozen_field_only_translates(self, inputs: CloudInputs) -> None:
         """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen.
@@ -166,3 +205,22 @@ class CloudGeneratorContract(ProviderContract):
 def whole(provider: CloudGenerator, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
     """Return a whole frame."""
     return provider.thickness_m(time_s, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))
+
+
+def own_coverage(provider: CloudGenerator) -> float | None:
+    """Return the coverage that replaces that of the layer, if there is one."""
+    coverage = getattr(provider, "image_coverage", None)
+    return None if coverage is None else float(coverage)
+
+
+def possible(provider: CloudGenerator, inputs: CloudInputs, times: Sequence[float]) -> list[float]:
+    """Return those times that a generator has; beyond the first it may refuse some with an ``HcssError``."""
+
+    def has(time_s: float) -> bool:
+        try:
+            whole(provider, inputs, time_s)
+        except HcssError:
+            return False
+        return True
+
+    return [times[0], *(time_s for time_s in times[1:] if has(time_s))]

@@ -14,6 +14,8 @@ from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, AtmosphereInputs, Microphysics, Optics, OpticsInputs, TransmittanceProvider
 from hcss_twin.providers.common import FRACTION_TOLERANCE
+from hcss_twin.testing.atmosphere_laws import TransmittanceLaws
+from hcss_twin.testing.particle_laws import OpticsLaws
 from hcss_twin.testing.samples import (
     SpectralContract,
     sample_atmosphere_inputs,
@@ -22,7 +24,7 @@ from hcss_twin.testing.samples import (
 )
 
 
-class OpticsContract(SpectralContract):
+class OpticsContract(OpticsLaws, SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``."""
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
@@ -107,7 +109,7 @@ class OpticsContract(SpectralContract):
             np.testing.assert_array_equal(getattr(between, name), getattr(alone, name))
 
 
-class TransmittanceContract(SpectralContract):
+class TransmittanceContract(TransmittanceLaws, SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes

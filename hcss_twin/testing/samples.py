@@ -230,7 +230,7 @@ def sample_radiance_inputs(
         layers=(sample_layer(),) if layers is None else layers,
         sea_temperature_K=290.0,
         view=View(zenith_deg=30.0, azimuth_deg=90.0),
-        solar_irradiance=_flat_sun,
+        solar_irradiance=flat_sun,
     )
 
 
@@ -264,7 +264,8 @@ def sample_sensor_inputs(seed: int = 1, **changes: Any) -> SensorInputs:
     return dataclasses.replace(inputs, **changes)
 
 
-def _flat_sun(wavenumber_cm1: Array) -> Array:
+def flat_sun(wavenumber_cm1: Array) -> Array:
+    """Return the same solar irradiance at all wavenumbers, 0.01 W m-2 (cm-1)-1 at 1 au."""
     return np.full(wavenumber_cm1.shape, 0.01)
 
 
@@ -281,6 +282,18 @@ def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
     grid = declares.native_grid_cm1
     inside = grid[(grid >= low) & (grid <= high)]
     return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])
+
+
+def range_ends(declares: Declares) -> Array:
+    """Return the lowest and highest wavenumber that a provider declares; skip the test if it declares no range."""
+    low, high = declares.valid.get("wavenumber_cm1", (0.0, 0.0))
+    if low <= 0.0 or not math.isfinite(high):
+        pytest.skip("the provider declares no range of wavenumbers")
+    grid = declares.native_grid_cm1
+    if grid is None:
+        return frozen([low, high])
+    inside = grid[(grid >= low) & (grid <= high)]
+    return frozen([inside[0], inside[-1]])
 
 
 class ProviderContract:

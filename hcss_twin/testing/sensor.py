@@ -11,11 +11,12 @@ import pytest
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
 from hcss_twin.providers.common import MEASURED_LIMITS, check_measured
 from hcss_twin.testing.samples import ProviderContract, frozen, sample_sensor_inputs
+from hcss_twin.testing.sensor_laws import SensorLaws
 
 _FRAMES = 3
 
 
-class SensorContract(ProviderContract):
+class SensorContract(SensorLaws, ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes

@@ -1,4 +1,4 @@
-"""The kit accepts a black sea under black clouds and refuses radiance models that break a law."""
+"""The kit refuses radiance models that break a law; it accepts those of ``tests/contract`` and of this package."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ NU = sample_wavenumbers(Declares())
 
 
 class GreyModel:
-    """Black sea and black cloud, and a constant glint."""
+    """Sea and clouds of radiance 1 at all wavenumbers, and a constant glint: for laws of form, not of size."""
 
     declares = Declares(depends_on=frozenset({"thickness"}))
     terms = {"surface": "emitted by the surface", "glint": "reflected sun"}  # noqa: RUF012
@@ -24,11 +24,6 @@ class GreyModel:
         ones = np.ones((thickness_m.shape[0], wavenumber_cm1.size))
         depth = np.sum(thickness_m, axis=1, keepdims=True) / 100.0
         return {"surface": ones * np.exp(-depth), "glint": ones * (sun is not None)}
-
-
-class TestGreyModel(RadianceModelContract):
-    def make_provider(self, inputs):
-        return GreyModel()
 
 
 def test_kit_refuses_solar_terms_without_a_sun():

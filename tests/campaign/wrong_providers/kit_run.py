@@ -6,6 +6,7 @@ import tempfile
 import threading
 from pathlib import Path
 from types import ModuleType
+from unittest import mock
 
 import pytest
 
@@ -38,11 +39,12 @@ def laws_broken(right, wrong=None, only=None, most=1):
     most : int
         Stop after so many refusals; 0: never.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    plain = mock.patch.dict(os.environ, {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"})
+    with tempfile.TemporaryDirectory() as folder, plain:
         run = _Run(kit_of(right, wrong, Path(folder)))
-        options = ["-p", "no:cacheprovider", "-p", "no:terminal", "-p", "no:warnings", f"--maxfail={most}"]
-        options += ["-k", only] if only else []
-        os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+        options = [f"--maxfail={most}", "--capture=no", *(["-k", only] if only else [])]
+        for name in ("cacheprovider", "terminal", "warnings", "faulthandler"):
+            options += ["-p", f"no:{name}"]
         pytest.main([__file__, "-c", os.devnull, "--rootdir", folder, *options], plugins=[run])
     if not run.laws:
         raise RuntimeError(f"no law of the kit was run on {right.name}")

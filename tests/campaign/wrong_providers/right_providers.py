@@ -202,7 +202,7 @@ def _clouds():
     yield "surrogate", "clouds", "the statistics of an image", of_an_image("surrogate")
     yield "picture", "clouds", "a picture that has its own coverage", kit("clouds", Picture)
     film = lambda inputs: Film(inputs, clouds.Parameters())  # noqa: E731
-    yield "film", "clouds", "streets of ten minutes", kit("clouds", film, last_time_s=600.0)
+    yield "film", "clouds", "streets of ten minutes", kit("clouds", film)
 
 
 def _sea():

@@ -24,7 +24,7 @@ RESULTS = Path(__file__).with_name("results.json")
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--match", default="", help="only names that contain this")
+    parser.add_argument("--match", nargs="+", default=[""], help="only names that contain one of these")
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--fresh", action="store_true", help="run those in the results again")
     parser.add_argument("--summary", action="store_true", help="run nothing")
@@ -36,7 +36,7 @@ def main():
     with tempfile.TemporaryDirectory() as cache:
         os.environ.setdefault("HCSS_CACHE_DIR", cache)
         for name, (right, wrong) in {} if given.summary else every.items():
-            if given.match not in name or (name in rows and not given.fresh):
+            if not any(part in name for part in given.match) or (name in rows and not given.fresh):
                 continue
             began = time.perf_counter()
             laws = laws_broken(right, wrong, most=1 if wrong else 0)

@@ -93,8 +93,6 @@ AMOUNTS = {
     "double": ("doubled", lambda x: 2.0 * x),
     "half": ("halved", lambda x: 0.5 * x),
     "negative": ("with the other sign", lambda x: -x),
-    "first-lost": ("without the first absorber", lambda x: np.concatenate((0.0 * x[:, :1], x[:, 1:]), axis=1)),
-    "last-lost": ("without the last absorber", lambda x: np.concatenate((x[:, :-1], 0.0 * x[:, -1:]), axis=1)),
     "offset": ("with an offset", lambda x: x + 0.1),
     "square": ("squared", np.square),
 }

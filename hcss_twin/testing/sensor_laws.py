@@ -1,0 +1,117 @@
+"""Laws of sensors that need no reference: the place and size of what is measured, and its random numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
+from hcss_twin.testing.samples import frozen
+
+RADIANCE_TOLERANCE = 0.3
+"""Allowed relative difference between measured and true radiance, averaged over a quarter of the image."""
+
+
+class SensorLaws:
+    """Laws of a sensor; part of ``SensorContract``."""
+
+    scene_W_m2_sr: tuple[float, float]
+
+    def make_provider(self, inputs: SensorInputs) -> Sensor:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    def test_each_quarter_is_measured_in_its_place(self, inputs: SensorInputs) -> None:
+        """Radiance of a scene of four grey quarters, other ones in each band: mean of each quarter within 30 %."""
+        scene = self._quarters(inputs)
+        measured = quarter_means(self.make_provider(inputs).measure(scene, 0, 0.0).radiance)
+        np.testing.assert_allclose(measured, quarter_means(scene), rtol=RADIANCE_TOLERANCE)
+
+    def test_a_bright_spot_is_measured_where_it_is(self, inputs: SensorInputs) -> None:
+        """The change of radiance by a brighter square is centred on it, to half a pixel."""
+        low, high = self.scene_W_m2_sr
+        rows, columns = inputs.grid.rows, inputs.grid.columns
+        top, left = rows // 3, columns // 2
+        dark = np.full((len(inputs.bands), rows, columns), low)
+        bright = dark.copy()
+        bright[:, top : top + 5, left : left + 5] = high
+        one, other = (self.make_provider(inputs).measure(frozen(each), 0, 0.0).radiance for each in (dark, bright))
+        near = np.s_[:, top - 4 : top + 9, left - 4 : left + 9]
+        change = np.maximum(other[near] - one[near], 0.0)
+        assert np.all(change.sum(axis=(1, 2)) > 0.0)
+        for axis, name in ((1, "rows"), (2, "columns")):
+            along = change.sum(axis=3 - axis)
+            centre = along @ np.arange(13.0) / along.sum(axis=1)
+            np.testing.assert_allclose(centre, 6.0, rtol=0, atol=0.5, err_msg=name)
+
+    def test_no_row_or_column_is_lost(self, inputs: SensorInputs) -> None:
+        """Each row and column of an even scene has at least 30 % of its radiance, also at the edges."""
+        level = float(np.mean(self.scene_W_m2_sr))
+        scene = frozen(np.full((len(inputs.bands), inputs.grid.rows, inputs.grid.columns), level))
+        radiance = self.make_provider(inputs).measure(scene, 0, 0.0).radiance
+        for axis in (1, 2):
+            assert np.all(radiance.mean(axis=axis) >= 0.3 * level)
+
+    def test_more_light_is_counted_as_more(self, inputs: SensorInputs) -> None:
+        """Photon rates and digital numbers of a brighter quarter are not lower; rates are in proportion to radiance."""
+        scene = self._quarters(inputs)
+        provider = self.make_provider(inputs)
+        measured, truth = provider.measure(scene, 0, 0.0), quarter_means(scene)
+        order = np.argsort(truth, axis=1)
+        for name in ("photon_rate", "digital_number"):
+            value = getattr(measured, name)
+            if value is None:
+                continue
+            means = quarter_means(value)
+            ascending = np.take_along_axis(means, order, axis=1)
+            assert np.all(np.diff(ascending, axis=1) >= 0.0), f"{name} falls where radiance rises"
+            assert np.all(ascending[:, -1] > 0.0), f"{name} is 0 in light"
+            if name == "photon_rate":
+                share, expected = means / means.max(axis=1)[:, None], truth / truth.max(axis=1)[:, None]
+                np.testing.assert_allclose(share, expected, atol=0.15, err_msg=name)
+
+    def test_saturated_pixels_are_the_extreme_ones(self, inputs: SensorInputs) -> None:
+        """No pixel within range is brighter than one that is cut at the upper end."""
+        measured = self.make_provider(inputs).measure(self._quarters(inputs), 0, 0.0)
+        if measured.saturated is None:
+            pytest.skip("the sensor marks no saturated pixels")
+        counted = measured.radiance if measured.digital_number is None else measured.digital_number
+        for value, mark in zip(counted, measured.saturated, strict=True):
+            if np.any(mark == 1):
+                assert np.max(value) <= np.min(value[mark == 1]) * 1.001 + 1e-9
+
+    def test_seed_and_place_matter_to_noise(self, inputs: SensorInputs) -> None:
+        """A sensor that measures a scene otherwise in another frame is random: frame, seed and corner then matter."""
+        scene = self._quarters(inputs)
+        one = self.make_provider(inputs)
+        frames = [one.measure(scene, frame, frame * inputs.frame_interval_s) for frame in range(3)]
+        if one.declares.remembers or all(_same(frames[0], each) for each in frames[1:]):
+            pytest.skip("frames of one scene are equal, or depend on earlier ones")
+        assert not _same(frames[0], frames[1]), "frames 0 and 1 have the same random numbers"
+        usual = self.make_provider(inputs).measure(scene, 0, 0.0)
+        changes: dict[str, Any] = {"seed": inputs.seed + 1, "corner": (inputs.corner[0] + 5, inputs.corner[1] + 9)}
+        for name, value in changes.items():
+            other = self.make_provider(dataclasses.replace(inputs, **{name: value})).measure(scene, 0, 0.0)
+            assert not _same(usual, other), f"{name} has no influence on random numbers"
+
+    def _quarters(self, inputs: SensorInputs) -> Array:
+        low, high = self.scene_W_m2_sr
+        rows, columns = inputs.grid.rows, inputs.grid.columns
+        part = 2 * (np.arange(rows) >= rows // 2)[:, None] + (np.arange(columns) >= columns // 2)
+        shares = np.array([[0.0, 0.3, 1.0, 0.6], [1.0, 0.5, 0.2, 0.0]])[np.arange(len(inputs.bands)) % 2]
+        return frozen(low + (high - low) * shares[:, part])
+
+
+def quarter_means(frame: Any) -> Array:
+    """Return the mean of each quarter of each band, (B, y, x) to (B, 4)."""
+    rows, columns = frame.shape[1] // 2, frame.shape[2] // 2
+    parts = [frame[:, y, x] for y in (slice(rows), slice(rows, None)) for x in (slice(columns), slice(columns, None))]
+    result: Array = np.stack([np.mean(each, axis=(1, 2)) for each in parts], axis=1)
+    return result
+
+
+def _same(one: Measured, other: Measured) -> bool:
+    return np.array_equal(one.radiance, other.radiance)

@@ -1,0 +1,78 @@
+"""A fixed sample of wrong providers, each refused by the law that is meant for it; and the committed results."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from kit_run import laws_broken
+from right_providers import right_providers
+from wrong_providers import wrong_providers
+
+RIGHT = {each.name: each for each in right_providers()}
+WRONG = {each.name: each for each in wrong_providers()}
+RESULTS = Path(__file__).with_name("results.json")
+
+SAMPLE = (
+    ("fractal-sky.inputs.seed-dropped", "seed_matters"),
+    ("fractal-sky.thickness_m.time_s.dropped", "declared_time_matters"),
+    ("fractal-sky.inputs.minimum-double", "thickness_keeps_other_limits"),
+    ("cox-munk-10.brdf.half", "albedo_and_emissivity_sum_to_one"),
+    ("cox-munk-10.emissivity.mu.complement", "sea_emits_most_upward"),
+    ("cox-munk-10.brdf.relative_azimuth.turned", "sunlight_is_reflected_to_the_side_of_the_glint"),
+    ("rough-sea.reflection_weights.nodes-reversed", "weights_see_the_sky_that_the_brdf_sees"),
+    ("rough-sea.mean_square_slope.percent", "waves_are_of_a_sea"),
+    ("cox-munk-10.emissivity.wavenumber.double", "declared_range_is_usable_to_its_ends"),
+    ("mie.extinction_m1.per-km", "extinction_is_that_of_particles_of_this_size"),
+    ("mie.moments.alternating", "large_particles_scatter_forward"),
+    ("glowing-gas.path_radiance.per-um", "path_radiance_is_that_of_air_at_its_temperatures"),
+    ("glowing-gas.path_radiance.paths.km", "low_air_shines_with_the_temperature_of_low_air"),
+    ("band-model-none.absorber_amounts.paths.each-leg-once", "amounts_of_a_leg_crossed_twice_are_double"),
+    ("glowing-gas.solar_path_radiance.percent", "no_more_sunlight_is_scattered_than_is_lost"),
+    ("band-model-none.transmittance.half", "leg_without_length_transmits_everything"),
+    ("malkmus-5.legs-multiplied", "dividing_a_leg_changes_nothing"),
+    ("band-model-none.transmittance.paths.zenith-radians", "slant_path_at_60_degrees_is_the_vertical_path_twice"),
+    ("band-model-none.transmittance.paths.km", "there_is_less_air_above_higher_altitudes"),
+    ("band-model-none.transmittance.paths.altitude-double", "air_ends_at_the_top_of_the_profile"),
+    ("as-printed.terms.per-um", "below_a_transparent_sky_the_scene_is_emissivity_times_planck"),
+    ("as-printed.inputs.absorptance", "isothermal_air_radiates_what_it_absorbs"),
+    ("as-printed.terms.double", "nothing_at_night_is_brighter_than_the_hottest_thing"),
+    ("as-printed.thickness_m.double", "black_cloud_absorbs_by_its_thickness"),
+    ("as-printed.inputs.cloud-low", "opaque_cloud_has_a_temperature_of_its_altitude"),
+    ("as-printed.sun.azimuth-opposite", "sunlight_of_the_sea_is_irradiance_times_brdf"),
+    ("as-printed.term-cloud_reflected_sun.negative", "sunlight_adds"),
+    ("as-printed.sun.azimuth-dropped", "declared_sun_matters"),
+    ("counting.radiance.rows-reversed", "each_quarter_is_measured_in_its_place"),
+    ("counting.digital_number.inverted", "more_light_is_counted_as_more"),
+    ("counting.radiance.shifted", "a_bright_spot_is_measured_where_it_is"),
+    ("counting.radiance.last-row-lost", "no_row_or_column_is_lost"),
+    ("counting.measure.frame.half", "seed_and_place_matter_to_noise"),
+    ("counting.inputs.corner-dropped", "seed_and_place_matter_to_noise"),
+)
+"""Names of wrong providers and laws that refuse them."""
+
+
+@pytest.mark.parametrize(("name", "law"), SAMPLE)
+def test_the_law_refuses_the_wrong_provider(name, law):
+    wrong = WRONG[name]
+    assert laws_broken(RIGHT[wrong.right], wrong, only=f"test_{law}") == [law]
+
+
+@pytest.mark.parametrize("name", ["picture", "film", "imagery"])
+def test_the_kit_accepts_generators_of_given_coverage_or_bounded_times(name):
+    assert laws_broken(RIGHT[name], most=0) == []
+
+
+def test_there_are_many_wrong_providers_and_their_names_are_unique():
+    names = Counter(each.name for each in wrong_providers())
+    assert len(names) >= 150
+    assert max(names.values()) == 1
+    assert list(WRONG) == [each.name for each in wrong_providers()]
+
+
+def test_the_committed_run_refused_97_percent_and_no_right_provider():
+    rows = json.loads(RESULTS.read_text(encoding="utf-8"))
+    assert set(rows) == {*RIGHT, *WRONG}
+    assert [name for name in RIGHT if rows[name]["refused_by"]] == []
+    refused = [name for name in WRONG if rows[name]["refused_by"]]
+    assert len(refused) >= 0.97 * len(WRONG)
