@@ -55,22 +55,30 @@ class Microphysics:
 
     Attributes
     ----------
-    phase : {"water", "ice"}
-        Thermodynamic phase.
+    material : str
+        What they are made of: ``water``, ``ice``, or another material that the layer's optics provider handles.
     alpha, b, nu : float
         Shape, scale (um^-nu) and exponent for a radius in micrometres.
     number_density_m3 : float
         Particles per cubic metre, from which ``a`` follows.
     radius_range_um : (float, float)
         Limits of integration r1, r2.
+    density_kg_m3 : float or None
+        Of the material; None for water and ice.
     """
 
-    phase: Literal["water", "ice"]
+    material: str
     alpha: float
     b: float
     nu: float
     number_density_m3: float
     radius_range_um: tuple[float, float]
+    density_kg_m3: float | None = None
+
+    @property
+    def phase(self) -> str:
+        """The material, by its name in version 1 of the provider API."""
+        return self.material
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,8 @@ class Declares:
         law to the latter for other paths.
     notes_by_phase : mapping of str to tuple of str
         Notes of an optics provider for layers with particles of that phase ("water", "ice").
+    materials : frozenset of str
+        What an optics provider has particles of.
     own_errors : tuple of str
         Provider-stated accuracy with its reference, quoted in the certificate in addition to the engine's error.
     reach_pixels : int or None
@@ -61,6 +63,7 @@ class Declares:
     own_errors: tuple[str, ...] = ()
     reach_pixels: int | None = 0
     remembers: bool = False
+    materials: frozenset[str] = frozenset({"water", "ice"})
 
 
 class Note(str):

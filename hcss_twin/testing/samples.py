@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,19 +125,20 @@ def sample_profile(temperature_K: float | None = None) -> Profile:
     )
 
 
-def sample_microphysics(phase: Literal["water", "ice"] = "water") -> Microphysics:
-    """Return particles: a cloud of droplets with a mode radius of 4 um, or of ice particles of 20 um.
+def sample_microphysics(material: str = "water") -> Microphysics:
+    """Return particles: water droplets or other particles with a mode radius of 4 um, or ice particles of 20 um.
 
     n(r) = a r^6 exp(-6 r / r_mode): the modified gamma distribution with its mode at r_mode.
     """
-    mode_um, density_m3 = {"water": (4.0, 1e8), "ice": (20.0, 1e5)}[phase]
+    mode_um, density_m3 = (20.0, 1e5) if material == "ice" else (4.0, 1e8)
     return Microphysics(
-        phase=phase,
+        material=material,
         alpha=6.0,
         b=6.0 / mode_um,
         nu=1.0,
         number_density_m3=density_m3,
         radius_range_um=(mode_um / 50.0, mode_um * 10.0),
+        density_kg_m3=None if material in ("water", "ice") else 2500.0,
     )
 
 

@@ -70,7 +70,7 @@ class CloudSpheres:
             return SingleScattering(np.empty(0), np.empty(0), np.empty((2, 0)))
         if cloud.number_density_m3 <= 0.0:
             raise ValueError(f"number_density_m3 {cloud.number_density_m3}: allowed above 0")
-        index = self._index(cloud.phase)
+        index = self._index(cloud.material)
         index.at(wavenumber)  # rejects wavelengths that a user's table does not cover
         single = replace(cloud, number_density_m3=1.0)
         if single not in self._tables:
@@ -81,15 +81,15 @@ class CloudSpheres:
         extinction, absorption, _, moments = table(position)
         return SingleScattering(cloud.number_density_m3 * extinction, 1.0 - absorption / extinction, moments)
 
-    def _index(self, phase: str) -> RefractiveIndex:
-        if phase not in self._indices:
+    def _index(self, material: str) -> RefractiveIndex:
+        if material not in self._indices:
             parameters = self._parameters
-            if phase == "water" and parameters.water_temperature_K is not None:
-                self._indices[phase] = load_water_at(self._catalog, parameters.water_temperature_K)
+            if material == "water" and parameters.water_temperature_K is not None:
+                self._indices[material] = load_water_at(self._catalog, parameters.water_temperature_K)
             else:
-                name = parameters.water_index if phase == "water" else parameters.ice_index
-                self._indices[phase] = load_refractive_index(self._catalog, name)
-        return self._indices[phase]
+                name = parameters.water_index if material == "water" else parameters.ice_index
+                self._indices[material] = load_refractive_index(self._catalog, name)
+        return self._indices[material]
 
 
 def _require_range(wavenumber_cm1: Array) -> None:
@@ -206,7 +206,7 @@ class BulkOptics:
         CatalogError
             If a table is missing or malformed.
         """
-        if cloud.phase == "water":
+        if cloud.material == "water":
             return self._droplets.single_scattering(cloud, wavenumber_cm1)
         spheres = self._ice.single_scattering(cloud, wavenumber_cm1)
         if self._crystals is None:
