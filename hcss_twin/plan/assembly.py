@@ -23,10 +23,11 @@ from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, surroundings
 from hcss_twin.providers import (
+    AtmosphereDeclaration,
     AtmosphereInputs,
     CloudGenerator,
     CloudLayer,
-    Declares,
+    Declaration,
     ElementInputs,
     ElementProvider,
     Grid,
@@ -40,7 +41,7 @@ from hcss_twin.providers import (
     TransmittanceProvider,
     View,
 )
-from hcss_twin.providers.common import applying
+from hcss_twin.providers.declarations import applying
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
@@ -124,7 +125,7 @@ class Assembly:
         air, particles, radiance, sunlight : bool
             Whether temperatures of the air, optical properties of clouds, radiance and sunlight are computed.
         """
-        own: list[Declares] = []
+        own: list[Declaration] = []
         if radiance:
             own = [self.transmittance.declares, self.sea.declares, self.model.declares]
         own += [element.declares for element in self.elements]
@@ -134,7 +135,7 @@ class Assembly:
         if particles:
             for optics, layer in zip(self.optics_of_layers, self.layers, strict=True):
                 notes += optics.declares.notes
-                notes += optics.declares.notes_by_phase.get(layer.microphysics.material, ())
+                notes += optics.declares.notes_by_material.get(layer.microphysics.material, ())
         for declares in own:
             notes += declares.notes
         notes += self.slant.notes if self.layers else ()
@@ -143,8 +144,9 @@ class Assembly:
     @property
     def own_errors(self) -> tuple[str, ...]:
         """Provider-stated accuracy."""
-        of_clouds = [each.declares for each in self.generators] + [each.declares for each in self.optics_of_layers]
-        declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
+        declarations: list[Declaration] = [each.declares for each in self.generators]
+        declarations += [each.declares for each in self.optics_of_layers]
+        declarations += [self.transmittance.declares, self.sea.declares, self.model.declares]
         declarations += [each.declares for each in self.elements]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
@@ -202,7 +204,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     particles = particle_optics(builder, scenario, catalog, clouds, optics)
     for name, each in {} if particles is None else particles.by_name.items():
         with builder.collect_problems("bands"):
-            _require_bands_inside(bands, each.declares, f"optics provider '{name}'")
+            _require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
     builder.raise_problems()
     if around is None or transmittance is None or sea is None or particles is None:
         raise AssertionError("a provider is missing, and no problem was collected")
@@ -286,7 +288,7 @@ def _atmosphere(
         inputs = AtmosphereInputs(around.profile, catalog)
         transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
         owner = f"atmosphere provider '{name}'"
-        _require_bands_inside(bands, transmittance.declares, owner)
+        _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)
     return around, transmittance
 
@@ -302,7 +304,7 @@ def _sea(
         inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
         name = selected(scenario.sea, "model")
         sea = builder.build(Kind.SEA, name, inputs, scenario.sea.parameters)
-        _require_bands_inside(bands, sea.declares, f"sea model '{name}'")
+        _require_bands_inside(bands, sea.declares.valid, f"sea model '{name}'")
     return sea
 
 
@@ -343,8 +345,8 @@ def _motion(scenario: Scenario) -> Motion:
     return Motion(float(motion.platform_speed), velocity, evolution, scenario.frames.interval)
 
 
-def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: str) -> None:
-    valid = declares.valid.get("wavenumber_cm1")
+def _require_bands_inside(bands: list[SpectralBand], ranges: Mapping[str, tuple[float, float]], owner: str) -> None:
+    valid = ranges.get("wavenumber_cm1")
     if valid is None:
         return
     shortest, longest = 1e4 / valid[1], 1e4 / valid[0]
@@ -363,7 +365,7 @@ def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: 
         raise ScenarioError(problems)
 
 
-def _require_view_inside(scenario: Scenario, declares: Declares, owner: str) -> None:
+def _require_view_inside(scenario: Scenario, declares: AtmosphereDeclaration, owner: str) -> None:
     valid = declares.valid.get("view_zenith")
     if valid is not None and not valid[0] <= scenario.view.zenith <= valid[1]:
         low, high = valid

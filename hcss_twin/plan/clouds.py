@@ -17,7 +17,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings
-from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Declares, Grid, Motion
+from hcss_twin.providers import CloudDeclaration, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.models import Layer, selected
@@ -45,7 +45,7 @@ class DisplacedClouds:
         self._view_shift = view_shift
 
     @property
-    def declares(self) -> Declares:
+    def declares(self) -> CloudDeclaration:
         """Declaration of the generator."""
         return self._generator.declares
 

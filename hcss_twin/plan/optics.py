@@ -11,7 +11,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.clouds import AssembledLayer
-from hcss_twin.providers import Declares, Microphysics, Optics, OpticsInputs, SingleScattering
+from hcss_twin.providers import Microphysics, Optics, OpticsDeclaration, OpticsInputs, SingleScattering
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.models import OpticsSection, selected
 from hcss_twin.scenario.scenario import Scenario
@@ -31,7 +31,7 @@ class LayerOptics:
 
     Attributes
     ----------
-    declares : Declares
+    declares : OpticsDeclaration
         Materials of all providers, and the wavenumbers that all of them allow.
     """
 
@@ -40,7 +40,7 @@ class LayerOptics:
         every = [provider.declares for provider in optics]
         ranges = [each.valid["wavenumber_cm1"] for each in every if "wavenumber_cm1" in each.valid]
         common = (max(low for low, _ in ranges), min(high for _, high in ranges)) if ranges else None
-        self.declares = Declares(
+        self.declares = OpticsDeclaration(
             valid={} if common is None else {"wavenumber_cm1": common},
             materials=frozenset().union(*(each.materials for each in every)),
         )

@@ -15,8 +15,8 @@ from hcss_twin.models.optics.size_distribution import effective_radius_um
 from hcss_twin.models.optics.table_store import TableStore
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
-from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
-from hcss_twin.providers.common import Note
+from hcss_twin.providers import Microphysics, OpticsDeclaration, OpticsInputs, SingleScattering
+from hcss_twin.providers.declarations import Note
 
 VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
 
@@ -123,9 +123,9 @@ class MieOptics:
         If both a refractive index and a temperature of water are given.
     """
 
-    declares = Declares(
+    declares = OpticsDeclaration(
         valid={"wavenumber_cm1": (1e4 / 16.0, 1e4 / 0.3)},
-        notes_by_phase={
+        notes_by_material={
             "water": WATER_NOTES,
             "ice": (
                 "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
@@ -176,9 +176,9 @@ class BulkOptics:
         If both a refractive index and a temperature of water are given.
     """
 
-    declares = Declares(
+    declares = OpticsDeclaration(
         valid={"wavenumber_cm1": VALID_CM1},
-        notes_by_phase={
+        notes_by_material={
             "water": WATER_NOTES,
             "ice": (
                 "ice is made of the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 "
