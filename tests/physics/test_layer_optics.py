@@ -14,7 +14,7 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.optics import LayerOptics
-from hcss_twin.providers import Declares, SingleScattering
+from hcss_twin.providers import AtmosphereDeclaration, OpticsDeclaration, SingleScattering
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 
 ASH_K, CLOUD_K = 230.0, 280.0
@@ -29,7 +29,7 @@ CLOUD = {
 BASE = {
     "time": "2024-04-20T22:30:00+10:00", "place": {"latitude": 35.0, "longitude": 150.0},
     "image": {"rows": 6, "columns": 8, "pixel_size": 200.0}, "frames": {"count": 1}, "bands": ["lwir"],
-    "atmosphere": {"profile": "us-standard-1976"}, 
+    "atmosphere": {"profile": "us-standard-1976"},
     "output": {"variables": ["radiance", "truth"], "certificate": 8},
 }  # fmt: skip
 TYPE = """
@@ -64,7 +64,7 @@ class GreyParameters(BaseModel):
 class Grey:
     """A grey absorber of ash or water."""
 
-    declares = Declares(materials=frozenset({"ash", "water"}), notes_by_phase={"ash": ("ash is grey",)})
+    declares = OpticsDeclaration(materials=frozenset({"ash", "water"}), notes_by_material={"ash": ("ash is grey",)})
 
     def __init__(self, inputs, parameters):
         self.extinction = parameters.extinction
@@ -77,7 +77,7 @@ class Grey:
 class Vacuum:
     """Transparent air."""
 
-    declares = Declares()
+    declares = AtmosphereDeclaration()
 
     def __init__(self, inputs, parameters):
         pass
@@ -89,11 +89,11 @@ class Vacuum:
 class Plugin:
     @hookimpl
     def hcss_register_optics(self):
-        return [ProviderSpec("grey", f"{__name__}:Grey", f"{__name__}:GreyParameters", 1, "grey")]
+        return [ProviderSpec("grey", f"{__name__}:Grey", f"{__name__}:GreyParameters", 2, "grey")]
 
     @hookimpl
     def hcss_register_transmittance_providers(self):
-        return [ProviderSpec("vacuum", f"{__name__}:Vacuum", None, 1, "transparent")]
+        return [ProviderSpec("vacuum", f"{__name__}:Vacuum", None, 2, "transparent")]
 
 
 @pytest.fixture

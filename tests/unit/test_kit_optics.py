@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import OpticsDeclaration
 from hcss_twin.testing import OpticsContract, PlainOptics, sample_microphysics, sample_optics_inputs, sample_wavenumbers
 
-NU = sample_wavenumbers(Declares())
+NU = sample_wavenumbers(OpticsDeclaration())
 
 
 class TestPlainOptics(OpticsContract):
