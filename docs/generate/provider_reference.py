@@ -52,6 +52,8 @@ def _class(part: ModuleType, node: ast.ClassDef) -> Iterator[str]:
 
 def _member(node: ast.stmt) -> str:
     if isinstance(node, ast.AnnAssign):
+        if isinstance(node.value, ast.Call):  # the names that metadata allows are in the docstring
+            node.value.keywords = [each for each in node.value.keywords if each.arg != "metadata"]
         return _source(node)
     if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
         return ""
