@@ -60,7 +60,7 @@ class Assembly:
     Attributes
     ----------
     entries : mapping of str to Entry
-        Registry entry of each provider, by kind; cloud generators of several layers are numbered.
+        Registry entry of each provider, by kind; generators and optics of several layers are numbered.
     particle_fields, optics_fields : tuple of str (L,)
         Scenario fields that define the particles of each layer, and their optics.
     optics_of_layers : tuple of Optics (L,)

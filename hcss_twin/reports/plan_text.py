@@ -12,7 +12,7 @@ from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION, Kind
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.reports.tables import bound_text, labelled
 
 _NUMBERED = re.compile(r"(.*?)(\d+)")
@@ -129,8 +129,10 @@ def _radiation(plan: Plan) -> Rows:
     if plan.needs_radiance or any("band" in spec.dims for spec in plan.variables):
         yield "bands", ", ".join(f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in assembly.bands)
     if plan.needs_radiance:
-        of_particles = [_named(each) for each in entries.values() if each.kind is Kind.OPTICS]
-        optics = f", optics {' and '.join(of_particles)}" if plan.layers else ""
+        names = [_named(entries.get(f"optics[{n}]") or entries["optics"]) for n in range(len(plan.layers))]
+        if len(set(names)) > 1:
+            names = [f"{name} ({layer.name})" for name, layer in zip(names, plan.layers, strict=True)]
+        optics = f", optics {', '.join(dict.fromkeys(names))}" if names else ""
         known = assembly.spectral_grid.wavenumber_cm1.size
         yield "radiance", f"{_named(entries['radiance'])}{optics}; a few weighted wavenumbers represent {known}"
 

@@ -44,7 +44,7 @@ class PlainSea:
 
     def __init__(self, emissivity: float = 0.98) -> None:
         self._emissivity = emissivity
-        self.declares = SeaDeclaration()
+        self.declares = SeaDeclaration(depends_on=frozenset())
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
         """Return the same emissivity (M, V) everywhere."""
