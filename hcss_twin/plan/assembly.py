@@ -202,7 +202,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
     particles = particle_optics(builder, scenario, catalog, clouds, optics)
-    for name, each in {} if particles is None else particles.by_name.items():
+    for each, name in {} if particles is None else particles.names.items():
         with builder.collect_problems("bands"):
             _require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
     builder.raise_problems()
