@@ -13,7 +13,7 @@ from hcss_examples.ship import Ship, shared_area
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.errors import ProviderError
-from hcss_twin.testing import ElementContract, PlainScene, assert_registered, sample_element_inputs
+from hcss_twin.testing import ElementContract, KnownElement, PlainScene, assert_registered, sample_element_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "aircraft-and-ship.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie", "output.certificate": 0}
@@ -22,12 +22,21 @@ WHOLE = slice(0, 48), slice(0, 64)
 
 class TestAircraft(ElementContract):
     def make_provider(self, inputs):
-        return Aircraft(inputs, AircraftParameters(x=-900.0, plume={"mid": 300.0}))
+        return Aircraft(inputs, AircraftParameters(x=-900.0, climb=-8.0, plume={"mid": 300.0}))
+
+    def known(self, inputs, time_s):
+        skin = 150.0 * np.cos(np.radians(inputs.view.zenith_deg)) * inputs.black_body(245.0)
+        return KnownElement(-900.0 + 240.0 * time_s, 0.0, 1e4 - 8.0 * time_s, skin + np.array([300.0, 0.0]))
 
 
 class TestShip(ElementContract):
     def make_provider(self, inputs):
         return Ship(inputs, ShipParameters(length=500.0, width=100.0, speed=50.0))
+
+    def known(self, inputs, time_s):
+        deck = 0.9 * 5e4 * np.cos(np.radians(inputs.view.zenith_deg)) * inputs.black_body(305.0)
+        way = 50.0 * time_s
+        return KnownElement(way * np.sin(np.pi / 3), way * np.cos(np.pi / 3), 15.0, deck)
 
 
 @pytest.mark.parametrize("name", ["aircraft", "ship"])
