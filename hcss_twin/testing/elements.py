@@ -164,11 +164,6 @@ class ElementContract(ProviderContract):
                 assert _strength(one).shape[-1] == 1
                 np.testing.assert_allclose(_strength(one)[..., 0], _strength(other)[..., band], rtol=1e-9)
 
-    def test_time_matters_if_declared(self, provider: ElementProvider, inputs: ElementInputs) -> None:
-        """Frames differ if the provider declares time, and are equal if it does not."""
-        frames = [_pixels(_whole(provider, inputs, time)) for time in self.times_s]
-        assert ("time" in provider.declares.depends_on) == any(each != frames[0] for each in frames)
-
     def test_an_element_is_where_the_scene_projects_it(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """An image moved by whole pixels shows the same pixels there."""
         for time in self.times_s:

@@ -19,7 +19,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Declares, ElementPixels
+from hcss_twin.providers import CloudDeclaration, Declaration, ElementPixels
 from hcss_twin.providers.registry import Registry
 from hcss_twin.providers.registry.guard import guard
 
@@ -120,7 +120,7 @@ class Picture:
         motion, pixel = inputs.motion, inputs.grid.pixel_size_m
         wind = motion.cloud_velocity_m_s
         self._pixels_per_s = -wind[1] / pixel, (motion.platform_speed_m_s - wind[0]) / pixel
-        self.declares = Declares(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
+        self.declares = CloudDeclaration(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
 
     def thickness_m(self, time_s, rows, columns):
         spans = ((rows, self._share.shape[0]), (columns, self._share.shape[1]))
@@ -244,7 +244,7 @@ def mean_of(tracks, inputs, time_s, strengths):
 class Flare:
     """A light that flickers at random and burns for ten seconds."""
 
-    declares = Declares(depends_on=frozenset({"time"}))
+    declares = Declaration()
     variables = {"brightness": ("1", "Brightness of the flare, of 1.")}  # noqa: RUF012
 
     def __init__(self, inputs):

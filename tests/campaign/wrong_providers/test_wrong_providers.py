@@ -55,7 +55,7 @@ SAMPLE = (
     ("tracks.pixels.project.exchanged", "place_and_strength_are_those_of_a_closed_form"),
     ("deck.strength.per-um", "a_band_alone_is_as_among_others"),
     ("hot-body.temperature_K.celsius", "a_body_shines_by_its_temperature"),
-    ("tracks.pixels.time_s.dropped", "time_matters_if_declared"),
+    ("tracks.pixels.time_s.dropped", "place_and_strength_are_those_of_a_closed_form"),
 )
 """Names of wrong providers and laws that refuse them."""
 

@@ -5,7 +5,7 @@ from hcss_twin.registry import ProviderSpec, hookimpl
 
 def _spec(name: str, target: str, summary: str) -> ProviderSpec:
     module = f"hcss_examples.{target.partition(':')[0]}"
-    return ProviderSpec(name, f"hcss_examples.{target}", f"{module}:Parameters", 1, summary)
+    return ProviderSpec(name, f"hcss_examples.{target}", f"{module}:Parameters", 2, summary)
 
 
 @hookimpl

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.errors import ProviderError, choose_from
-from hcss_twin.providers import Declares, ElementInputs, ElementPixels, ElementScene
+from hcss_twin.providers import Declaration, ElementInputs, ElementPixels, ElementScene
 
 
 class Parameters(BaseModel):
@@ -30,7 +30,7 @@ class Parameters(BaseModel):
 class Aircraft:
     """An aircraft on a straight course."""
 
-    declares = Declares(depends_on=frozenset({"time"}), notes=("aircraft: its skin reflects nothing",))
+    declares = Declaration(notes=("aircraft: its skin reflects nothing",))
     variables: Mapping[str, tuple[str, str]] = MappingProxyType(
         {"altitude": ("m", "Altitude of the aircraft."), "skin": ("K", "Temperature of the aircraft's skin.")}
     )

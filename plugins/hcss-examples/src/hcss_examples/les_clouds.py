@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.errors import CatalogError, ProviderError
-from hcss_twin.providers import CloudInputs, Declares, Microphysics
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Microphysics
 
 
 class Parameters(BaseModel):
@@ -44,7 +44,7 @@ class LesClouds:
             most = f"allowed: up to the layer's thickness, {inputs.layer.thickness_max_m:g} m (clouds.top)"
             raise ProviderError(f"les: a column holds as much water as {thickness.max():g} m of this cloud; {most}")
         self.image_coverage = float(np.mean(thickness >= inputs.layer.thickness_min_m))
-        self.declares = Declares(depends_on=frozenset({"time"}), evolves=self._time_s.size > 1)
+        self.declares = CloudDeclaration(depends_on=frozenset({"time"}), evolves=self._time_s.size > 1)
 
     def _column(self, water: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
         """Integrate a water content (z, y, x) over height."""

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Array, Declares, ElementInputs, ElementPixels, ElementScene
+from hcss_twin.providers import Array, Declaration, ElementInputs, ElementPixels, ElementScene
 
 
 class Parameters(BaseModel):
@@ -29,7 +29,7 @@ class Parameters(BaseModel):
 class Ship:
     """A ship on a straight course."""
 
-    declares = Declares(depends_on=frozenset({"time"}), notes=("ship: the deck reflects no light, and has no wake",))
+    declares = Declaration(notes=("ship: the deck reflects no light, and has no wake",))
     variables: Mapping[str, tuple[str, str]] = MappingProxyType(
         {"temperature": ("K", "Temperature of the deck."), "heading": ("degree", "Course of the ship, from north.")}
     )
