@@ -322,12 +322,19 @@ def _elements(
         return radiance
 
     elements: list[ElementProvider] = []
-    inputs = ElementInputs(bands, grid, view, black_body, catalog)
+    place = scenario.place
+    inputs = ElementInputs(bands, grid, view, black_body, catalog, place.latitude, place.longitude)
     for index, section in enumerate(scenario.elements):
         name = selected(section, "provider")
         with builder.collect_problems(f"elements[{index}].provider", section.parameters):
             label = str(Kind.ELEMENTS) if len(scenario.elements) == 1 else f"{Kind.ELEMENTS}[{index}]"
-            elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
+            try:
+                elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
+            except ScenarioError as error:  # of the provider, which does not know the place of its section
+                own = f"elements[{index}].parameters"
+                raise ScenarioError(
+                    [Problem(f"{own}.{each.field}", each.message) for each in error.problems]
+                ) from error
     return tuple(elements)
 
 
