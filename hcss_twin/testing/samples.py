@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
@@ -32,7 +31,6 @@ from hcss_twin.providers import (
     SingleScattering,
     View,
 )
-from hcss_twin.providers.common import check_declares, check_options
 
 
 class PlainSea:
@@ -282,42 +280,3 @@ def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
     grid = declares.native_grid_cm1
     inside = grid[(grid >= low) & (grid <= high)]
     return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])
-
-
-def range_ends(declares: Declares) -> Array:
-    """Return the lowest and highest wavenumber that a provider declares; skip the test if it declares no range."""
-    low, high = declares.valid.get("wavenumber_cm1", (0.0, 0.0))
-    if low <= 0.0 or not math.isfinite(high):
-        pytest.skip("the provider declares no range of wavenumbers")
-    grid = declares.native_grid_cm1
-    if grid is None:
-        return frozen([low, high])
-    inside = grid[(grid >= low) & (grid <= high)]
-    return frozen([inside[0], inside[-1]])
-
-
-class ProviderContract:
-    """Base of the test classes of all kinds."""
-
-    def make_provider(self, inputs: Any) -> Any:
-        """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
-
-    @pytest.fixture
-    def provider(self, inputs: Any) -> Any:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    def test_declaration_is_sound(self, provider: Any) -> None:
-        """Names, ranges and optional attributes are known to the engine."""
-        check_declares(provider.declares)
-        check_options(provider)
-
-
-class SpectralContract(ProviderContract):
-    """Base of the test classes of providers with spectral results."""
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: Any) -> Array:
-        """Wavenumbers of the calls; override to choose others."""
-        return sample_wavenumbers(provider.declares)
