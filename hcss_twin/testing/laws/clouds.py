@@ -13,11 +13,14 @@ from hcss_twin.providers.common import THICKNESS_TOLERANCE
 from hcss_twin.testing.laws.law import at_least, at_most, near, require
 
 TIMES_S = (0.0, 7.0, 3600.0)
+"""Times of the frames."""
 
 
-def thickness_stays_within_the_layer(provider: CloudGenerator, inputs: CloudInputs) -> None:
+def thickness_stays_within_the_layer(
+    provider: CloudGenerator, inputs: CloudInputs, times_s: Sequence[float] = TIMES_S
+) -> None:
     """0, or between the minimum and maximum thickness of the layer."""
-    for time_s in possible(provider, inputs, TIMES_S):
+    for time_s in possible(provider, inputs, times_s):
         within_layer(whole(provider, inputs, time_s), inputs.layer)
 
 

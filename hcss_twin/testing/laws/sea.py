@@ -22,7 +22,7 @@ def albedo_and_emissivity_sum_to_one(provider: SeaModel, wavenumber_cm1: Array) 
     for view in (1.0, 0.8, 0.6):
         left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
         reflected = hemispherical_integral(provider, wavenumber_cm1, view)[0]
-        at_least(f"albedo at mu = {view:g}", reflected, LEAST_REFLECTED * left - 1e-6)
+        at_least(f"albedo at mu = {view}", reflected, LEAST_REFLECTED * left - 1e-6)
 
 
 def brdf_is_reciprocal(provider: SeaModel, wavenumber_cm1: Array, reciprocity: float = 0.02) -> None:
@@ -37,7 +37,7 @@ def no_more_is_reflected_than_is_not_emitted(provider: SeaModel, wavenumber_cm1:
     for view in (1.0, 0.8, 0.5):
         left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
         reflected = hemispherical_integral(provider, wavenumber_cm1, view)[0]
-        at_most(f"albedo at mu = {view:g}", reflected, 1.02 * left + 1e-6)
+        at_most(f"albedo at mu = {view}", reflected, 1.02 * left + 1e-6)
 
 
 def sea_emits_most_upward(provider: SeaModel, wavenumber_cm1: Array) -> None:
