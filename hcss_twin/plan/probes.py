@@ -1,7 +1,7 @@
 """Laws of the conformance kit on the providers of other packages that a scene selects, before its first frame.
 
-Providers of this package are known good: its tests hold them to the whole kit. A law that a provider cannot be asked
-about, because it refuses the arguments, does not count.
+Providers of this package are known good: its tests hold them to the whole kit. An error that a provider raises when it
+is asked is no reason to refuse it, because the scene may not ask the same; it is counted.
 """
 
 from __future__ import annotations
@@ -62,12 +62,26 @@ class Probed:
         Number of laws.
     expected : tuple of str
         Broken laws that the provider declares in ``expected_failures``, each with its reason.
+    unanswered : tuple of str
+        Laws about which the provider could not be asked, because it raised an error.
     """
 
     label: str
     passed: int
     not_applicable: int
     expected: tuple[str, ...] = ()
+    unanswered: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> dict[str, int]:
+        """Number of laws of each outcome that occurs."""
+        every = {
+            "passed": self.passed,
+            "expected failure": len(self.expected),
+            "not applicable": self.not_applicable,
+            "not answered": len(self.unanswered),
+        }
+        return {outcome: number for outcome, number in every.items() if number}
 
 
 @dataclass(frozen=True)
@@ -115,7 +129,7 @@ def _probe_all(built: Mapping[str, Built], laws: Mapping[str, list[tuple[Law, As
 def probe(label: str, built: Built, laws: list[tuple[Law, Ask]]) -> Probed:
     """Ask a provider about laws; raises ``ProviderDefect`` if it breaks one that it does not name."""
     excused = expected_failures(built.provider, built.entry.label)
-    passed, inapplicable, expected = 0, 0, []
+    passed, inapplicable, expected, unanswered = 0, 0, [], []
     for law, ask in laws:
         name = law_name(law)
         try:
@@ -132,12 +146,12 @@ def probe(label: str, built: Built, laws: list[tuple[Law, Ask]]) -> Probed:
         except ProviderDefect as error:
             if isinstance(error.__cause__, ProviderDefect | None):  # it broke its contract; others are exceptions
                 raise
-            inapplicable += 1
-        except HcssError:
-            inapplicable += 1
+            unanswered.append(f"{name}: {error}")
+        except HcssError as error:
+            unanswered.append(f"{name}: {error}")
         else:
             passed += 1
-    return Probed(label, passed, inapplicable, tuple(dict.fromkeys(expected)))
+    return Probed(label, passed, inapplicable, tuple(dict.fromkeys(expected)), tuple(dict.fromkeys(unanswered)))
 
 
 def expected_failures(provider: Any, label: str) -> dict[str, str]:
