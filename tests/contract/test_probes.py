@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from typing import ClassVar
 
 import numpy as np
@@ -12,9 +13,11 @@ import hcss_twin
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import ProviderDefect
 from hcss_twin.plan import probes
+from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import Declares
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.providers.registry.checks import keep_check
+from hcss_twin.reports.plan_text import plan_text
 from hcss_twin.testing import PlainGas, PlainSea
 
 SCENE = {**CHEAP, "image.rows": 8, "image.columns": 10, "frames.count": 1, "bands": ["lwir"]}
@@ -34,11 +37,22 @@ class KnownSea(BrightSea):
     expected_failures: ClassVar = {"no_more_is_reflected_than_is_not_emitted": "foam is counted twice"}
 
 
-class ReluctantSea(GreySea):
+class ShySea(GreySea):
     def brdf(self, wavenumber_cm1, mu_out, mu_in, relative_azimuth):
         if mu_in.size > 1000:
             raise ValueError("too many directions")
         return super().brdf(wavenumber_cm1, mu_out, mu_in, relative_azimuth)
+
+
+class SlowSea(GreySea):
+    """Takes a tenth of a millisecond for each wavenumber of the BRDF."""
+
+    seconds = 0.0
+
+    def brdf(self, wavenumber_cm1, *arguments):
+        time.sleep(1e-4 * wavenumber_cm1.size)
+        SlowSea.seconds += 1e-4 * wavenumber_cm1.size
+        return super().brdf(wavenumber_cm1, *arguments)
 
 
 class ProductGas(PlainGas):
@@ -69,8 +83,8 @@ class Kilometres:
 class Plugin:
     @hookimpl
     def hcss_register_sea_models(self):
-        seas = {"grey-sea": "GreySea", "bright-sea": "BrightSea", "known-sea": "KnownSea", "shy-sea": "ReluctantSea"}
-        return [spec(name, target) for name, target in seas.items()]
+        seas = ("GreySea", "BrightSea", "KnownSea", "ShySea", "SlowSea")
+        return [spec(name.replace("Sea", "-sea").lower(), name) for name in seas]
 
     @hookimpl
     def hcss_register_transmittance_providers(self):
@@ -156,6 +170,17 @@ def test_a_cube_tells_probes_and_the_last_check_of_a_plugin_and_nothing_of_shipp
     told = json.loads(hcss_twin.simulate(chosen).attrs["hcss_provider_laws"])
     assert told["sea"]["hcss check"] == {"passed": 17, "failed": 1}
     assert "hcss_provider_laws" not in hcss_twin.simulate(scene()).attrs
+
+
+def test_the_plan_predicts_the_cost_of_a_plugin_to_a_factor_of_three_and_of_no_shipped_provider():
+    plan = make_plan(scene(**{"sea.model": "slow-sea"}))
+    (cost,) = provider_costs(plan)
+    SlowSea.seconds = 0.0
+    hcss_twin.simulate(scene(**{"sea.model": "slow-sea"}))
+    assert (cost.label, cost.member) == ("sea", "brdf")
+    assert cost.seconds / 3.0 < SlowSea.seconds < cost.seconds * 3.0
+    assert provider_costs(make_plan(scene())) == ()
+    assert "cost" in plan_text(plan)
 
 
 def test_a_scene_of_shipped_providers_loads_no_law(monkeypatch):
