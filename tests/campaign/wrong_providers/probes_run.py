@@ -33,7 +33,7 @@ def given(kit, name, default=None):
 
 
 def refusal(right, wrong=None):
-    """Return the error by which the probes refuse a provider; None: they accept it."""
+    """Return the error by which the probes refuse a provider, if they do, and the laws that it does not answer."""
     with tempfile.TemporaryDirectory() as folder:
         kit = kit_of(right, wrong, Path(folder))
         inputs = kit().make_inputs() if right.kind == "clouds" else given(kit, "inputs")
@@ -47,10 +47,9 @@ def refusal(right, wrong=None):
             wavenumbers = sample_wavenumbers(built.provider.declares, 4)
             laws = list(laws_of(built, wavenumbers, (given(kit, "cloud", sample_microphysics()),)))
             with np.errstate(all="ignore"):
-                probe(right.kind, built, laws)
+                return None, probe(right.kind, built, laws).unanswered
         except ProviderDefect as error:
-            return str(error)
-    return None
+            return str(error), ()
 
 
 def main():
@@ -66,16 +65,19 @@ def main():
         for name, (right, wrong) in every.items():
             if any(part in name for part in parts):
                 began = time.perf_counter()
-                error = refusal(right, wrong)
+                error, unanswered = refusal(right, wrong)
                 rows[name] = {
                     "right": wrong is None,
                     "sentence": (wrong or right).sentence,
                     "refused_by": [] if error is None else [error],
+                    "not_answered": len(unanswered),
                     "seconds": round(time.perf_counter() - began, 2),
                 }
     if parts == [""]:
         RESULTS.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     print("\n".join(summary(rows, rights)))
+    silent = [name for name, row in rows.items() if row["not_answered"] and not row["right"]]
+    print(f"{len(silent)} wrong providers are not refused, and raise errors when they are asked")
 
 
 if __name__ == "__main__":
