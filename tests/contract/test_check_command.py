@@ -1,6 +1,7 @@
 """``hcss check``: installed providers are held to the kit in a process of their own."""
 
 import json
+import re
 import textwrap
 
 import numpy as np
@@ -106,8 +107,7 @@ def test_a_call_that_does_not_return_is_stopped_and_named_and_laws_that_do_not_n
     result = checked("endless", limit_s=1.5)
     assert not result.passed
     first, second = [law for law in result.laws if law.outcome == "failed"]
-    assert first.name == "brdf shape type and range"
-    assert first.why.startswith("brdf(array (12,), array (6,), array (6,), array (6,)) did not return within 1.5 s")
+    assert re.match(r"brdf\(array \(\d+,\).*\) did not return within 1.5 s", first.why)
     assert second.why.startswith("brdf(")
     rest = [law for law in result.laws if law.outcome == "not run"]
     assert rest
@@ -118,7 +118,6 @@ def test_a_call_that_does_not_return_is_stopped_and_named_and_laws_that_do_not_n
 
 def test_a_call_that_ends_the_process_is_named(strange_seas):
     law, _ = [law for law in checked("deadly").laws if law.outcome == "failed"]
-    assert law.name == "brdf shape type and range"
     assert law.why.startswith("brdf(")
     assert "ended the process (exit code 3)" in law.why
 

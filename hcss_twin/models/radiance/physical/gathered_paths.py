@@ -27,7 +27,7 @@ GATHERS = True
 MOST_VALUES = 2**23
 """Transmittances in memory (64 MB)."""
 
-BLOCKS = 8
+BLOCKS = 4
 """Blocks of wavenumbers that a thread-safe provider is asked for at once; the same for any number of processors."""
 
 _T = TypeVar("_T")
