@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         Microphysics,
         Motion,
     )
-    from hcss_twin.providers.common import Declares
+    from hcss_twin.providers.common import Declares, ProviderOptions
     from hcss_twin.providers.elements import ElementInputs, ElementPixels, ElementProvider, ElementScene, SightPath
     from hcss_twin.providers.optics import Optics, OpticsInputs, SingleScattering
     from hcss_twin.providers.radiance import (
@@ -76,6 +76,7 @@ __all__ = [
     "Motion",
     "Optics",
     "OpticsInputs",
+    "ProviderOptions",
     "RadianceInputs",
     "RadianceModel",
     "RadianceModelOptions",

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Self
+from typing import Any, Literal, Protocol, Self
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import choose_from
@@ -61,6 +61,18 @@ class Declares:
     own_errors: tuple[str, ...] = ()
     reach_pixels: int | None = 0
     remembers: bool = False
+
+
+class ProviderOptions(Protocol):
+    """Optional members of a provider of any kind.
+
+    Attributes
+    ----------
+    expected_failures : mapping of str to str
+        Laws of the conformance kit that the provider breaks on purpose, each with the reason; on the class.
+    """
+
+    expected_failures: Mapping[str, str]
 
 
 class Note(str):
