@@ -17,7 +17,7 @@ from unittest import mock
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.simulate import run
 from hcss_twin.models.radiance.physical import gathered_paths
-from hcss_twin.providers import Declares
+from hcss_twin.providers import AtmosphereDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.testing import PlainGas
 
@@ -33,7 +33,7 @@ class SlowGas(PlainGas):
 
     def __init__(self, inputs, parameters):
         super().__init__(inputs.profile)
-        self.declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+        self.declares = AtmosphereDeclaration()
 
     def transmittance(self, wavenumber_cm1, paths):
         """Return transmittance (P, V) after the time it takes."""
@@ -51,7 +51,7 @@ class Plugin:
     @hookimpl
     def hcss_register_transmittance_providers(self):
         """Return the provider."""
-        return [ProviderSpec("slow-gas", "slow_provider:SlowGas", None, 1, "grey gas that takes its time")]
+        return [ProviderSpec("slow-gas", "slow_provider:SlowGas", None, 2, "grey gas that takes its time")]
 
 
 def measured(scenario, gathers):

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import pytest
 
 from hcss_twin.providers import Array
-from hcss_twin.providers.common import check_declares, check_options
+from hcss_twin.providers.common import check_options
+from hcss_twin.providers.declarations import check_declaration
 from hcss_twin.testing.law_tests import expect_failures
 from hcss_twin.testing.samples import sample_wavenumbers
 
@@ -38,7 +39,7 @@ class ProviderContract:
 
     def test_declaration_is_sound(self, provider: Any) -> None:
         """Names, ranges and optional attributes are known to the engine."""
-        check_declares(provider.declares)
+        check_declaration(provider.declares)
         check_options(provider)
 
 

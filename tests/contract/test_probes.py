@@ -14,7 +14,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import ProviderDefect
 from hcss_twin.plan import probes
 from hcss_twin.plan.provider_cost import provider_costs
-from hcss_twin.providers import Declares
+from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.providers.registry.checks import keep_check
 from hcss_twin.reports.plan_text import plan_text
@@ -69,7 +69,7 @@ class ProductGas(PlainGas):
 class Kilometres:
     """Clouds of which the thickness is in km."""
 
-    declares = Declares()
+    declares = CloudDeclaration()
 
     def __init__(self, inputs, parameters):
         self._layer = inputs.layer
@@ -96,7 +96,7 @@ class Plugin:
 
 
 def spec(name, target):
-    return ProviderSpec(name, f"{__name__}:{target}", None, 1, "for a test")
+    return ProviderSpec(name, f"{__name__}:{target}", None, 2, "for a test")
 
 
 @pytest.fixture(autouse=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.providers import Declares
+from hcss_twin.providers import Declaration
 
 Law = Callable[..., None]
 """A law; its parameters are among ``provider``, ``make`` (maps inputs to a provider), ``inputs``, ``wavenumber_cm1``,
@@ -74,7 +74,7 @@ def _within(what: str, got: Any, limit: Any, sign: float) -> None:
         raise LawBroken(f"{what} is {value:.6g}; expected at {word} {other:.6g} ({int(wrong.sum())} of {wrong.size})")
 
 
-def range_ends(declares: Declares) -> Array:
+def range_ends(declares: Declaration) -> Array:
     """Return the lowest and highest wavenumber that a provider declares.
 
     Raises
@@ -82,10 +82,10 @@ def range_ends(declares: Declares) -> Array:
     Inapplicable
         If it declares no range.
     """
-    low, high = declares.valid.get("wavenumber_cm1", (0.0, 0.0))
+    low, high = getattr(declares, "valid", {}).get("wavenumber_cm1", (0.0, 0.0))
     if low <= 0.0 or not math.isfinite(high):
         raise Inapplicable("the provider declares no range of wavenumbers")
-    grid = declares.native_grid_cm1
+    grid = getattr(declares, "native_grid_cm1", None)
     if grid is None:
         return np.array([low, high])
     inside = grid[(grid >= low) & (grid <= high)]
