@@ -183,7 +183,7 @@ def laws_of(
     given["wavenumber_cm1"] = wavenumber_cm1
     if kind is Kind.RADIANCE:
         given["inputs"] = replace(sample_radiance_inputs(), wind_from_deg=built.inputs.wind_from_deg)
-    own = getattr(built.provider.declares, "materials", ())
+    own = built.provider.declares.materials if kind is Kind.OPTICS else ()
     for cloud in [each for each in particles_of if each.material in own] if kind is Kind.OPTICS else (None,):
         for law in LAWS[kind]:
             if law.__name__ != "declared_range_is_usable_to_its_ends":  # the scene may not need the ends
