@@ -17,6 +17,7 @@ from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
+from hcss_twin.cube.variables import INPUTS
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.engine.cube_sensor import CleanCube, SceneAround, read_clean, sensor_attributes
@@ -239,7 +240,9 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
-    measured = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
+    measured = dataset.drop_vars(
+        [name for name, each in dataset.data_vars.items() if is_replaced(str(name), each.attrs.get(INPUTS, ""))]
+    )
     # as in open_cube, where CF attributes for coordinates are part of the encoding
     for spec in sensor.variables:
         values = np.stack([frame[spec.name] for frame in frames])

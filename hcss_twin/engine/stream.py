@@ -25,6 +25,7 @@ from hcss_twin.plan.windows import Window, length, points_of, relative, windows
 from hcss_twin.providers import CloudGenerator, Grid
 
 if TYPE_CHECKING:
+    from hcss_twin.engine.derived import DerivedStage
     from hcss_twin.engine.elements import ElementStage
 
 Thickness = NDArray[np.float32]
@@ -185,8 +186,14 @@ class PartMaker:
             from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
 
             self._elements = ElementStage(plan)
+        self._derived: DerivedStage | None = None
+        if plan.assembly.derived:
+            from hcss_twin.engine.derived import DerivedStage  # not for scenes without such variables
+
+            self._derived = DerivedStage(plan)
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
-        self._names = {spec.name for spec in plan.variables}
+        self._requested = {spec.name for spec in plan.variables}
+        self._names = {spec.name for spec in plan.computed}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
             if "brightness_temperature" in self._names
@@ -252,9 +259,11 @@ class PartMaker:
             frame[ELEMENT_RADIANCE] = added
         if self._temperature is not None:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
+        if self._derived is not None:
+            frame |= self._derived.values(frame, extent, time_s)
         for name, bits in self._bits.items():
             round_bits(frame[name], bits)
-        requested = {name: values for name, values in frame.items() if name in self._names}
+        requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, radiance.reshape(len(self._quantities), bands, *size)
 
     def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:

@@ -19,7 +19,7 @@ from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.reader import open_cube, stored_arrays
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
-from hcss_twin.cube.variables import LAYER
+from hcss_twin.cube.variables import INPUTS, LAYER
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.cube_comparison import TOLERANCE, CubeComparison, VariableCheck
 from hcss_twin.engine.cube_sensor import SceneAround, sensor_attributes
@@ -213,9 +213,10 @@ def _sensor_then(plan: Plan, attributes: Mapping[str, Any]) -> BuiltSensor:
 
 def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:
     changed = sensor_attributes(clean.attributes, sensor, plan.catalog.used, "")
+    kept = (each for each in clean.variables if not is_replaced(each.name, str(each.attributes.get(INPUTS, ""))))
     return replace(
         clean,
-        variables=(*(spec for spec in clean.variables if not is_replaced(spec.name)), *sensor.variables),
+        variables=(*kept, *sensor.variables),
         attributes={name: value for name, value in {**clean.attributes, **changed}.items() if value is not None},
     )
 
@@ -230,5 +231,4 @@ def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence
         radiance = around.frame(number, clean["radiance"])
         measured = sensor.measure(radiance, first + number, float(plan.frame_times_s[number]))
         if number in wanted:
-            truth = {name: values for name, values in clean.items() if not is_replaced(name)}
-            yield Part(number, None, {**truth, **measured})
+            yield Part(number, None, {**clean, **measured})

@@ -38,6 +38,8 @@ from hcss_twin.providers import (
     SeaModel,
     SensorBand,
     TransmittanceProvider,
+    VariableInputs,
+    VariableProvider,
     View,
 )
 from hcss_twin.providers.common import applying
@@ -92,6 +94,7 @@ class Assembly:
     code: Mapping[str, tuple[str, str, str]]
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
+    derived: tuple[VariableProvider, ...] = ()
 
     @property
     def view(self) -> View:
@@ -124,7 +127,7 @@ class Assembly:
         own = [self.transmittance.declares, self.sea.declares, self.model.declares] if radiance else []
         if particles and self.layers:
             own.insert(0, self.optics.declares)
-        own += [element.declares for element in self.elements]
+        own += [each.declares for each in (*self.elements, *self.derived)]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for declares in (*(generator.declares for generator in self.generators), *own):
             notes += declares.notes
@@ -138,7 +141,7 @@ class Assembly:
         """Provider-stated accuracy."""
         of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
         declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
-        declarations += [each.declares for each in self.elements]
+        declarations += [each.declares for each in (*self.elements, *self.derived)]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
@@ -198,6 +201,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     layers = tuple(layer for layer, _, _ in clouds)
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = _elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
+    derived = _derived(builder, scenario, catalog, sensor_bands(bands), grid, slant.view)
     builder.raise_problems()
     solar_irradiance = SolarSpectrum(catalog)
 
@@ -247,6 +251,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         },
         lines_of_sight=sight,
         elements=elements,
+        derived=derived,
     )
 
 
@@ -324,6 +329,22 @@ def _elements(
             label = str(Kind.ELEMENTS) if len(scenario.elements) == 1 else f"{Kind.ELEMENTS}[{index}]"
             elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
     return tuple(elements)
+
+
+def derived_label(index: int, count: int) -> str:
+    """Return the name of a variable provider in the plan and the cube."""
+    return str(Kind.VARIABLES) if count == 1 else f"{Kind.VARIABLES}[{index}]"
+
+
+def _derived(
+    builder: Builder, scenario: Scenario, catalog: Catalog, bands: tuple[SensorBand, ...], grid: Grid, view: View
+) -> tuple[VariableProvider, ...]:
+    sections, derived = scenario.output.derived, list[VariableProvider]()
+    for index, section in enumerate(sections):
+        with builder.collect_problems(f"output.derived[{index}].provider", section.parameters):
+            inputs, label = VariableInputs(bands, grid, view, catalog), derived_label(index, len(sections))
+            derived.append(builder.build(Kind.VARIABLES, section.provider, inputs, section.parameters, label))
+    return tuple(derived)
 
 
 def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:

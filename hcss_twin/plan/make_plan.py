@@ -12,7 +12,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly, assemble
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
-from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
+from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
 from hcss_twin.plan.sensor import planned_sensor, with_margin
@@ -75,6 +75,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     if sensor is not None:
         sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
+    computed = computed_variables(scenario, assembly, waves is not None, variables)
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     return Plan(
         scenario=scenario,
@@ -92,10 +93,11 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
+        computed=computed,
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
         filled_in=assembly.filled_in,
-        notes=(*_notes(scenario, assembly, variables, waves is not None, sunlight), *analysis.notes),
+        notes=(*_notes(scenario, assembly, computed, waves is not None, sunlight), *analysis.notes),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,

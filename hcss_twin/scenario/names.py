@@ -28,6 +28,7 @@ from hcss_twin.scenario.cloud_types import (
 )
 from hcss_twin.scenario.models import (
     Atmosphere,
+    DerivedSection,
     ElementSection,
     Layer,
     OpticsSection,
@@ -49,6 +50,7 @@ SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
     Kind.ELEMENTS: (ElementSection, "provider"),
+    Kind.VARIABLES: (DerivedSection, "provider"),
     Kind.SENSORS: (SensorSection, "model"),
 }
 """Section and selecting key of each kind of provider."""
@@ -65,14 +67,20 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     elements = data.get("elements", [])
     for index, element in enumerate(elements if isinstance(elements, list) else []):
         sections.append((f"elements[{index}]", element, Kind.ELEMENTS))
+    output = data.get("output", {})
+    derived = output.get("derived", []) if isinstance(output, dict) else []
+    for index, each in enumerate(derived if isinstance(derived, list) else []):
+        sections.append((f"output.derived[{index}]", each, Kind.VARIABLES))
     if "sensor" in data:
         sections.append(("sensor", data["sensor"], Kind.SENSORS))
     return sections
 
 
 def default_provider(kind: Kind) -> str:
-    """Default provider name of a section."""
+    """Default provider name of a section; empty if it must be given."""
     section, key = SECTIONS[kind]
+    if section.model_fields[key].is_required():
+        return ""
     # A sensor's model may also come from a named sensor.
     default: str = section.model_fields[key].default or DEFAULT_MODEL
     return default
@@ -268,19 +276,20 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
-        expand(names, terms, layer_count, shadows, altitude=altitude, elements=_element_variables(data, registry))
+        elements, derived = (_variables_of(kind, data, registry) for kind in (Kind.ELEMENTS, Kind.VARIABLES))
+        expand(names, terms, layer_count, shadows, altitude=altitude, elements=elements, derived=derived)
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:
         yield Problem("output.variables", str(error))
 
 
-def _element_variables(data: Mapping[str, Any], registry: Registry) -> list[Mapping[str, tuple[str, str]]]:
-    """Return the truth variables of each element provider of a raw scenario."""
+def _variables_of(wanted: Kind, data: Mapping[str, Any], registry: Registry) -> list[Mapping[str, Any]]:
+    """Return the variables of each element or variable provider of a raw scenario."""
     return [
         registry.provider_class(registry.resolve(kind, section.get("provider", own(default_provider(kind))))).variables
         for _, section, kind in provider_sections(data)
-        if kind is Kind.ELEMENTS and isinstance(section, Mapping)
+        if kind is wanted and isinstance(section, Mapping)
     ]
 
 

@@ -29,6 +29,7 @@ pytest.register_assert_rewrite(
             "sea_laws",
             "sensor",
             "sensor_laws",
+            "variables",
         )
     )
 )
@@ -59,6 +60,8 @@ from hcss_twin.testing.samples import (  # noqa: E402
 )
 from hcss_twin.testing.sea import SeaModelContract  # noqa: E402
 from hcss_twin.testing.sensor import SensorContract  # noqa: E402
+from hcss_twin.testing.variable_samples import sample_fields, sample_variable_inputs  # noqa: E402
+from hcss_twin.testing.variables import VariableContract  # noqa: E402
 
 __all__ = [
     "CloudGeneratorContract",
@@ -72,10 +75,12 @@ __all__ = [
     "SeaModelContract",
     "SensorContract",
     "TransmittanceContract",
+    "VariableContract",
     "assert_registered",
     "sample_atmosphere_inputs",
     "sample_cloud_inputs",
     "sample_element_inputs",
+    "sample_fields",
     "sample_grid",
     "sample_high_layer",
     "sample_layer",
@@ -86,5 +91,6 @@ __all__ = [
     "sample_radiance_inputs",
     "sample_sea_inputs",
     "sample_sensor_inputs",
+    "sample_variable_inputs",
     "sample_wavenumbers",
 ]

@@ -453,5 +453,9 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
         return _Sensor(provider, entry.label, speaker, inputs)
     if entry.kind is Kind.ELEMENTS:
         return _Elements(provider, entry.label, speaker, inputs)
+    if entry.kind is Kind.VARIABLES:
+        from hcss_twin.providers.registry.variable_guard import GuardedVariables
+
+        return GuardedVariables(provider, entry.label, speaker, inputs)
     others = {Kind.SEA: _Sea, Kind.OPTICS: _Optics, Kind.ATMOSPHERE: _Transmittance, Kind.RADIANCE: _Radiance}
     return others[entry.kind](provider, entry.label, speaker)

@@ -331,5 +331,9 @@ def _check_provider(entry: Entry, provider: Any) -> None:
             check_measured(provider.variables)
         if entry.kind is Kind.ELEMENTS:
             check_element_variables(provider.variables)
+        if entry.kind is Kind.VARIABLES:
+            from hcss_twin.providers.variables import check_output_variables
+
+            check_output_variables(provider.variables, provider.needs)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
