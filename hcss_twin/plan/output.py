@@ -67,7 +67,9 @@ def computed_variables(
     for index, provider in enumerate(assembly.derived):
         needs = [name for name in provider.needs if name not in GEOMETRY_INPUTS]
         try:
-            known = {spec.name: spec for spec in _expanded(needs, scenario, assembly, waves)} | known if needs else known
+            known = (
+                {spec.name: spec for spec in _expanded(needs, scenario, assembly, waves)} | known if needs else known
+            )
             wrong = [name for name in needs if name not in known or known[name].kind in ("own", "geometry")]
             if wrong:
                 raise ValueError(f"'{wrong[0]}' is no variable of the engine; geometry: {', '.join(GEOMETRY_INPUTS)}")

@@ -20,6 +20,8 @@ from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
 from stranger.sensor import Lagging
 from stranger.sensor import Parameters as LaggingParameters
+from stranger.variables import Parameters as SlantParameters
+from stranger.variables import Slant
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
@@ -35,6 +37,7 @@ from hcss_twin.testing import (
     SeaModelContract,
     SensorContract,
     TransmittanceContract,
+    VariableContract,
     assert_registered,
     sample_atmosphere_inputs,
 )
@@ -46,10 +49,11 @@ CHOICES = {
     Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
     Kind.RADIANCE: ("radiance.model", "absorbing"),
     Kind.ELEMENTS: ("elements", "ship"),
+    Kind.VARIABLES: ("output.derived", "slant"),
     Kind.SENSORS: ("sensor.model", "lagging"),
 }
 
-OF_THE_CLEAN_CUBE = {kind: choice for kind, choice in CHOICES.items() if kind is not Kind.SENSORS}
+OF_THE_CLEAN_CUBE = {kind: choice for kind, choice in CHOICES.items() if kind not in (Kind.SENSORS, Kind.VARIABLES)}
 
 
 class TestCloudStreets(CloudGeneratorContract):
@@ -80,6 +84,11 @@ class TestAbsorbing(RadianceModelContract):
 class TestShip(ElementContract):
     def make_provider(self, inputs):
         return Ship(inputs, ShipParameters())
+
+
+class TestSlant(VariableContract):
+    def make_provider(self, inputs):
+        return Slant(inputs, SlantParameters())
 
 
 class TestLagging(SensorContract):
