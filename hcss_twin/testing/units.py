@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 
-_SYMBOLS = frozenset(
-    "1 m g s K A mol cd rad sr Hz N Pa J W C V ohm T bar h min d L l eV arc_degree degC Celsius um % percent ppm".split()
-)
-_WORDS = frozenset(
-    "meter metre gram second kelvin mole radian steradian hertz newton pascal joule watt coulomb volt hour minute day "
-    "degree micron liter litre degree_north degrees_north degree_east degrees_east degree_C count".split()
-)
+_SYMBOLS = frozenset((
+    "1", "m", "g", "s", "K", "A", "mol", "cd", "rad", "sr", "Hz", "N", "Pa", "J", "W", "C", "V", "ohm", "T", "bar",
+    "h", "min", "d", "L", "l", "eV", "arc_degree", "degC", "Celsius", "um", "%", "percent", "ppm"
+))  # fmt: skip
+_WORDS = frozenset((
+    "meter", "metre", "gram", "second", "kelvin", "mole", "radian", "steradian", "hertz", "newton", "pascal",
+    "joule", "watt", "coulomb", "volt", "hour", "minute", "day", "degree", "micron", "liter", "litre",
+    "degree_north", "degrees_north", "degree_east", "degrees_east", "degree_C", "count"
+))  # fmt: skip
 _PREFIXES = re.compile("(?:da|[YZEPTGMkhdcmunpfazy])(?=.)")
 _LONG_PREFIXES = re.compile("(?:giga|mega|kilo|hecto|deci|centi|milli|micro|nano|pico)(?=.)")
 _FACTOR = re.compile(r"(?P<name>%|1|[A-Za-z_]+)(?:(?:\^|\*\*)?(?P<power>[+-]?\d+))?")

@@ -56,7 +56,7 @@ class VariableContract(ProviderContract):
     def test_shapes_types_and_limits_are_those_declared(
         self, provider: VariableProvider, inputs: VariableInputs, fields: Values
     ) -> None:
-        """Each declared variable: its shape, a type that its own can hold, values within its limits, NaN if declared."""
+        """Each declared variable: its shape, a type that its own can hold, its limits, NaN only if declared."""
         for time in self.times_s:
             values = _of(provider, fields, time)
             assert set(values) == set(provider.variables)

@@ -20,6 +20,7 @@ class GuardedVariables(_Guard):
         self._bands = len(inputs.bands)
 
     def values(self, fields: Mapping[str, NDArray[Any]], time_s: float) -> dict[str, NDArray[Any]]:
+        """Return each variable in its declared type."""
         value = self._call("values", fields, time_s)
         declared: Mapping[str, api.OutputVariable] = self._read("variables")
         if not isinstance(value, Mapping) or set(value) != set(declared):
