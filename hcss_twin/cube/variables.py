@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +69,7 @@ class VariableSpec:
     kind: Kind
     description: str
     standard_name: str | None = None
-    attributes: Mapping[str, str | float | NDArray[np.uint8]] = field(default_factory=dict)
+    attributes: Mapping[str, str | float | NDArray[Any]] = field(default_factory=dict)
     lowest: float | None = None
     highest: float | None = None
     may_be_missing: bool = False
@@ -309,7 +309,9 @@ INPUTS = "hcss_inputs"
 def own_variable(name: str, about: OutputVariable, needs: Iterable[str] = ()) -> VariableSpec:
     """Return a variable of a variable provider, derived from ``needs``."""
     meanings = about.flag_meanings
-    flags = {"flag_values": np.arange(len(meanings), dtype=about.dtype), "flag_meanings": " ".join(meanings)}
+    attributes: dict[str, str | float | NDArray[Any]] = {INPUTS: " ".join(needs)}
+    if meanings:
+        attributes |= {"flag_values": np.arange(len(meanings), dtype=about.dtype), "flag_meanings": " ".join(meanings)}
     return VariableSpec(
         name=name,
         dims=BAND_FRAME if about.per_band else FRAME,
@@ -319,7 +321,7 @@ def own_variable(name: str, about: OutputVariable, needs: Iterable[str] = ()) ->
         kind="own",
         description=about.description,
         standard_name=about.standard_name,
-        attributes={INPUTS: " ".join(needs), **(flags if meanings else {})},
+        attributes=attributes,
         lowest=about.lowest,
         highest=about.highest,
         may_be_missing=about.may_be_missing,

@@ -199,11 +199,18 @@ class PartMaker:
             if "brightness_temperature" in self._names
             else None
         )
-        # Current frame: number, look-up, shadows and clouds.
-        self._instant: tuple[int, LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None = None
+        # Current frame: number and time, look-up, shadows and clouds.
+        self._instant: (
+            tuple[tuple[int, float], LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None
+        ) = None
 
     def part(
-        self, index: int, extent: Window, sample: PixelObserver | None = None, summaries: Sequence[Any] | None = None
+        self,
+        index: int,
+        extent: Window,
+        sample: PixelObserver | None = None,
+        summaries: Sequence[Any] | None = None,
+        time_s: float | None = None,
     ) -> tuple[Frame, NDArray[np.float32]]:
         """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as stored in the cube.
 
@@ -219,16 +226,19 @@ class PartMaker:
             Observes the pixels, for example for the certificate.
         summaries : sequence, optional
             As in :class:`FrameClouds`.
+        time_s : float, optional
+            Time after the start; by default that of the frame.
         """
-        plan, bands, time_s = self._plan, len(self._plan.bands), float(self._plan.frame_times_s[index])
-        if self._instant is None or self._instant[0] != index:
+        plan, bands = self._plan, len(self._plan.bands)
+        time_s = float(plan.frame_times_s[index]) if time_s is None else time_s
+        if self._instant is None or self._instant[0] != (index, time_s):
             self._instant = None  # one whole frame of clouds at a time
             clouds = FrameClouds(plan, time_s, summaries)
-            self._instant = index, self._look_up(time_s), self._shadows.at(time_s), clouds
+            self._instant = (index, time_s), self._look_up(time_s), self._shadows.at(time_s), clouds
         _, look_up, shadows, clouds = self._instant
         if isinstance(look_up, ViewedLookUp):
             look_up = look_up.of_part(extent)
-        elements = None if self._elements is None else self._elements.at(index, clouds, look_up)
+        elements = None if self._elements is None else self._elements.at(index, time_s, clouds, look_up)
         size = length(extent[0]), length(extent[1])
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
         added = np.zeros((bands if ELEMENT_RADIANCE in self._names else 0, *size), dtype=np.float32)

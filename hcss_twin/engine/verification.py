@@ -22,9 +22,10 @@ from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
 from hcss_twin.cube.variables import INPUTS, LAYER
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.cube_comparison import TOLERANCE, CubeComparison, VariableCheck
-from hcss_twin.engine.cube_sensor import SceneAround, sensor_attributes
+from hcss_twin.engine.cube_sensor import sensor_attributes
 from hcss_twin.engine.parts import Part, stream_parts, tiles
 from hcss_twin.engine.provenance import Change, FileChange, Recorded
+from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.simulate import cube_header
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -225,10 +226,10 @@ def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence
     """Compute frames of a sensor cube, including all earlier ones if the sensor remembers them."""
     sensor = plan.sensor
     assert sensor is not None
-    computed = range(max(numbers, default=-1) + 1) if sensor.provider.declares.remembers else numbers
+    computed = range(max(numbers, default=-1) + 1) if sensor.remembers else numbers
     around, first, wanted = SceneAround(plan, tables, sensor), plan.scenario.frames.first, set(numbers)
     for number, clean in zip(computed, stream(plan, tables, frames=computed), strict=True):
         radiance = around.frame(number, clean["radiance"])
-        measured = sensor.measure(radiance, first + number, float(plan.frame_times_s[number]))
+        measured = around.sensor.measure(radiance, first + number, float(plan.frame_times_s[number]))
         if number in wanted:
             yield Part(number, None, {**clean, **measured})

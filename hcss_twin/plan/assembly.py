@@ -127,7 +127,7 @@ class Assembly:
         own = [self.transmittance.declares, self.sea.declares, self.model.declares] if radiance else []
         if particles and self.layers:
             own.insert(0, self.optics.declares)
-        own += [each.declares for each in (*self.elements, *self.derived)]
+        own += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for declares in (*(generator.declares for generator in self.generators), *own):
             notes += declares.notes
@@ -141,7 +141,7 @@ class Assembly:
         """Provider-stated accuracy."""
         of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
         declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
-        declarations += [each.declares for each in (*self.elements, *self.derived)]
+        declarations += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property

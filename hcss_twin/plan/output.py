@@ -89,7 +89,8 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     layers, shadows = len(assembly.layers), scenario.slant.shadows
     altitude = scenario.platform.altitude is not None
     moves = assembly.motion.platform_speed_m_s != 0.0
-    elements, derived = ([each.variables for each in kind] for kind in (assembly.elements, assembly.derived))
+    elements = [each.variables for each in assembly.elements]
+    derived = [each.variables for each in assembly.derived]
     return expand(names, assembly.model.terms, layers, shadows, waves, altitude, moves, elements, derived)
 
 

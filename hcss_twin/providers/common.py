@@ -246,6 +246,11 @@ def _is_number(value: Any, high: float) -> bool:
         return False
 
 
+def _is_range(value: Any) -> bool:
+    good = isinstance(value, tuple) and len(value) == 2 and all(isinstance(each, int | float) for each in value)
+    return good and all(map(math.isfinite, value)) and value[0] <= value[1]
+
+
 def _is_pairs(value: Any) -> bool:
     return (
         isinstance(value, Sequence)
@@ -283,5 +288,6 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "transmittance_of_amounts": (callable, "a method"),
     "bound_profile": (callable, "a static method"),
     "sea_sun_terms": (_is_names, "a set of names of terms"),
+    "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
 }

@@ -152,7 +152,8 @@ def _output(plan: Plan) -> Rows:
         yield "rounding", line
     if plan.sensor is not None:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
-        yield "sensor", f"{plan.sensor.title} ({_named(plan.sensor.entry)}); separate cube: {measured}"
+        models = ", then ".join(_named(stage.entry) for stage in plan.sensor.stages)
+        yield "sensor", f"{plan.sensor.title} ({models}); separate cube: {measured}"
         for note in plan.sensor.notes:
             yield "sensor", f"note: {note}"
     if plan.needs_radiance:

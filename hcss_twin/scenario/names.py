@@ -41,7 +41,7 @@ from hcss_twin.scenario.models import (
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
 
 SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
@@ -71,8 +71,7 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     derived = output.get("derived", []) if isinstance(output, dict) else []
     for index, each in enumerate(derived if isinstance(derived, list) else []):
         sections.append((f"output.derived[{index}]", each, Kind.VARIABLES))
-    if "sensor" in data:
-        sections.append(("sensor", data["sensor"], Kind.SENSORS))
+    sections += [(path, stage, Kind.SENSORS) for path, stage in raw_stages(data)]
     return sections
 
 
@@ -217,20 +216,20 @@ def _provider_problems(
 
 
 def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:
-    section = data.get("sensor")
-    if not isinstance(section, Mapping):
-        return
-    name, parameters = section.get("name"), section.get("parameters", {})
-    try:
-        given = SensorSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
-    except ValidationError:  # reported with the other keys
-        return
-    problems = [] if name is None else list(_file_problems("sensor.name", partial(load_sensor, name, catalog)))
-    yield from problems
-    if not problems:
-        choice = choose_sensor(given, catalog)
-        merged = {"model": choice.model, "parameters": choice.parameters}
-        yield from _provider_problems("sensor", merged, "model", Kind.SENSORS, registry)
+    for path, section in raw_stages(data):
+        if not isinstance(section, Mapping):
+            continue
+        name, parameters = section.get("name"), section.get("parameters", {})
+        try:
+            given = StageSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
+        except ValidationError:  # reported with the other keys
+            continue
+        problems = [] if name is None else list(_file_problems(f"{path}.name", partial(load_sensor, name, catalog)))
+        yield from problems
+        if not problems:
+            choice = choose_sensor(given, catalog)
+            merged = {"model": choice.model, "parameters": choice.parameters}
+            yield from _provider_problems(path, merged, "model", Kind.SENSORS, registry)
 
 
 def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) -> Iterator[Problem]:
