@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ProviderDefect, ProviderError, ScenarioError
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.providers import Measured, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
@@ -61,21 +61,19 @@ class StageScene:
         ProviderError
             If nothing is measured, or the time or the window is not among those declared.
         """
+        if self.instants is None:
+            raise ProviderError("scene_at: the sensor has no attribute instants and so must not ask for other instants")
         if self._source is None or self._now is None:
             raise ProviderError("scene_at: the scene is known only while a run measures its frames")
         frame, now = self._now
-        if self.instants is None:
-            raise ProviderDefect(
-                "scene_at: the sensor has no attribute instants and so must not ask for other instants"
-            )
         low, high = self.instants
         if not low - TOLERANCE_S <= time_s - now <= high + TOLERANCE_S:
-            raise ProviderDefect(
+            raise ProviderError(
                 f"scene_at: {time_s - now:.9g} s after the frame is not among the instants {low:g} to {high:g} s"
             )
         for name, pixels, whole in zip(("rows", "columns"), (rows, columns), self._whole, strict=True):
             if not (0 <= pixels.start <= pixels.stop <= whole.stop):
-                raise ProviderDefect(f"scene_at: {name} {pixels} are not in the frame; allowed: 0 to {whole.stop}")
+                raise ProviderError(f"scene_at: {name} {pixels} are not in the frame; allowed: 0 to {whole.stop}")
         if not self._earlier:
             return self._source(frame, time_s, rows, columns)
         if self._last is None or self._last[:2] != (frame, time_s):
