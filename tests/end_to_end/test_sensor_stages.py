@@ -17,6 +17,7 @@ from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.providers import Declares, Measured
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.testing import SensorContract, sample_sensor_inputs
 
 SPEED, DELAY, EXPOSURE = 130.0, 0.004, 0.9  # m/s, s per row, s
 BASE = {
@@ -114,6 +115,32 @@ class Remembering(Smearing):
     def __init__(self, inputs, parameters):
         super().__init__(inputs, parameters)
         self.declares = Declares(reach_pixels=1, remembers=True)
+
+
+class TestRollingShutter(SensorContract):
+    def make_provider(self, inputs):
+        return RollingShutter(inputs, Parameters())
+
+
+class TestIntegrating(SensorContract):
+    def make_provider(self, inputs):
+        return Integrating(inputs, Parameters())
+
+
+class TestSmearing(SensorContract):
+    def make_provider(self, inputs):
+        return Smearing(inputs, Parameters())
+
+
+@pytest.mark.parametrize(
+    ("sensor", "message"),
+    [(Curious, "-1 s after the frame, not in"), (Secretive, "calls scene_at and has no attribute instants")],
+)
+def test_the_kit_refuses_undeclared_instants(sensor, message):
+    contract = TestRollingShutter()
+    contract.make_provider = lambda inputs: sensor(inputs, Parameters())
+    with pytest.raises(AssertionError, match=message):
+        contract.test_the_scene_is_asked_for_as_declared(sample_sensor_inputs())
 
 
 class Plugin:
