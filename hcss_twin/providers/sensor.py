@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -74,7 +74,7 @@ class SensorInputs:
     seed: int
     catalog: Catalog
     corner: tuple[int, int] = (0, 0)
-    scene_at: Callable[[float, slice, slice], Array] = no_scene
+    scene_at: Callable[[float, slice, slice], Array] = field(default_factory=lambda: no_scene)
 
 
 @dataclass(frozen=True)
