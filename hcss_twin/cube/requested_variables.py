@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from hcss_twin.core.errors import choose_from
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
@@ -19,7 +20,9 @@ from hcss_twin.cube.variables import (
     own_variable,
     term_variable,
 )
-from hcss_twin.providers import OutputVariable
+
+if TYPE_CHECKING:
+    from hcss_twin.providers import OutputVariable
 
 _LACKING = {
     "layers": "the scene has no cloud layer; allowed: with one or two layers",

@@ -10,12 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.providers import OutputVariable
+if TYPE_CHECKING:
+    from hcss_twin.providers import OutputVariable
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
 Feature = Literal["layers", "shadows", "waves", "altitude", "elements"]
