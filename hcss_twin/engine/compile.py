@@ -188,7 +188,7 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
 
 
-INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "output")
+INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "output", "sensor")
 """Sections of a scenario that do not affect tables, except through the plan."""
 
 

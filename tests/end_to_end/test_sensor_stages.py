@@ -27,6 +27,7 @@ BASE = {
     "image": {"rows": 12, "columns": 40, "pixel_size": 20.0},
     "frames": {"count": 2, "first": 3, "interval": 2.0},
     "bands": ["mwir", "lwir"],
+    "accuracy": 1e-2,
     "output": {"variables": ["radiance"], "certificate": 0},
 }
 
@@ -64,7 +65,7 @@ class Integrating:
 
     variables = ()
     declares = Declares(reach_pixels=0)
-    count = 45
+    count = 15
 
     def __init__(self, inputs, parameters):
         self._inputs, self._exposure = inputs, parameters.exposure
@@ -253,13 +254,10 @@ def test_two_linear_stages_are_the_composed_single_stage(tmp_path):
 
 def test_one_stage_is_the_single_sensor(tmp_path):
     noisy = {"noise": "nedt", "nedt": 0.1, "psf": "gaussian", "psf_sigma": 1.2}
-    chain, clean = measured(tmp_path / "one.nc", [("radiometer", noisy)], **CLOUDS)
-    alone = sense(clean, {"parameters": noisy}).radiance
-    inner = np.s_[:, :, :, 12:-12]
+    chain, _ = measured(tmp_path / "one.nc", [("radiometer", noisy)], **CLOUDS)
     plan = planned([], **{"sensor": {"parameters": noisy}, **CLOUDS})
     run(plan, tmp_path / "alone.nc")
     np.testing.assert_array_equal(chain.radiance, opened(tmp_path / "alone.sensor.nc").radiance)
-    assert alone.to_numpy()[inner].shape == chain.radiance.to_numpy()[inner].shape
     assert "stages" not in json.loads(plan.scenario.to_json())["sensor"]
 
 
