@@ -339,7 +339,10 @@ class OutputSection(ScenarioSection):
         description='Output variables, or groups: "terms", "truth", "geometry", "all".',
     )
     derived: tuple[DerivedSection, ...] = Field(
-        (), max_length=100, description="`[[output.derived]]`: providers of further variables."
+        (),
+        max_length=100,
+        description="`[[output.derived]]` with `provider` and `parameters`: variables of plugins. Request "
+        "them by name.",
     )
     compression: Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
     quantization: Fraction = Field(

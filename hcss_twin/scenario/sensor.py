@@ -55,8 +55,8 @@ class SensorSection(StageSection):
     stages: tuple[StageSection, ...] = Field(
         (),
         max_length=20,
-        description="`[[sensor.stages]]`: a chain of sensors instead of `name`, `model` and `parameters`; a variable "
-        "is that of the last stage that has it.",
+        description="`[[sensor.stages]]` with `name`, `model`, `parameters` and `seed`: a chain of sensors. A "
+        "variable is that of the last stage that has it.",
     )
 
     @model_validator(mode="after")

@@ -57,7 +57,9 @@ def test_sound_values_pass_in_their_types():
     ],
 )
 def test_anything_else_is_refused_by_name(changes, message):
-    with pytest.raises(ProviderError, match=f"variable provider 'x': .*{message}.*; arguments: fields a dict"):
+    with pytest.raises(
+        ProviderError, match=f"variable provider 'x': .*{message}.*; arguments: fields with radiance of"
+    ):
         asked(GOOD | changes)
 
 
