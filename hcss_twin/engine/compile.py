@@ -212,6 +212,10 @@ def table_key(plan: Plan) -> str:
             if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.VARIABLES)
         },
     }
+    own = [layer.get("optics") for layer in scenario["clouds"]["layers"]]
+    if any(own):
+        parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
+        parts["optics"] += own
     if plan.waves is not None or assembly.slant.shadows:
         # A window uses the tables of the whole image.
         parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import choose_from
 from hcss_twin.providers.clouds import Grid
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration
 from hcss_twin.providers.radiance import View
 from hcss_twin.providers.sensor import SensorBand
 
@@ -142,7 +142,7 @@ class VariableProvider(Protocol):
         geometry: ``latitude``, ``longitude``, ``view_zenith``, ``view_azimuth``, ``sun_zenith``, ``sun_azimuth``.
     """
 
-    declares: Declares
+    declares: Declaration
     variables: Mapping[str, OutputVariable]
     needs: tuple[str, ...]
 

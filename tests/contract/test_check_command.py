@@ -21,13 +21,13 @@ SEA = """
 
     @hookimpl
     def hcss_register_sea_models():
-        return [ProviderSpec(name, f"strange_seas:{name.title()}", None, 1, "a test sea") for name in
+        return [ProviderSpec(name, f"strange_seas:{name.title()}", None, 2, "a test sea") for name in
                 ("good", "bright", "endless", "deadly")]
 
     class Good:
         def __init__(self, inputs, parameters):
-            from hcss_twin.providers import Declares
-            self.declares = Declares()
+            from hcss_twin.providers import SeaDeclaration
+            self.declares = SeaDeclaration()
 
         def emissivity(self, wavenumber_cm1, mu):
             import numpy as np

@@ -115,7 +115,7 @@ def installed(monkeypatch):
 @pytest.mark.parametrize("kind", CHOICES)
 def test_it_is_soundly_registered(installed, kind):
     entry = assert_registered(kind, CHOICES[kind][1], distribution="hcss-stranger")
-    assert entry.spec.api_version == 1
+    assert entry.spec.api_version == (2 if kind is Kind.VARIABLES else 1)
 
 
 def test_frames_of_a_stranger_are_not_written_beside_the_computing_because_it_may_read_netcdf(installed):

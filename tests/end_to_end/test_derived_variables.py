@@ -19,7 +19,7 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.truth import Truth
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.physics.geodesy import to_geographic
-from hcss_twin.providers import Declares, OutputVariable
+from hcss_twin.providers import Declaration, OutputVariable
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 
 TEMPLATE = "hcss_twin.providers.new_plugin.templates.variables"
@@ -48,7 +48,7 @@ provider = "place"
 class Place:
     """Radiance, cloud and geometry of a pixel in one number."""
 
-    declares = Declares(notes=("a note",))
+    declares = Declaration(notes=("a note",))
     needs = ("radiance_sea_emission", "cloud_optical_thickness", "latitude", "longitude", "view_zenith", "sun_zenith")
     variables = {  # noqa: RUF012
         "where": OutputVariable("1", "sum of everything", "Of no use.", per_band=True, dtype="float64"),
@@ -88,9 +88,9 @@ class Plugin:
     def hcss_register_variables(self):
         classes = (Place, Clash, Demanding, Deep)
         specs = [
-            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 1, "a test") for each in classes
+            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 2, "a test") for each in classes
         ]
-        return [ProviderSpec("split", f"{TEMPLATE}:Provider", f"{TEMPLATE}:Parameters", 1, "two bands"), *specs]
+        return [ProviderSpec("split", f"{TEMPLATE}:Provider", f"{TEMPLATE}:Parameters", 2, "two bands"), *specs]
 
 
 @pytest.fixture(scope="module", autouse=True)

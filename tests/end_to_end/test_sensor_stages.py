@@ -15,7 +15,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.verification import Verdict, verify_cube
-from hcss_twin.providers import Declares, Measured
+from hcss_twin.providers import Measured, SensorDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.testing import SensorContract, sample_sensor_inputs
 
@@ -44,7 +44,7 @@ class RollingShutter:
     """Row after row, the first of the image at the time of the frame."""
 
     variables = ()
-    declares = Declares(reach_pixels=0)
+    declares = SensorDeclaration(reach_pixels=0)
 
     def __init__(self, inputs, parameters):
         self._inputs, self._delay = inputs, parameters.delay
@@ -64,7 +64,7 @@ class Integrating:
     """Mean over the exposure, which begins with the frame."""
 
     variables = ()
-    declares = Declares(reach_pixels=0)
+    declares = SensorDeclaration(reach_pixels=0)
     count = 15
 
     def __init__(self, inputs, parameters):
@@ -86,7 +86,7 @@ class Smearing:
     def __init__(self, inputs, parameters):
         self._kernel = np.array(parameters.kernel)
         self._reach = len(parameters.kernel) // 2
-        self.declares = Declares(reach_pixels=self._reach)
+        self.declares = SensorDeclaration(reach_pixels=self._reach)
 
     def measure(self, radiance, frame, time_s):
         wide = np.pad(radiance, ((0, 0), (0, 0), (self._reach, self._reach)), mode="symmetric")
@@ -115,7 +115,7 @@ class Secretive(Smearing):
 class Remembering(Smearing):
     def __init__(self, inputs, parameters):
         super().__init__(inputs, parameters)
-        self.declares = Declares(reach_pixels=1, remembers=True)
+        self.declares = SensorDeclaration(reach_pixels=1, remembers=True)
 
 
 class TestRollingShutter(SensorContract):
@@ -148,7 +148,7 @@ class Plugin:
     @hookimpl
     def hcss_register_sensors(self):
         names = ("RollingShutter", "Integrating", "Smearing", "Curious", "Secretive", "Remembering")
-        return [ProviderSpec(each.lower(), f"{__name__}:{each}", f"{__name__}:Parameters", 1, "test") for each in names]
+        return [ProviderSpec(each.lower(), f"{__name__}:{each}", f"{__name__}:Parameters", 2, "test") for each in names]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Declares, OutputVariable
+from hcss_twin.providers import Declaration, OutputVariable
 from hcss_twin.testing import VariableContract, sample_fields, sample_variable_inputs
 
 
 class Path:
     """Length of the line of sight in cloud."""
 
-    declares = Declares()
+    declares = Declaration()
     needs = ("cloud_thickness", "view_zenith")
     units, missing, dtype = "m", True, "float32"
 

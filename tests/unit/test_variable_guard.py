@@ -7,7 +7,7 @@ import pytest
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.cube.variables import ELEMENT_RADIANCE, VARIABLES
-from hcss_twin.providers import Declares, OutputVariable
+from hcss_twin.providers import Declaration, OutputVariable
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.providers.variables import check_output_variables
@@ -29,7 +29,7 @@ GOOD = {
 
 def asked(answer):
     provider = SimpleNamespace(
-        declares=Declares(), variables=VARIABLES_GIVEN, needs=("radiance",), values=lambda *arguments: answer
+        declares=Declaration(), variables=VARIABLES_GIVEN, needs=("radiance",), values=lambda *arguments: answer
     )
     entry = SimpleNamespace(kind=Kind.VARIABLES, name="x", label="variable provider 'x'", distribution="hcss-x")
     fields = {"radiance": np.ones((2, 3, 4), dtype=np.float32)}

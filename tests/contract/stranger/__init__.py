@@ -1,11 +1,11 @@
-"""Eight small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
+"""Small providers, one of each kind: those of version 1 are written from its guide alone and show that it works."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 
 
-def _spec(name, target, summary):
+def _spec(name, target, summary, version=1):
     module = target.partition(":")[0]
-    return [ProviderSpec(name, f"stranger.{target}", f"stranger.{module}:Parameters", 1, summary)]
+    return [ProviderSpec(name, f"stranger.{target}", f"stranger.{module}:Parameters", version, summary)]
 
 
 @hookimpl
@@ -40,7 +40,7 @@ def hcss_register_elements():
 
 @hookimpl
 def hcss_register_variables():
-    return _spec("slant", "variables:Slant", "path in cloud and angle from the glint")
+    return _spec("slant", "variables:Slant", "path in cloud and angle from the glint", version=2)
 
 
 @hookimpl

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares, OutputVariable
+from hcss_twin.providers import Declaration, OutputVariable
 
 
 class Parameters(BaseModel):
@@ -15,7 +15,7 @@ class Parameters(BaseModel):
 
 
 class Slant:
-    declares = Declares()
+    declares = Declaration()
     needs = ("cloud_thickness", "view_zenith", "view_azimuth", "sun_zenith", "sun_azimuth")
     variables: ClassVar = {
         "cloud_path": OutputVariable(

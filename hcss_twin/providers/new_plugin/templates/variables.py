@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from hcss_twin.providers import Declares, OutputVariable, VariableInputs
+from hcss_twin.providers import Declaration, OutputVariable, VariableInputs
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,7 +23,7 @@ class Parameters(BaseModel):
 class Provider:
     """Difference of brightness temperatures, and a flag."""
 
-    declares = Declares()
+    declares = Declaration()
     needs: tuple[str, ...] = ("brightness_temperature",)
     variables: Mapping[str, OutputVariable] = MappingProxyType(
         {
