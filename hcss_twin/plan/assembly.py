@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -16,7 +16,7 @@ from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand,
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.builder import Builder, attribute_to_field
+from hcss_twin.plan.builder import Builder, Built, attribute_to_field
 from hcss_twin.plan.clouds import assemble_clouds
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
@@ -69,6 +69,8 @@ class Assembly:
         The provider of each layer; ``optics`` asks the right one for any particles.
     model_of : callable
         Builds the radiance model of the same scene for another sea or view.
+    built : mapping of str to Built
+        How each provider was made, by the same labels as ``entries``.
     code : mapping of str to (str, str, str)
         Name, version and fingerprint of each provider, on which cached results depend.
     lines_of_sight : LinesOfSight or None
@@ -100,6 +102,7 @@ class Assembly:
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()
+    built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
     def view(self) -> View:
@@ -267,6 +270,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         lines_of_sight=sight,
         elements=elements,
         derived=derived,
+        built=builder.built,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import timedelta
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.probes import Probed
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
@@ -70,6 +74,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
+    probes = _probes(scenario, assembly, catalog)
     analysis = analyse_scene(scenario, assembly, catalog, SunFrames(track, times, zenith, azimuth))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
@@ -98,12 +103,26 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
         filled_in=assembly.filled_in,
-        notes=(*_notes(scenario, assembly, computed, waves is not None, sunlight), *analysis.notes),
+        notes=(
+            *_notes(scenario, assembly, computed, waves is not None, sunlight),
+            *analysis.notes,
+            *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
+        ),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,
         views=analysis.views,
+        probes=probes,
     )
+
+
+def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> tuple[Probed, ...]:
+    if all(entry.is_own for entry in assembly.entries.values()):
+        return ()
+    from hcss_twin.plan.probes import probe_providers  # the laws are needed for plugins only
+
+    radiance = wants_radiance(cube_variables(scenario, assembly, True))
+    return probe_providers(assembly, catalog, radiance).results
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:

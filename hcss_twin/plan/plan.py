@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.probes import Probed
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,8 @@ class Plan:
         Sensor of the sensor cube; the clean cube does not depend on it.
     views : ViewAxis or None
         None if the view of the image centre is used for all pixels.
+    probes : tuple of Probed
+        How the providers of other packages fared with the laws of their kinds.
     """
 
     scenario: Scenario
@@ -96,6 +102,7 @@ class Plan:
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
     views: ViewAxis | None = None
+    probes: tuple[Probed, ...] = ()
 
     @property
     def budget(self) -> Budget:

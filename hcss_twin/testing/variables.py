@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.providers import VariableInputs, VariableProvider
 from hcss_twin.providers.variables import GEOMETRY, check_output_variables
-from hcss_twin.testing.samples import ProviderContract
+from hcss_twin.testing.contract import ProviderContract
 from hcss_twin.testing.units import units_problem
 from hcss_twin.testing.variable_samples import sample_fields, sample_variable_inputs
 
