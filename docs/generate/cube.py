@@ -37,6 +37,8 @@ print(scenario_text("cube.nc"))
 * A cube of a window of a larger image (`image.window`) has the coordinates of that image, and its centre in
   `latitude` and `longitude`; `hcss_window` (JSON) gives the position of the window. Frames of more than 256 MB are
   stored in one chunk per tile ([large scenes](../how-to/large-scenes.md)).
+* Variables of plugins (`[[output.derived]]`) name in their attribute `hcss_inputs` what they are derived from; a
+  measured cube leaves out those derived from clean radiance.
 * A name that ends in `.zarr` makes a Zarr store with the same variables and attributes.
 * A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the value
   at its centre. Radiance and its terms are averaged, not the state from which they are computed.

@@ -30,7 +30,8 @@ _WIDTH = len("expected failure")
 @click.option("--folder", type=FOLDER, help="New folder of the package; default: hcss-NAME.")
 @json_option
 def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None:
-    """Write a package with a provider of your own: KIND is clouds, sea, optics, atmosphere, radiance or sensors.
+    """Write a package with a provider of your own: KIND is clouds, sea, optics, atmosphere, radiance,
+    elements, variables or sensors.
 
     NAME selects the provider in scenarios. The package is complete: it can be installed, and its tests pass.
     """

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from hcss_twin.core.errors import choose_from
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.variables import (
     DIRECTION,
+    ELEMENT,
+    GEOMETRY,
     LOCATION,
     MOVING_LOCATION,
     TERM_PREFIX,
     VARIABLES,
     VariableSpec,
     element_variable,
+    own_variable,
     term_variable,
 )
+
+if TYPE_CHECKING:
+    from hcss_twin.providers import OutputVariable
 
 _LACKING = {
     "layers": "the scene has no cloud layer; allowed: with one or two layers",
@@ -35,8 +43,9 @@ def expand(
     altitude: bool = True,
     moves: bool = False,
     elements: Sequence[Mapping[str, tuple[str, str]]] = (),
+    derived: Sequence[Mapping[str, OutputVariable]] = (),
 ) -> list[VariableSpec]:
-    """Return the requested variables, in the order of the table, then terms and viewing geometry.
+    """Return the requested variables, in the order of the table, then terms, those of providers and viewing geometry.
 
     Parameters
     ----------
@@ -56,12 +65,14 @@ def expand(
         Whether the image moves over the ground; latitude and longitude then have a time dimension.
     elements : sequence of mapping
         ``variables`` of each element provider of the scene.
+    derived : sequence of mapping
+        ``variables`` of each variable provider of the scene.
 
     Raises
     ------
     ValueError
-        If nothing is requested, a name is unknown (with the allowed names and the closest one), or the scene
-        lacks a feature that a variable needs.
+        If nothing is requested, a name is unknown (with the allowed names and the closest one), the scene lacks a
+        feature that a variable needs, or a variable provider uses a name of the engine or of another provider.
     """
     present = {
         "layers": layer_count > 0,
@@ -75,6 +86,7 @@ def expand(
         *VARIABLES,
         *(element_variable(name, *about) for name, about in _united(elements).items()),
         *(term_variable(name, text) for name, text in terms.items()),
+        *_own_variables(derived, terms),
         *(MOVING_LOCATION if moves else LOCATION),
         *DIRECTION,
     )
@@ -107,3 +119,24 @@ def _united(elements: Sequence[Mapping[str, tuple[str, str]]]) -> dict[str, tupl
         if united.setdefault(name, about)[0] != about[0]:
             raise ValueError(f"'element_{name}': two element providers give it in {united[name][0]} and {about[0]}")
     return united
+
+
+GROUPS = ("all", "terms", "truth", "geometry")
+"""Names that request several variables."""
+
+
+def _own_variables(derived: Sequence[Mapping[str, OutputVariable]], terms: Iterable[str]) -> list[VariableSpec]:
+    """Return the variables of variable providers after checking that nothing else has their names."""
+    specs: list[VariableSpec] = []
+    of_engine = {spec.name for spec in (*VARIABLES, *COORDINATES, *GEOMETRY)} | {GRID_MAPPING, *GROUPS, "band", "layer"}
+    of_engine |= {TERM_PREFIX + name for name in terms}
+    for name, about in ((name, about) for variables in derived for name, about in variables.items()):
+        if name in of_engine or name.startswith((TERM_PREFIX, f"{ELEMENT}_")):
+            raise ValueError(
+                f"'{name}' of a variable provider is a name of the engine; allowed: names that no variable, coordinate "
+                f"or group has and that begin neither with {TERM_PREFIX} nor with {ELEMENT}_"
+            )
+        if name in [spec.name for spec in specs]:
+            raise ValueError(f"'{name}': two variable providers give it; allowed: one section for each name")
+        specs.append(own_variable(name, about))
+    return specs

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
-from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.variables import BAND_FRAME, INPUTS, TERM_PREFIX, VARIABLES, VariableSpec
 from hcss_twin.cube.writer import variable_attributes
 
 SENSOR_ATTRIBUTE = "hcss_sensor"
@@ -76,10 +76,13 @@ def measured_variables(names: tuple[str, ...]) -> tuple[VariableSpec, ...]:
     return (MEASURED_RADIANCE, *(spec for spec in SENSOR_VARIABLES if spec.name in names))
 
 
-def is_replaced(name: str) -> bool:
-    """Whether a variable of the clean cube is a radiance, which a sensor cube does not repeat."""
+def is_replaced(name: str, inputs: str = "") -> bool:
+    """Whether a variable of the clean cube is a radiance or derived from it, which a sensor cube does not repeat.
+
+    ``inputs`` is the attribute of variables of providers that names what they are derived from.
+    """
     of_radiance = {spec.name for spec in VARIABLES if spec.needs_radiance}
-    return name in of_radiance or name.startswith(TERM_PREFIX)
+    return any(each in of_radiance or each.startswith(TERM_PREFIX) for each in (name, *inputs.split()))
 
 
 RADIANCE = "radiance"
@@ -100,7 +103,7 @@ class CubePair:
         self._along_time = [
             name
             for name, each in clean.variables.items()
-            if each.dimensions[:1] == ("time",) and each.ndim > 1 and not is_replaced(name)
+            if each.dimensions[:1] == ("time",) and each.ndim > 1 and not is_replaced(name, getattr(each, INPUTS, ""))
         ]
         self.frames = int(clean.dimensions["time"].size)
 
@@ -177,7 +180,7 @@ def _define(
     for name, dimension in clean.dimensions.items():
         measured.createDimension(name, dimension.size)
     for name, source in clean.variables.items():
-        if not is_replaced(name):
+        if not is_replaced(name, getattr(source, INPUTS, "")):
             _copy_definition(measured, name, source)
     pattern = clean[RADIANCE]
     for spec in variables:

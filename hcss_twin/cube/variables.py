@@ -8,14 +8,17 @@ atmosphere are per unit wavelength), so it has only a ``long_name``.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry"]
+if TYPE_CHECKING:
+    from hcss_twin.providers import OutputVariable
+
+Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
 Feature = Literal["layers", "shadows", "waves", "altitude", "elements"]
 
 FRAME = ("time", "y", "x")
@@ -40,9 +43,9 @@ class VariableSpec:
         UDUNITS string; None for text.
     long_name : str
         Label for plots.
-    kind : {"radiance", "truth", "derived", "coordinate", "geometry"}
+    kind : {"radiance", "truth", "derived", "coordinate", "geometry", "own"}
         ``radiance``: total and its terms; ``truth``: state of the scene; ``derived``: computed from radiance;
-        ``geometry``: coordinates of every pixel, written on request.
+        ``geometry``: coordinates of every pixel, written on request; ``own``: of a variable provider.
     description : str
         Definition in one or two sentences; written as ``comment``.
     standard_name : str or None
@@ -67,7 +70,7 @@ class VariableSpec:
     kind: Kind
     description: str
     standard_name: str | None = None
-    attributes: Mapping[str, str | float | NDArray[np.uint8]] = field(default_factory=dict)
+    attributes: Mapping[str, str | float | NDArray[Any]] = field(default_factory=dict)
     lowest: float | None = None
     highest: float | None = None
     may_be_missing: bool = False
@@ -297,6 +300,32 @@ def element_variable(name: str, units: str, description: str) -> VariableSpec:
         description=description,
         may_be_missing=True,
         needs="elements",
+    )
+
+
+INPUTS = "hcss_inputs"
+"""Attribute of a variable of a provider: the variables and the geometry that it is derived from."""
+
+
+def own_variable(name: str, about: OutputVariable, needs: Iterable[str] = ()) -> VariableSpec:
+    """Return a variable of a variable provider, derived from ``needs``."""
+    meanings = about.flag_meanings
+    attributes: dict[str, str | float | NDArray[Any]] = {INPUTS: " ".join(needs)}
+    if meanings:
+        attributes |= {"flag_values": np.arange(len(meanings), dtype=about.dtype), "flag_meanings": " ".join(meanings)}
+    return VariableSpec(
+        name=name,
+        dims=BAND_FRAME if about.per_band else FRAME,
+        dtype=about.dtype,
+        units=about.units,
+        long_name=about.long_name,
+        kind="own",
+        description=about.description,
+        standard_name=about.standard_name,
+        attributes=attributes,
+        lowest=about.lowest,
+        highest=about.highest,
+        may_be_missing=about.may_be_missing,
     )
 
 

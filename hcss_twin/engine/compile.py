@@ -188,7 +188,7 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
 
 
-INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "output")
+INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "output", "sensor")
 """Sections of a scenario that do not affect tables, except through the plan."""
 
 
@@ -200,7 +200,7 @@ def table_key(plan: Plan) -> str:
         "accuracy": plan.accuracy.relative,
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
         "files": dict(plan.catalog.used),
-        "terms": [spec.name for spec in plan.variables if spec.name.startswith(TERM_PREFIX)],
+        "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],
         "sunlight": [plan.sun_matters, plan.faint_sunlight],
         "layers": [
             dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
@@ -209,7 +209,7 @@ def table_key(plan: Plan) -> str:
         "code": {
             name: each
             for name, each in assembly.code.items()
-            if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS)
+            if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.VARIABLES)
         },
     }
     own = [layer.get("optics") for layer in scenario["clouds"]["layers"]]

@@ -1,10 +1,10 @@
-"""Sensor input from a finished cube and the surrounding scene, and metadata of the sensor cube."""
+"""Sensor input from a finished cube, and metadata of the sensor cube."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,15 +20,12 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
-from hcss_twin.engine.parts import tile_shape
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
-from hcss_twin.engine.stream import PartMaker
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.plan.assembly import sensor_bands
-from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.description import describe_providers
 from hcss_twin.plan.sensor import BuiltSensor
-from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers import Grid, SensorInputs
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.bands import Bands, spectral_band
 from hcss_twin.scenario.viewing import pixel_size_and_speed
 
@@ -153,56 +150,6 @@ def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: 
     return expected_m_s if abs(speed_m_s - expected_m_s) <= _SAME * abs(expected_m_s) else speed_m_s
 
 
-class SceneAround:
-    """Extends clean frames by the surrounding scene.
-
-    Parameters
-    ----------
-    tables : RadianceTables or None
-        Tables that the frames were computed with.
-    sensor : BuiltSensor
-        The plan's sensor, built for the extended area.
-    """
-
-    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: BuiltSensor) -> None:
-        self._plan, self._sensor = plan, sensor
-        self._maker = PartMaker(plan, tables)
-
-    def frame(self, index: int, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the radiance (B, y, x) of a frame in the area that the sensor needs.
-
-        Parameters
-        ----------
-        index : int
-            Number of the frame, from 0.
-        radiance : ndarray of float32 (B, y, x)
-            Radiance of the cube, used unchanged; only the surroundings are computed.
-        """
-        given, cube = self._sensor.given, self._sensor.cube
-        if given == cube:
-            return radiance
-        wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
-        wide[:, *relative(cube, given)] = radiance
-        tile = tile_shape(self._plan)
-        for strip in _strips(given, cube):
-            for part in [strip] if tile is None else cut(strip, *tile):
-                arrays, _ = self._maker.part(index, part)
-                wide[:, *relative(part, given)] = arrays[TOTAL]
-        return wide
-
-
-def _strips(given: Window, cube: Window) -> Iterator[Window]:
-    """Yield the areas below, above, left and right of the cube."""
-    (rows, columns), (inner_rows, inner_columns) = given, cube
-    candidates = (
-        (slice(rows.start, inner_rows.start), columns),
-        (slice(inner_rows.stop, rows.stop), columns),
-        (inner_rows, slice(columns.start, inner_columns.start)),
-        (inner_rows, slice(inner_columns.stop, columns.stop)),
-    )
-    yield from (window for window in candidates if length(window[0]) and length(window[1]))
-
-
 def sensor_attributes(
     clean: Mapping[str, Any], sensor: BuiltSensor, files: Mapping[str, str], clean_name: str
 ) -> dict[str, Attribute | None]:
@@ -223,14 +170,16 @@ def sensor_attributes(
     about = json.dumps(sensor.as_dict())
     scenario = json.loads(str(clean[SCENARIO_ATTRIBUTE]))
     scenario["sensor"] = sensor.section.model_dump(mode="json")
-    entry = sensor.entry
+    entries = [stage.entry for stage in sensor.stages]
+    kinds = [str(Kind.SENSORS) if len(entries) == 1 else f"{Kind.SENSORS}[{index}]" for index in range(len(entries))]
+    models = ", ".join(f"'{entry.name}'" for entry in entries)
     providers = json.loads(str(clean["hcss_providers"]))
-    providers[str(entry.kind)] = {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
+    providers |= describe_providers(dict(zip(kinds, entries, strict=True)))
     identifier = hashlib.sha256(f"{clean.get('id', '')}\n{about}".encode()).hexdigest()[:16]
     title = str(clean.get("title", ""))
     attributes: dict[str, Attribute | None] = {
         "title": f"{title} - as measured by {sensor.title}" if title else f"As measured by {sensor.title}",
-        "summary": f"Measured by the simulated sensor '{sensor.title}' (model '{entry.name}'), not the radiance that "
+        "summary": f"Measured by the simulated sensor '{sensor.title}' (model {models}), not the radiance that "
         f"reaches it: {clean.get('summary', '')}",
         "processing_level": "simulated radiance as measured, with the effects of optics, detector and converter",
         "instrument": sensor.title,

@@ -51,17 +51,19 @@ class ElementStage:
         self._paths = ElementPaths(plan)
         self._views = None if plan.views is None else image_views(plan)
 
-    def at(self, index: int, clouds: Clouds, look_up: LookUp | ViewedLookUp | None) -> InstantElements:
+    def at(self, index: int, time_s: float, clouds: Clouds, look_up: LookUp | ViewedLookUp | None) -> InstantElements:
         """Return the elements of a part of a frame.
 
         Parameters
         ----------
         index : int
             Number of the frame.
+        time_s : float
+            Time after the start.
         look_up : LookUp or ViewedLookUp or None
             Look-up of the part; None without radiance.
         """
-        return InstantElements(self._plan, self._paths, self._views, index, clouds, look_up)
+        return InstantElements(self._plan, self._paths, self._views, index, time_s, clouds, look_up)
 
 
 class InstantElements:
@@ -76,12 +78,13 @@ class InstantElements:
         paths: ElementPaths,
         views: ImageViews | None,
         index: int,
+        time_s: float,
         clouds: Clouds,
         look_up: LookUp | ViewedLookUp | None,
     ) -> None:
         self._plan, self._paths, self._views = plan, paths, views
         self._clouds, self._look_up = clouds, look_up
-        self._time_s, self._number = float(plan.frame_times_s[index]), plan.scenario.frames.first + index
+        self._time_s, self._number = time_s, plan.scenario.frames.first + index
 
     def add(
         self,

@@ -17,9 +17,11 @@ from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
+from hcss_twin.cube.variables import INPUTS
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.engine.cube_sensor import CleanCube, SceneAround, read_clean, sensor_attributes
+from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attributes
+from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, alone, make_sensor
@@ -85,7 +87,7 @@ def sense_run(
     around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
 
     def measure(index: int, radiance: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
-        return sensor.measure(around.frame(index, radiance), first + index, float(plan.frame_times_s[index]))
+        return around.sensor.measure(around.frame(index, radiance), first + index, float(plan.frame_times_s[index]))
 
     _write_measured(clean_path, path, sensor, plan.catalog.used, measure, progress)
     return path
@@ -220,12 +222,22 @@ def section_of(sensor: Any) -> SensorSection:
 
 def _build(section: SensorSection, cube: CleanCube, name: str) -> BuiltSensor:
     sensor = alone(make_sensor(section, cube.inputs))
-    if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
+    for stage in sensor.stages:
+        if stage.instants is not None:
+            raise CubeError(
+                f"{name}: {stage.field}: '{stage.entry.name}' asks for the scene at other instants, and a cube holds "
+                "only its frames; allowed: a run of its scenario with this sensor"
+            )
+    if sensor.remembers and np.any(np.diff(cube.frame_numbers) != 1):
         raise CubeError(
-            f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' needs earlier ones; "
+            f"{name}: frames are missing or out of order, and the sensor {_names(sensor)} needs earlier ones; "
             "allowed: each frame after the one before it"
         )
     return sensor
+
+
+def _names(sensor: BuiltSensor) -> str:
+    return ", ".join(f"'{stage.entry.name}'" for stage in sensor.stages)
 
 
 def _measure(sensor: BuiltSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
@@ -239,7 +251,9 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
-    measured = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
+    measured = dataset.drop_vars(
+        [name for name, each in dataset.data_vars.items() if is_replaced(str(name), each.attrs.get(INPUTS, ""))]
+    )
     # as in open_cube, where CF attributes for coordinates are part of the encoding
     for spec in sensor.variables:
         values = np.stack([frame[spec.name] for frame in frames])

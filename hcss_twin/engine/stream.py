@@ -25,6 +25,7 @@ from hcss_twin.plan.windows import Window, length, points_of, relative, windows
 from hcss_twin.providers import CloudGenerator, Grid
 
 if TYPE_CHECKING:
+    from hcss_twin.engine.derived import DerivedStage
     from hcss_twin.engine.elements import ElementStage
 
 Thickness = NDArray[np.float32]
@@ -185,18 +186,31 @@ class PartMaker:
             from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
 
             self._elements = ElementStage(plan)
+        self._derived: DerivedStage | None = None
+        if plan.assembly.derived:
+            from hcss_twin.engine.derived import DerivedStage  # not for scenes without such variables
+
+            self._derived = DerivedStage(plan)
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
-        self._names = {spec.name for spec in plan.variables}
+        self._requested = {spec.name for spec in plan.variables}
+        self._names = {spec.name for spec in plan.computed}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
             if "brightness_temperature" in self._names
             else None
         )
-        # Current frame: number, look-up, shadows and clouds.
-        self._instant: tuple[int, LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None = None
+        # Current frame: number and time, look-up, shadows and clouds.
+        self._instant: (
+            tuple[tuple[int, float], LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None
+        ) = None
 
     def part(
-        self, index: int, extent: Window, sample: PixelObserver | None = None, summaries: Sequence[Any] | None = None
+        self,
+        index: int,
+        extent: Window,
+        sample: PixelObserver | None = None,
+        summaries: Sequence[Any] | None = None,
+        time_s: float | None = None,
     ) -> tuple[Frame, NDArray[np.float32]]:
         """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as stored in the cube.
 
@@ -212,16 +226,19 @@ class PartMaker:
             Observes the pixels, for example for the certificate.
         summaries : sequence, optional
             As in :class:`FrameClouds`.
+        time_s : float, optional
+            Time after the start; by default that of the frame.
         """
-        plan, bands, time_s = self._plan, len(self._plan.bands), float(self._plan.frame_times_s[index])
-        if self._instant is None or self._instant[0] != index:
+        plan, bands = self._plan, len(self._plan.bands)
+        time_s = float(plan.frame_times_s[index]) if time_s is None else time_s
+        if self._instant is None or self._instant[0] != (index, time_s):
             self._instant = None  # one whole frame of clouds at a time
             clouds = FrameClouds(plan, time_s, summaries)
-            self._instant = index, self._look_up(time_s), self._shadows.at(time_s), clouds
+            self._instant = (index, time_s), self._look_up(time_s), self._shadows.at(time_s), clouds
         _, look_up, shadows, clouds = self._instant
         if isinstance(look_up, ViewedLookUp):
             look_up = look_up.of_part(extent)
-        elements = None if self._elements is None else self._elements.at(index, clouds, look_up)
+        elements = None if self._elements is None else self._elements.at(index, time_s, clouds, look_up)
         size = length(extent[0]), length(extent[1])
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
         added = np.zeros((bands if ELEMENT_RADIANCE in self._names else 0, *size), dtype=np.float32)
@@ -252,9 +269,11 @@ class PartMaker:
             frame[ELEMENT_RADIANCE] = added
         if self._temperature is not None:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
+        if self._derived is not None:
+            frame |= self._derived.values(frame, extent, time_s)
         for name, bits in self._bits.items():
             round_bits(frame[name], bits)
-        requested = {name: values for name, values in frame.items() if name in self._names}
+        requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, radiance.reshape(len(self._quantities), bands, *size)
 
     def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:

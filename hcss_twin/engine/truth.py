@@ -8,13 +8,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import LAYER
+from hcss_twin.cube.variables import ELEMENT, LAYER, SHADOW_MASK
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import pixel_sums
 from hcss_twin.providers import CloudLayer
 
 Thickness = NDArray[np.float32]
+
+TOPS = ("cloud_top_altitude", "cloud_top_temperature")
+
+FILLED = (
+    "cloud_mask",
+    "cloud_fraction",
+    "cloud_thickness",
+    "cloud_layer_thickness",
+    "cloud_optical_thickness",
+    *TOPS,
+    *(SHADOW_MASK, "sea_slope_x", "sea_slope_y"),
+)
+"""Truth variables of which the engine knows the values, besides those of elements; the last three from other stages."""
 
 
 class Truth:
@@ -24,6 +37,11 @@ class Truth:
     ----------
     variables : dict of str to ndarray
         Each variable of the part, without the time dimension.
+
+    Raises
+    ------
+    ValueError
+        If nothing in the engine fills a requested truth variable.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -33,10 +51,13 @@ class Truth:
         self._sizes = {"band": len(plan.bands), LAYER: len(plan.layers)}
         self._shapes = {
             spec.name: (tuple(dim for dim in spec.dims if dim != "time"), spec.dtype)
-            for spec in plan.variables
+            for spec in plan.computed
             if spec.kind == "truth"
         }
-        self._missing = [spec.name for spec in plan.variables if spec.kind == "truth" and spec.may_be_missing]
+        for name in self._shapes:
+            if name not in FILLED and name != ELEMENT and not name.startswith(f"{ELEMENT}_"):
+                raise ValueError(f"truth variable '{name}': the engine has no values for it (engine/truth.py)")
+        self._missing = [spec.name for spec in plan.computed if spec.kind == "truth" and spec.may_be_missing]
         needs_optics = "cloud_optical_thickness" in self._shapes
         self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
         self.variables: dict[str, NDArray[Any]] = {}
@@ -80,7 +101,7 @@ class Truth:
                 case "cloud_optical_thickness":
                     for extinction, mean in zip(self._extinction, means, strict=True):
                         part += extinction[:, None, None] * mean
-        if "cloud_top_altitude" in self.variables or "cloud_top_temperature" in self.variables:
+        if any(name in self.variables for name in TOPS):
             self._fill_tops(window, thickness_m, count)
 
     def _mean(self, thickness_m: Thickness) -> Thickness:
@@ -91,7 +112,7 @@ class Truth:
 
     def _fill_tops(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness], count: NDArray[Any]) -> None:
         top, temperature = highest_cloud(self._layers, self._profile, thickness_m)
-        for name, values in (("cloud_top_altitude", top), ("cloud_top_temperature", temperature)):
+        for name, values in zip(TOPS, (top, temperature), strict=True):
             if name not in self.variables:
                 continue
             if self._samples > 1:

@@ -19,12 +19,13 @@ from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.reader import open_cube, stored_arrays
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
-from hcss_twin.cube.variables import LAYER
+from hcss_twin.cube.variables import INPUTS, LAYER
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.cube_comparison import TOLERANCE, CubeComparison, VariableCheck
-from hcss_twin.engine.cube_sensor import SceneAround, sensor_attributes
+from hcss_twin.engine.cube_sensor import sensor_attributes
 from hcss_twin.engine.parts import Part, stream_parts, tiles
 from hcss_twin.engine.provenance import Change, FileChange, Recorded
+from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.simulate import cube_header
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -213,9 +214,10 @@ def _sensor_then(plan: Plan, attributes: Mapping[str, Any]) -> BuiltSensor:
 
 def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:
     changed = sensor_attributes(clean.attributes, sensor, plan.catalog.used, "")
+    kept = (each for each in clean.variables if not is_replaced(each.name, str(each.attributes.get(INPUTS, ""))))
     return replace(
         clean,
-        variables=(*(spec for spec in clean.variables if not is_replaced(spec.name)), *sensor.variables),
+        variables=(*kept, *sensor.variables),
         attributes={name: value for name, value in {**clean.attributes, **changed}.items() if value is not None},
     )
 
@@ -224,11 +226,10 @@ def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence
     """Compute frames of a sensor cube, including all earlier ones if the sensor remembers them."""
     sensor = plan.sensor
     assert sensor is not None
-    computed = range(max(numbers, default=-1) + 1) if sensor.provider.declares.remembers else numbers
+    computed = range(max(numbers, default=-1) + 1) if sensor.remembers else numbers
     around, first, wanted = SceneAround(plan, tables, sensor), plan.scenario.frames.first, set(numbers)
     for number, clean in zip(computed, stream(plan, tables, frames=computed), strict=True):
         radiance = around.frame(number, clean["radiance"])
-        measured = sensor.measure(radiance, first + number, float(plan.frame_times_s[number]))
+        measured = around.sensor.measure(radiance, first + number, float(plan.frame_times_s[number]))
         if number in wanted:
-            truth = {name: values for name, values in clean.items() if not is_replaced(name)}
-            yield Part(number, None, {**truth, **measured})
+            yield Part(number, None, {**clean, **measured})

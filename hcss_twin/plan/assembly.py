@@ -39,6 +39,8 @@ from hcss_twin.providers import (
     SeaModel,
     SensorBand,
     TransmittanceProvider,
+    VariableInputs,
+    VariableProvider,
     View,
 )
 from hcss_twin.providers.declarations import applying
@@ -99,6 +101,7 @@ class Assembly:
     code: Mapping[str, tuple[str, str, str]]
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
+    derived: tuple[VariableProvider, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
@@ -131,7 +134,7 @@ class Assembly:
         own: list[Declaration] = []
         if radiance:
             own = [self.transmittance.declares, self.sea.declares, self.model.declares]
-        own += [element.declares for element in self.elements]
+        own += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for generator in self.generators:
             notes += generator.declares.notes
@@ -150,7 +153,7 @@ class Assembly:
         declarations: list[Declaration] = [each.declares for each in self.generators]
         declarations += [each.declares for each in self.optics_of_layers]
         declarations += [self.transmittance.declares, self.sea.declares, self.model.declares]
-        declarations += [each.declares for each in self.elements]
+        declarations += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
@@ -214,6 +217,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     layers = tuple(each.layer for each in clouds)
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = _elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
+    derived = _derived(builder, scenario, catalog, sensor_bands(bands), grid, slant.view)
     builder.raise_problems()
     solar_irradiance = SolarSpectrum(catalog)
 
@@ -265,6 +269,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         },
         lines_of_sight=sight,
         elements=elements,
+        derived=derived,
         built=builder.built,
     )
 
@@ -340,6 +345,22 @@ def _elements(
                     [Problem(f"{own}.{each.field}", each.message) for each in error.problems]
                 ) from error
     return tuple(elements)
+
+
+def derived_label(index: int, count: int) -> str:
+    """Return the name of a variable provider in the plan and the cube."""
+    return str(Kind.VARIABLES) if count == 1 else f"{Kind.VARIABLES}[{index}]"
+
+
+def _derived(
+    builder: Builder, scenario: Scenario, catalog: Catalog, bands: tuple[SensorBand, ...], grid: Grid, view: View
+) -> tuple[VariableProvider, ...]:
+    sections, derived = scenario.output.derived, list[VariableProvider]()
+    for index, section in enumerate(sections):
+        with builder.collect_problems(f"output.derived[{index}].provider", section.parameters):
+            inputs, label = VariableInputs(bands, grid, view, catalog), derived_label(index, len(sections))
+            derived.append(builder.build(Kind.VARIABLES, section.provider, inputs, section.parameters, label))
+    return tuple(derived)
 
 
 def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:

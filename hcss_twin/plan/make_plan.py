@@ -13,10 +13,10 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly, assemble
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
-from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
+from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
-from hcss_twin.plan.sensor import planned_sensor, with_margin
+from hcss_twin.plan.sensor import planned_sensor, require_instants, with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
@@ -78,8 +78,10 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     analysis = analyse_scene(scenario, assembly, catalog, SunFrames(track, times, zenith, azimuth))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
+        require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
+    computed = computed_variables(scenario, assembly, waves is not None, variables)
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     return Plan(
         scenario=scenario,
@@ -97,11 +99,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
+        computed=computed,
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
         filled_in=assembly.filled_in,
         notes=(
-            *_notes(scenario, assembly, variables, waves is not None, sunlight),
+            *_notes(scenario, assembly, computed, waves is not None, sunlight),
             *analysis.notes,
             *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
         ),

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.requested_variables import expand
-from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.cube.variables import INPUTS, VariableSpec
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.assembly import Assembly, derived_label
+from hcss_twin.providers import VariableProvider
+from hcss_twin.providers.variables import GEOMETRY as GEOMETRY_INPUTS
 from hcss_twin.scenario.scenario import Scenario
 
 
@@ -28,17 +31,67 @@ def cube_variables(
     Raises
     ------
     ScenarioError
-        If there is no such variable.
+        If there is no such variable, or a section ``output.derived`` gives none of them.
     """
-    layers, shadows = len(assembly.layers), scenario.slant.shadows
     wanted = tuple(scenario.output.variables) if wanted is None else wanted
     try:
-        altitude = scenario.platform.altitude is not None
-        moves = assembly.motion.platform_speed_m_s != 0.0
-        elements = tuple(each.variables for each in assembly.elements)
-        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves, altitude, moves, elements))
+        variables = _expanded(wanted, scenario, assembly, waves)
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
+    names = {spec.name for spec in variables}
+    for index, each in enumerate(assembly.derived):
+        if not names & set(each.variables):
+            message = (
+                f"none of its variables is requested; allowed: output.variables with {' or '.join(each.variables)}"
+            )
+            raise ScenarioError([Problem(f"output.derived[{index}]", message)])
+    return tuple(
+        replace(spec, attributes={**spec.attributes, INPUTS: " ".join(_provider_of(spec.name, assembly).needs)})
+        if spec.kind == "own"
+        else spec
+        for spec in variables
+    )
+
+
+def computed_variables(
+    scenario: Scenario, assembly: Assembly, waves: bool, requested: tuple[VariableSpec, ...]
+) -> tuple[VariableSpec, ...]:
+    """Return the requested variables, and those that variable providers need besides.
+
+    Raises
+    ------
+    ScenarioError
+        If the scene lacks one that a provider needs.
+    """
+    known = {spec.name: spec for spec in requested}
+    for index, provider in enumerate(assembly.derived):
+        needs = [name for name in provider.needs if name not in GEOMETRY_INPUTS]
+        try:
+            known = (
+                {spec.name: spec for spec in _expanded(needs, scenario, assembly, waves)} | known if needs else known
+            )
+            wrong = [name for name in needs if name not in known or known[name].kind in ("own", "geometry")]
+            if wrong:
+                raise ValueError(f"'{wrong[0]}' is no variable of the engine; geometry: {', '.join(GEOMETRY_INPUTS)}")
+        except ValueError as error:
+            label = assembly.entries[derived_label(index, len(assembly.derived))].label
+            message = f"{label} needs what the scene does not have: {error}"
+            raise ScenarioError([Problem(f"output.derived[{index}].provider", message)]) from error
+    return tuple(known.values())
+
+
+def _provider_of(name: str, assembly: Assembly) -> VariableProvider:
+    return next(each for each in assembly.derived if name in each.variables)
+
+
+def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, waves: bool) -> list[VariableSpec]:
+    """Return variables by name; raises ValueError."""
+    layers, shadows = len(assembly.layers), scenario.slant.shadows
+    altitude = scenario.platform.altitude is not None
+    moves = assembly.motion.platform_speed_m_s != 0.0
+    elements = [each.variables for each in assembly.elements]
+    derived = [each.variables for each in assembly.derived]
+    return expand(names, assembly.model.terms, layers, shadows, waves, altitude, moves, elements, derived)
 
 
 def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:

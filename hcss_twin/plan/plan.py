@@ -58,6 +58,8 @@ class Plan:
         Angles of the sun at each frame.
     variables : tuple of VariableSpec
         Variables of the cube.
+    computed : tuple of VariableSpec
+        These, and what variable providers need besides.
     omissions : tuple of Omission
         Approximations and omitted physics, with bounds.
     filled_in : tuple of FilledIn
@@ -91,6 +93,7 @@ class Plan:
     sun_zenith_deg: Array
     sun_azimuth_deg: Array
     variables: tuple[VariableSpec, ...]
+    computed: tuple[VariableSpec, ...]
     accuracy: RequestedAccuracy
     omissions: tuple[Omission, ...]
     filled_in: tuple[FilledIn, ...]
@@ -119,8 +122,8 @@ class Plan:
 
     @property
     def needs_radiance(self) -> bool:
-        """Whether any requested variable requires radiance."""
-        return wants_radiance(self.variables)
+        """Whether any variable requires radiance."""
+        return wants_radiance(self.computed)
 
     @property
     def sun_matters(self) -> bool:

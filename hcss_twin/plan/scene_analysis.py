@@ -18,7 +18,7 @@ from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import list_omissions
-from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
+from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import ViewAxis, choose_views
@@ -81,7 +81,8 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
 
 
 def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAnalysis:
-    radiance = wants_radiance(cube_variables(scenario, assembly, True))
+    requested = cube_variables(scenario, assembly, True)
+    radiance = wants_radiance(computed_variables(scenario, assembly, True, requested))
     if radiance:
         probe_particles(assembly)
         probe_lowest_sun(assembly, sun)
@@ -92,6 +93,7 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     waves = omitted_waves is None
     variables = quantized(cube_variables(scenario, assembly, waves), scenario, accuracy)
+    variables = computed_variables(scenario, assembly, waves, variables)
     faint = None
     # The share of sunlight is evaluated for one view.
     if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):

@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
-from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, measured_variables
+from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_variables
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly, sensor_bands
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.output import cube_variables
+from hcss_twin.plan.sensor_stages import Source, Stage, build_stages
 from hcss_twin.plan.windows import Window, length, relative
-from hcss_twin.providers import Grid, Measured, SensorInputs
-from hcss_twin.providers import Sensor as SensorModel
+from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.providers.registry.discovery import Entry
-from hcss_twin.providers.registry.guard import guard
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION, Registry
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.sensor import NamedSensor, SensorSection, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import SensorSection
 
 ALL = "all"
 
@@ -41,12 +37,8 @@ class BuiltSensor:
     ----------
     section : SensorSection
         The user's settings.
-    named : NamedSensor or None
-        The named sensor file.
-    entry : Entry
-        Registry entry of the model.
-    parameters : mapping
-        All parameters, with defaults; empty if the model has none.
+    stages : tuple of Stage
+        One, or those of a chain.
     variables : tuple of VariableSpec
         Measured radiance and further requested variables.
     inputs : SensorInputs
@@ -60,12 +52,8 @@ class BuiltSensor:
     """
 
     section: SensorSection
-    named: NamedSensor | None
-    entry: Entry
-    parameters: Mapping[str, Any]
-    provider: SensorModel
+    stages: tuple[Stage, ...]
     variables: tuple[VariableSpec, ...]
-    seed: int
     inputs: SensorInputs
     cube: Window
     from_scene: bool = False
@@ -74,12 +62,31 @@ class BuiltSensor:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for users."""
-        return (*self.provider.declares.notes, *(() if self.edge_note is None else (self.edge_note,)))
+        notes = [note for stage in self.stages for note in stage.provider.declares.notes]
+        notes += [
+            f"{stage.entry.label} asks for the scene {stage.instants[0]:g} to {stage.instants[1]:g} s after each "
+            "frame: every instant is computed as a frame is"
+            for stage in self.stages
+            if stage.instants is not None
+        ]
+        return (*dict.fromkeys(notes), *(() if self.edge_note is None else (self.edge_note,)))
+
+    @property
+    def remembers(self) -> bool:
+        """Whether a measurement depends on earlier frames."""
+        return any(stage.provider.declares.remembers for stage in self.stages)
+
+    @property
+    def instants(self) -> tuple[float, float] | None:
+        """Earliest and latest time of the scene that all stages together need, s after a frame; None: at no other."""
+        known = [stage.instants for stage in self.stages if stage.instants is not None]
+        # a stage measures both at the time of the frame and at the instants of later stages
+        return (sum(min(low, 0.0) for low, _ in known), sum(max(high, 0.0) for _, high in known)) if known else None
 
     @property
     def reach(self) -> int:
         """Distance in pixels within which other pixels contribute to a pixel; 0 also if unknown."""
-        return self.provider.declares.reach_pixels or 0
+        return sum(stage.provider.declares.reach_pixels or 0 for stage in self.stages)
 
     @property
     def given(self) -> Window:
@@ -89,7 +96,7 @@ class BuiltSensor:
     @property
     def title(self) -> str:
         """Title for users."""
-        return self.entry.name if self.named is None else self.named.title
+        return ", then ".join(stage.title for stage in self.stages)
 
     def measure(self, radiance: NDArray[np.float32], frame: int, time_s: float) -> dict[str, NDArray[Any]]:
         """Return each variable of a frame (B, y, x) in its type, for the pixels of the cube.
@@ -104,39 +111,35 @@ class BuiltSensor:
         ProviderError
             If the sensor violates its contract.
         """
-        clean = radiance.astype(np.float64)
-        clean.flags.writeable = False
-        measured: Measured = self.provider.measure(clean, frame, time_s)
+        given, found = radiance.astype(np.float64), dict[str, tuple[NDArray[Any], Entry]]()
+        for stage in self.stages:
+            measured = stage.measure(given, frame, time_s)
+            given = measured.radiance
+            names = (RADIANCE, *stage.provider.variables)
+            found |= {name: (getattr(measured, name), stage.entry) for name in names}
         inner = relative(self.cube, self.given)
         return {
-            spec.name: _stored(getattr(measured, spec.name)[:, *inner], spec, self.entry) for spec in self.variables
+            spec.name: _stored(found[spec.name][0][:, *inner], spec, found[spec.name][1]) for spec in self.variables
         }
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for plan and provenance."""
-        named = self.named
-        return {
-            "name": self.section.name,
-            "title": self.title,
-            "model": self.entry.name,
-            "distribution": self.entry.distribution,
-            "version": self.entry.version,
-            "seed": self.seed,
-            "measured_from": "scene" if self.from_scene else "cube",
-            "parameters": dict(self.parameters),
-            "worked_out": dict(getattr(self.provider, "worked_out", {})),
-            "sources": {} if named is None else dict(named.sources),
-            "notes": list(self.notes),
-        }
+        origin, notes = "scene" if self.from_scene else "cube", list(self.notes)
+        if len(self.stages) == 1:
+            return {**self.stages[0].as_dict(measured_from=origin), "notes": notes}
+        stages = [stage.as_dict() for stage in self.stages]
+        return {"title": self.title, "measured_from": origin, "stages": stages, "notes": notes}
 
 
-def make_sensor(section: SensorSection, inputs: SensorInputs) -> BuiltSensor:
+def make_sensor(section: SensorSection, inputs: SensorInputs, source: Source | None = None) -> BuiltSensor:
     """Build the sensor of a section for frames without surroundings.
 
     Parameters
     ----------
     inputs : SensorInputs
         With the scenario's seed, which the section may override.
+    source : callable, optional
+        The scene at other instants.
 
     Raises
     ------
@@ -145,24 +148,9 @@ def make_sensor(section: SensorSection, inputs: SensorInputs) -> BuiltSensor:
     ProviderError
         If the sensor model is broken.
     """
-    with attribute_to_field("sensor.name"):
-        if section.name is not None:
-            load_sensor(section.name, inputs.catalog)
-        choice = choose_sensor(section, inputs.catalog)
-    registry = Registry.discover()
-    with attribute_to_field("sensor.model", choice.parameters):
-        entry = registry.resolve(Kind.SENSORS, choice.model)
-        parameters = _parameters(registry.parameters_model(entry), choice.parameters)
-        seed = inputs.seed if section.seed is None else section.seed
-        inputs = replace(inputs, seed=seed)
-        provider = guard(entry, registry.create(entry, inputs, parameters), inputs)
-    dumped = {} if parameters is None else parameters.model_dump(mode="json")
-    try:
-        json.dumps(dict(getattr(provider, "worked_out", {})))
-    except (TypeError, ValueError) as error:
-        raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
-    variables = measured_variables(_wanted(section.variables, provider.variables, entry))
-    return BuiltSensor(section, choice.named, entry, dumped, provider, variables, seed, inputs, _extent(inputs))
+    stages = build_stages(section, inputs, source)
+    variables = measured_variables(_wanted(section.variables, stages))
+    return BuiltSensor(section, stages, variables, inputs, _extent(inputs))
 
 
 def _extent(inputs: SensorInputs) -> Window:
@@ -170,22 +158,13 @@ def _extent(inputs: SensorInputs) -> Window:
     return slice(row, row + grid.rows), slice(column, column + grid.columns)
 
 
-def _parameters(model: type[BaseModel] | None, given: Mapping[str, Any]) -> BaseModel | None:
-    if model is None:
-        if given:
-            raise ScenarioError([Problem("sensor.parameters", "the model takes none; allowed: none")])
-        return None
-    try:
-        return model.model_validate(dict(given))
-    except ValidationError as error:
-        raise ScenarioError(problems_from(error, model, prefix="sensor.parameters", raw=given)) from error
-
-
-def _wanted(asked: tuple[str, ...], given: tuple[str, ...], entry: Entry) -> tuple[str, ...]:
+def _wanted(asked: tuple[str, ...], stages: Sequence[Stage]) -> tuple[str, ...]:
     """Names of the variables other than radiance."""
+    given = tuple(dict.fromkeys(name for stage in stages for name in stage.provider.variables))
     for name in asked:
         if name not in (*given, ALL, MEASURED_RADIANCE.name):
-            message = f"'{name}' is not an output of the sensor '{entry.name}' with these parameters"
+            whose = f"the sensor '{stages[0].entry.name}'" if len(stages) == 1 else "any stage of the sensor"
+            message = f"'{name}' is not an output of {whose} with these parameters"
             raise ScenarioError([Problem("sensor.variables", f"{message}; {choose_from(name, (*given, ALL))}")])
     return given if ALL in asked else tuple(name for name in given if name in asked)
 
@@ -225,6 +204,32 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
         corner=(extent[0].start, extent[1].start),
     )
     return make_sensor(scenario.sensor, inputs)
+
+
+def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, last_s: float) -> None:
+    """Check that the scene is known at every instant that the stages may ask for.
+
+    Parameters
+    ----------
+    first_s, last_s : float
+        Times of the first and the last frame.
+
+    Raises
+    ------
+    ScenarioError
+        If a generator has no clouds at such an instant, or the scene has shadows, which are known at the frames.
+    """
+    asks = [stage for stage in sensor.stages if stage.instants is not None]
+    if sensor.instants is None or sensor.instants == (0.0, 0.0):
+        return
+    if assembly.slant.shadows:
+        message = f"shadows are known at the frames, and '{asks[0].entry.name}' asks for other instants; allowed: false"
+        raise ScenarioError([Problem("slant.shadows", message)])
+    pixel = slice(0, 1), slice(0, 1)
+    for generator in (each for each in assembly.generators if each.declares.tileable):
+        for time_s in (first_s + sensor.instants[0], last_s + sensor.instants[1]):
+            with attribute_to_field(f"{asks[0].field}.model"):
+                generator.thickness_m(time_s, *pixel)
 
 
 MAX_MARGIN = 512
@@ -300,6 +305,14 @@ def alone(sensor: BuiltSensor) -> BuiltSensor:
     """Return a sensor built for the cube alone, with mirror boundaries."""
     sensor = _built_for(sensor.cube, sensor) if sensor.from_scene else sensor
     return replace(sensor, edge_note=MIRROR_NOTE if sensor.reach else None)
+
+
+def asking(sensor: BuiltSensor, source: Source) -> BuiltSensor:
+    """Return a sensor whose stages can ask for the scene at other instants; itself if none does."""
+    if sensor.instants is None:
+        return sensor
+    built = make_sensor(sensor.section, sensor.inputs, source)
+    return replace(sensor, stages=built.stages)
 
 
 def _built_for(given: Window, sensor: BuiltSensor) -> BuiltSensor:

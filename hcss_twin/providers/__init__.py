@@ -1,9 +1,10 @@
 """The contract between providers and the engine, version 2.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; elements, which are other things in the scene; and sensors, which convert radiance to
-measurements. A provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its
-kind, ``parameters`` an instance of the parameter model in its spec, or None without one.
+which combine their results; elements, which are other things in the scene; variables, which are derived from radiance,
+truth and geometry; and sensors, which convert radiance to measurements. A provider is a class that is called as
+``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter
+model in its spec, or None without one.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
 of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     )
     from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
     from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorDeclaration, SensorInputs, SensorOptions
+    from hcss_twin.providers.variables import OutputVariable, VariableInputs, VariableProvider
 
 API_VERSION = 2
 """Version of the contract, as in the ``api_version`` of a spec."""
@@ -86,6 +88,7 @@ __all__ = [
     "Optics",
     "OpticsDeclaration",
     "OpticsInputs",
+    "OutputVariable",
     "ProviderOptions",
     "RadianceDeclaration",
     "RadianceInputs",
@@ -106,11 +109,13 @@ __all__ = [
     "Sun",
     "TransmittanceOptions",
     "TransmittanceProvider",
+    "VariableInputs",
+    "VariableProvider",
     "View",
     "WaveShapes",
 ]
 
-_PARTS = ("atmosphere", "clouds", "declarations", "elements", "optics", "radiance", "sea", "sensor")
+_PARTS = ("atmosphere", "clouds", "declarations", "elements", "optics", "radiance", "sea", "sensor", "variables")
 
 
 def __getattr__(name: str) -> Any:

@@ -91,6 +91,11 @@ def _is_number(value: Any, high: float) -> bool:
         return False
 
 
+def _is_range(value: Any) -> bool:
+    good = isinstance(value, tuple) and len(value) == 2 and all(isinstance(each, int | float) for each in value)
+    return good and all(map(math.isfinite, value)) and value[0] <= value[1]
+
+
 def _is_pairs(value: Any) -> bool:
     return (
         isinstance(value, Sequence)
@@ -130,5 +135,6 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
     "expected_failures": (lambda value: isinstance(value, Mapping), "a mapping of laws to reasons"),
     "sea_sun_terms": (_is_names, "a set of names of terms"),
+    "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
 }

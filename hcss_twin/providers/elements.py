@@ -123,7 +123,8 @@ class ElementScene(Protocol):
     sun : Sun or None
         None below the horizon or if sunlight does not matter.
     random : numpy.random.Generator
-        Of this element and frame, in the same state for every window: draw the numbers of the whole frame.
+        Of this element and frame, in the same state for every window and instant: draw the numbers of the
+        whole frame.
     """
 
     sun: Sun | None

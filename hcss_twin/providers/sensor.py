@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers.clouds import Grid
 from hcss_twin.providers.declarations import Declaration
 
@@ -34,6 +35,11 @@ class SensorBand:
     response: Array
 
 
+def no_scene(time_s: float, rows: slice, columns: slice) -> Array:
+    """Refuse to give the scene at other instants."""
+    raise ProviderError("scene_at: the scene at other instants is not known here")
+
+
 @dataclass(frozen=True)
 class SensorInputs:
     """Inputs of a sensor.
@@ -55,6 +61,10 @@ class SensorInputs:
     corner : (int, int)
         Row and column of the frames' first pixel in the whole image, possibly negative. Random numbers depend on the
         row and column in the image.
+    scene_at : callable
+        ``scene_at(time_s, rows, columns)`` returns the radiance (B, rows, columns), W m-2 sr-1, that this sensor
+        receives at another time, in s from the scenario's start, in a window of the frame; for a later stage of a
+        chain as the stages before it measure it. Only during ``measure``, and only for a sensor with ``instants``.
     """
 
     bands: tuple[SensorBand, ...]
@@ -64,6 +74,7 @@ class SensorInputs:
     seed: int
     catalog: Catalog
     corner: tuple[int, int] = (0, 0)
+    scene_at: Callable[[float, slice, slice], Array] = field(default_factory=lambda: no_scene)
 
 
 @dataclass(frozen=True)
@@ -134,6 +145,10 @@ class SensorOptions(Protocol):
     ----------
     worked_out : mapping of str to anything JSON has
         Derived numbers that a user would check first; written into the cube.
+    instants : (float, float)
+        Earliest and latest time at which it calls ``inputs.scene_at``, in s from the time of the frame, such as
+        (-0.01, 0.01) for integration around it. Such a sensor measures in a run, not a finished cube.
     """
 
     worked_out: Mapping[str, Any]
+    instants: tuple[float, float]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.accuracy import SHARES
+from hcss_twin.plan.assembly import derived_label
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
@@ -154,11 +155,16 @@ def _output(plan: Plan) -> Rows:
     checked = f"; certificate of {output.certificate} pixels" if output.certificate else "; no certificate"
     names = ", ".join(spec.name for spec in plan.variables)
     yield "output", f"{names}: {size}{stored}{checked if plan.needs_radiance else ''}"
+    for index, each in enumerate(plan.assembly.derived):
+        entry = plan.assembly.entries[derived_label(index, len(plan.assembly.derived))]
+        given = ", ".join(spec.name for spec in plan.variables if spec.name in each.variables)
+        yield "derived", f"{given} from {', '.join(each.needs)}; {_named(entry)}"
     for line in quantization_lines(plan.variables, output.compression > 0):
         yield "rounding", line
     if plan.sensor is not None:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
-        yield "sensor", f"{plan.sensor.title} ({_named(plan.sensor.entry)}); separate cube: {measured}"
+        models = ", then ".join(_named(stage.entry) for stage in plan.sensor.stages)
+        yield "sensor", f"{plan.sensor.title} ({models}); separate cube: {measured}"
         for note in plan.sensor.notes:
             yield "sensor", f"note: {note}"
     if plan.needs_radiance:

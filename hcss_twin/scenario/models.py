@@ -327,6 +327,16 @@ class ElementSection(ScenarioSection):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
 
+class DerivedSection(ScenarioSection):
+    """Variables of a provider, derived from radiance, truth and geometry: one `[[output.derived]]` for each provider.
+
+    Request them by name in `output.variables`.
+    """
+
+    provider: str = Field(description="Variable provider (see `hcss plugins`).")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+
 class OutputSection(ScenarioSection):
     """Contents of the cube."""
 
@@ -334,6 +344,12 @@ class OutputSection(ScenarioSection):
         ("radiance", "cloud_mask"),
         min_length=1,
         description='Output variables, or groups: "terms", "truth", "geometry", "all".',
+    )
+    derived: tuple[DerivedSection, ...] = Field(
+        (),
+        max_length=100,
+        description="`[[output.derived]]` with `provider` and `parameters`: variables of plugins. Request "
+        "them by name.",
     )
     compression: Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
     quantization: Fraction = Field(

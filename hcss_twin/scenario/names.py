@@ -28,6 +28,7 @@ from hcss_twin.scenario.cloud_types import (
 )
 from hcss_twin.scenario.models import (
     Atmosphere,
+    DerivedSection,
     ElementSection,
     Layer,
     OpticsSection,
@@ -40,7 +41,7 @@ from hcss_twin.scenario.models import (
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
 
 SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
@@ -49,6 +50,7 @@ SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
     Kind.ELEMENTS: (ElementSection, "provider"),
+    Kind.VARIABLES: (DerivedSection, "provider"),
     Kind.SENSORS: (SensorSection, "model"),
 }
 """Section and selecting key of each kind of provider."""
@@ -67,14 +69,19 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     elements = data.get("elements", [])
     for index, element in enumerate(elements if isinstance(elements, list) else []):
         sections.append((f"elements[{index}]", element, Kind.ELEMENTS))
-    if "sensor" in data:
-        sections.append(("sensor", data["sensor"], Kind.SENSORS))
+    output = data.get("output", {})
+    derived = output.get("derived", []) if isinstance(output, dict) else []
+    for index, each in enumerate(derived if isinstance(derived, list) else []):
+        sections.append((f"output.derived[{index}]", each, Kind.VARIABLES))
+    sections += [(path, stage, Kind.SENSORS) for path, stage in raw_stages(data)]
     return sections
 
 
 def default_provider(kind: Kind) -> str:
-    """Default provider name of a section."""
+    """Default provider name of a section; empty if it must be given."""
     section, key = SECTIONS[kind]
+    if section.model_fields[key].is_required():
+        return ""
     # A sensor's model may also come from a named sensor.
     default: str = section.model_fields[key].default or DEFAULT_MODEL
     return default
@@ -211,20 +218,20 @@ def _provider_problems(
 
 
 def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:
-    section = data.get("sensor")
-    if not isinstance(section, Mapping):
-        return
-    name, parameters = section.get("name"), section.get("parameters", {})
-    try:
-        given = SensorSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
-    except ValidationError:  # reported with the other keys
-        return
-    problems = [] if name is None else list(_file_problems("sensor.name", partial(load_sensor, name, catalog)))
-    yield from problems
-    if not problems:
-        choice = choose_sensor(given, catalog)
-        merged = {"model": choice.model, "parameters": choice.parameters}
-        yield from _provider_problems("sensor", merged, "model", Kind.SENSORS, registry)
+    for path, section in raw_stages(data):
+        if not isinstance(section, Mapping):
+            continue
+        name, parameters = section.get("name"), section.get("parameters", {})
+        try:
+            given = StageSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
+        except ValidationError:  # reported with the other keys
+            continue
+        problems = [] if name is None else list(_file_problems(f"{path}.name", partial(load_sensor, name, catalog)))
+        yield from problems
+        if not problems:
+            choice = choose_sensor(given, catalog)
+            merged = {"model": choice.model, "parameters": choice.parameters}
+            yield from _provider_problems(path, merged, "model", Kind.SENSORS, registry)
 
 
 def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) -> Iterator[Problem]:
@@ -270,19 +277,20 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
-        expand(names, terms, layer_count, shadows, altitude=altitude, elements=_element_variables(data, registry))
+        elements, derived = (_variables_of(kind, data, registry) for kind in (Kind.ELEMENTS, Kind.VARIABLES))
+        expand(names, terms, layer_count, shadows, altitude=altitude, elements=elements, derived=derived)
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:
         yield Problem("output.variables", str(error))
 
 
-def _element_variables(data: Mapping[str, Any], registry: Registry) -> list[Mapping[str, tuple[str, str]]]:
-    """Return the truth variables of each element provider of a raw scenario."""
+def _variables_of(wanted: Kind, data: Mapping[str, Any], registry: Registry) -> list[Mapping[str, Any]]:
+    """Return the variables of each element or variable provider of a raw scenario."""
     return [
         registry.provider_class(registry.resolve(kind, section.get("provider", own(default_provider(kind))))).variables
         for _, section, kind in provider_sections(data)
-        if kind is Kind.ELEMENTS and isinstance(section, Mapping)
+        if kind is wanted and isinstance(section, Mapping)
     ]
 
 

@@ -164,6 +164,8 @@ class Scenario(ScenarioModel):
             del data["sensor"]
         if not self.elements:
             del data["elements"]
+        if not self.output.derived:
+            del data["output"]["derived"]
         for key, section in data.items():
             for name in _PROVIDER_KEYS.get(key, ()):
                 section[name] = selected(getattr(self, key), name)

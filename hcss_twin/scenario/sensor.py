@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
@@ -23,8 +23,8 @@ FOLDER = "sensors"
 """Catalog folder with a file for each named sensor."""
 
 
-class SensorSection(ScenarioSection):
-    """The sensor: with this section a run writes `NAME.sensor.nc` in addition to the clean `NAME.nc`."""
+class StageSection(ScenarioSection):
+    """One stage of a sensor; the input of each is the measured radiance of the one before it."""
 
     name: str | None = Field(
         None,
@@ -38,10 +38,42 @@ class SensorSection(ScenarioSection):
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters of the model; they override those of `name`."
     )
+    seed: Whole | None = Field(
+        None,
+        ge=0,
+        lt=2**63,
+        description="Seed of the noise; default: that of the scenario, another for each later stage.",
+    )
+
+
+class SensorSection(StageSection):
+    """The sensor: with this section a run writes `NAME.sensor.nc` in addition to the clean `NAME.nc`."""
+
     variables: tuple[str, ...] = Field(
         (), description='Variables beside radiance and truth: "photon_rate", "digital_number", "saturated", or "all".'
     )
-    seed: Whole | None = Field(None, ge=0, lt=2**63, description="Seed of the noise; default: that of the scenario.")
+    stages: tuple[StageSection, ...] = Field(
+        (),
+        max_length=20,
+        description="`[[sensor.stages]]` with `name`, `model`, `parameters` and `seed`: a chain of sensors. A "
+        "variable is that of the last stage that has it.",
+    )
+
+    @model_validator(mode="after")
+    def _is_one_or_a_chain(self) -> Self:
+        given = [key for key in ("name", "model", "parameters") if self.stages and getattr(self, key)]
+        if given:
+            raise PydanticCustomError(
+                "stages", f"{', '.join(given)} with [[sensor.stages]]; allowed: these keys in [sensor] or in its stages"
+            )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_empty_stages(self, dumped: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = dumped(self)
+        if not self.stages:
+            del data["stages"]
+        return data
 
 
 class NamedSensor(ScenarioSection):
@@ -102,7 +134,7 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
         raise ScenarioError(problems_from(error, NamedSensor, raw=raw), str(path)) from error
 
 
-def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
+def choose_sensor(section: StageSection, catalog: Catalog) -> SensorChoice:
     """Merge a section with the sensor it names.
 
     The default model is always the one of this package. Parameters of a named sensor belong to its own model: if the
@@ -124,13 +156,22 @@ def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
 
 def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
     """Add the bands of the named sensor to a raw scenario without bands; file errors are reported elsewhere."""
+    for _, section in raw_stages(data):
+        name = section.get("name") if isinstance(section, Mapping) else None
+        if not isinstance(name, str) or "bands" in data:
+            continue
+        try:
+            named = load_sensor(name, catalog)
+        except (CatalogError, ScenarioError, OSError, RuntimeError, ValueError):  # reported at sensor.name
+            continue
+        if named.bands is not None:
+            data["bands"] = named.model_dump(mode="json")["bands"]
+
+
+def raw_stages(data: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Return path and content of each stage of the sensor of a raw scenario; of its only section without stages."""
     section = data.get("sensor")
-    name = section.get("name") if isinstance(section, Mapping) else None
-    if not isinstance(name, str) or "bands" in data:
-        return
-    try:
-        named = load_sensor(name, catalog)
-    except (CatalogError, ScenarioError, OSError, RuntimeError, ValueError):  # reported at sensor.name
-        return
-    if named.bands is not None:
-        data["bands"] = named.model_dump(mode="json")["bands"]
+    stages = section.get("stages") if isinstance(section, Mapping) else None
+    if isinstance(stages, list) and stages:
+        return [(f"sensor.stages[{index}]", stage) for index, stage in enumerate(stages)]
+    return [("sensor", section)] if "sensor" in data else []

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         PlainGas,
         PlainOptics,
         PlainSea,
+        StillScene,
         sample_atmosphere_inputs,
         sample_cloud_inputs,
         sample_element_inputs,
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     )
     from hcss_twin.testing.sea import SeaModelContract
     from hcss_twin.testing.sensor import SensorContract
+    from hcss_twin.testing.variable_samples import sample_fields, sample_variable_inputs
+    from hcss_twin.testing.variables import VariableContract
 
 __all__ = [
     "CloudGeneratorContract",
@@ -55,11 +58,14 @@ __all__ = [
     "RadianceModelContract",
     "SeaModelContract",
     "SensorContract",
+    "StillScene",
     "TransmittanceContract",
+    "VariableContract",
     "assert_registered",
     "sample_atmosphere_inputs",
     "sample_cloud_inputs",
     "sample_element_inputs",
+    "sample_fields",
     "sample_grid",
     "sample_high_layer",
     "sample_layer",
@@ -70,6 +76,7 @@ __all__ = [
     "sample_radiance_inputs",
     "sample_sea_inputs",
     "sample_sensor_inputs",
+    "sample_variable_inputs",
     "sample_wavenumbers",
 ]
 
@@ -83,9 +90,12 @@ _HOME = {
     "SeaModelContract": "sea",
     "SensorContract": "sensor",
     "TransmittanceContract": "optics",
+    "VariableContract": "variables",
     "assert_registered": "registration",
+    "sample_fields": "variable_samples",
+    "sample_variable_inputs": "variable_samples",
 }
-"""Modules of the names that need pytest; all others are in ``samples``."""
+"""Modules of the names that need pytest or a module of their own; all others are in ``samples``."""
 
 _REWRITTEN = (*sorted(set(_HOME.values())), "sensor_laws")
 """Modules with classes that test files inherit; pytest is to show the values in their assert statements."""

@@ -15,8 +15,8 @@ def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
     Parameters
     ----------
     kind : Kind or str
-        ``"clouds"``, ``"sea"``, ``"optics"``, ``"atmosphere"``, ``"radiance"``, ``"elements"`` or
-        ``"sensors"``.
+        ``"clouds"``, ``"sea"``, ``"optics"``, ``"atmosphere"``, ``"radiance"``, ``"elements"``,
+        ``"variables"`` or ``"sensors"``.
     name, distribution : str
         The provider's name and that of the installed distribution.
 

@@ -249,6 +249,32 @@ def sample_element_inputs(bands: int = 2) -> ElementInputs:
     )
 
 
+class StillScene:
+    """``SensorInputs.scene_at`` of the kit: the measured frame at all times, or one that brightens with time.
+
+    Attributes
+    ----------
+    calls : list of (float, slice, slice)
+        Time, rows and columns of each call since the frame began.
+    change_per_s : float
+        Relative change of the radiance.
+    """
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[float, slice, slice]] = []
+        self.change_per_s = 0.0
+        self._radiance, self._time_s = frozen([]), 0.0
+
+    def begin(self, radiance: Array, time_s: float) -> None:
+        """Take the frame that is measured, and its time."""
+        self._radiance, self._time_s, self.calls = radiance, time_s, []
+
+    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return a window of the frame at a time."""
+        self.calls.append((time_s, rows, columns))
+        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self._time_s)))
+
+
 def sample_sensor_inputs(seed: int = 1, **changes: Any) -> SensorInputs:
     """Return inputs of a sensor: two bands over :func:`sample_grid`; ``changes`` replace fields of ``SensorInputs``."""
     motion = sample_motion()
@@ -262,6 +288,7 @@ def sample_sensor_inputs(seed: int = 1, **changes: Any) -> SensorInputs:
         frame_interval_s=motion.frame_interval_s,
         seed=seed,
         catalog=Catalog(),
+        scene_at=StillScene(),
     )
     return dataclasses.replace(inputs, **changes)
 

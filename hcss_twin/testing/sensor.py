@@ -12,7 +12,7 @@ from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
 from hcss_twin.providers.common import MEASURED_LIMITS, check_measured
 from hcss_twin.testing.contract import ProviderContract
 from hcss_twin.testing.samples import frozen, sample_sensor_inputs
-from hcss_twin.testing.sensor_laws import SensorLaws
+from hcss_twin.testing.sensor_laws import SensorLaws, measure
 
 _FRAMES = 3
 
@@ -99,8 +99,8 @@ class SensorContract(SensorLaws, ProviderContract):
         row, column = inputs.grid.rows // 2, inputs.grid.columns // 3
         changed = np.array(scene[0])
         changed[:, row, column] *= 1.2
-        one = self.make_provider(inputs).measure(scene[0], 0, 0.0).radiance
-        other = self.make_provider(inputs).measure(frozen(changed), 0, 0.0).radiance
+        one = measure(self.make_provider(inputs), inputs, scene[0]).radiance
+        other = measure(self.make_provider(inputs), inputs, frozen(changed)).radiance
         away_y = np.abs(np.arange(inputs.grid.rows) - row)[:, None] > reach
         away_x = np.abs(np.arange(inputs.grid.columns) - column)[None, :] > reach
         away = away_y | away_x
@@ -112,7 +112,7 @@ def _measured(
     provider: Sensor, inputs: SensorInputs, scene: Array, order: Iterable[int] | None = None
 ) -> list[Measured]:
     frames = range(len(scene)) if order is None else order
-    return [provider.measure(scene[frame], frame, frame * inputs.frame_interval_s) for frame in frames]
+    return [measure(provider, inputs, scene[frame], frame) for frame in frames]
 
 
 def _assert_same(one: Measured, other: Measured) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
-from hcss_twin.testing.samples import frozen
+from hcss_twin.testing.samples import StillScene, frozen
 
 RADIANCE_TOLERANCE = 0.3
 """Allowed relative difference between measured and true radiance, averaged over a quarter of the image."""
@@ -27,7 +27,7 @@ class SensorLaws:
     def test_each_quarter_is_measured_in_its_place(self, inputs: SensorInputs) -> None:
         """Radiance of a scene of four grey quarters, other ones in each band: mean of each quarter within 30 %."""
         scene = self._quarters(inputs)
-        measured = quarter_means(self.make_provider(inputs).measure(scene, 0, 0.0).radiance)
+        measured = quarter_means(measure(self.make_provider(inputs), inputs, scene).radiance)
         np.testing.assert_allclose(measured, quarter_means(scene), rtol=RADIANCE_TOLERANCE)
 
     def test_a_bright_spot_is_measured_where_it_is(self, inputs: SensorInputs) -> None:
@@ -38,7 +38,7 @@ class SensorLaws:
         dark = np.full((len(inputs.bands), rows, columns), low)
         bright = dark.copy()
         bright[:, top : top + 5, left : left + 5] = high
-        one, other = (self.make_provider(inputs).measure(frozen(each), 0, 0.0).radiance for each in (dark, bright))
+        one, other = (measure(self.make_provider(inputs), inputs, frozen(each)).radiance for each in (dark, bright))
         near = np.s_[:, top - 4 : top + 9, left - 4 : left + 9]
         change = np.maximum(other[near] - one[near], 0.0)
         assert np.all(change.sum(axis=(1, 2)) > 0.0)
@@ -51,7 +51,7 @@ class SensorLaws:
         """Each row and column of an even scene has at least 30 % of its radiance, also at the edges."""
         level = float(np.mean(self.scene_W_m2_sr))
         scene = frozen(np.full((len(inputs.bands), inputs.grid.rows, inputs.grid.columns), level))
-        radiance = self.make_provider(inputs).measure(scene, 0, 0.0).radiance
+        radiance = measure(self.make_provider(inputs), inputs, scene).radiance
         for axis in (1, 2):
             assert np.all(radiance.mean(axis=axis) >= 0.3 * level)
 
@@ -59,7 +59,7 @@ class SensorLaws:
         """Photon rates and digital numbers of a brighter quarter are not lower; rates are in proportion to radiance."""
         scene = self._quarters(inputs)
         provider = self.make_provider(inputs)
-        measured, truth = provider.measure(scene, 0, 0.0), quarter_means(scene)
+        measured, truth = measure(provider, inputs, scene), quarter_means(scene)
         order = np.argsort(truth, axis=1)
         for name in ("photon_rate", "digital_number"):
             value = getattr(measured, name)
@@ -75,7 +75,7 @@ class SensorLaws:
 
     def test_saturated_pixels_are_the_extreme_ones(self, inputs: SensorInputs) -> None:
         """No pixel within range is brighter than one that is cut at the upper end."""
-        measured = self.make_provider(inputs).measure(self._quarters(inputs), 0, 0.0)
+        measured = measure(self.make_provider(inputs), inputs, self._quarters(inputs))
         if measured.saturated is None:
             pytest.skip("the sensor marks no saturated pixels")
         counted = measured.radiance if measured.digital_number is None else measured.digital_number
@@ -87,15 +87,43 @@ class SensorLaws:
         """A sensor that measures a scene otherwise in another frame is random: frame, seed and corner then matter."""
         scene = self._quarters(inputs)
         one = self.make_provider(inputs)
-        frames = [one.measure(scene, frame, frame * inputs.frame_interval_s) for frame in range(3)]
+        frames = [measure(one, inputs, scene, frame) for frame in range(3)]
         if one.declares.remembers or all(_same(frames[0], each) for each in frames[1:]):
             pytest.skip("frames of one scene are equal, or depend on earlier ones")
         assert not _same(frames[0], frames[1]), "frames 0 and 1 have the same random numbers"
-        usual = self.make_provider(inputs).measure(scene, 0, 0.0)
+        usual = measure(self.make_provider(inputs), inputs, scene)
         changes: dict[str, Any] = {"seed": inputs.seed + 1, "corner": (inputs.corner[0] + 5, inputs.corner[1] + 9)}
         for name, value in changes.items():
-            other = self.make_provider(dataclasses.replace(inputs, **{name: value})).measure(scene, 0, 0.0)
+            own = dataclasses.replace(inputs, **{name: value})
+            other = measure(self.make_provider(own), own, scene)
             assert not _same(usual, other), f"{name} has no influence on random numbers"
+
+    def test_a_later_stage_takes_what_an_earlier_one_measured(self, inputs: SensorInputs) -> None:
+        """Radiance with noise, a part of it negative, gives finite measurements."""
+        noise = np.random.default_rng(5).normal(0.0, 0.5 * self.scene_W_m2_sr[1], self._quarters(inputs).shape)
+        measured = measure(self.make_provider(inputs), inputs, frozen(self._quarters(inputs) + noise))
+        assert np.all(np.isfinite(measured.radiance))
+
+    def test_the_scene_is_asked_for_as_declared(self, inputs: SensorInputs) -> None:
+        """Other instants are within ``instants``, their windows within the frame, and a scene that changes shows."""
+        scene = self._quarters(inputs)
+        still = _asked_for(inputs)
+        provider = self.make_provider(inputs)
+        before = measure(provider, inputs, scene, 1)
+        instants = getattr(provider, "instants", None)
+        if instants is None:
+            assert not still.calls, "the sensor calls scene_at and has no attribute instants"
+            pytest.skip("the sensor asks for no other instants")
+        for time_s, rows, columns in still.calls:
+            after = time_s - inputs.frame_interval_s
+            assert instants[0] - 1e-9 <= after <= instants[1] + 1e-9, f"{after:g} s after the frame, not in {instants}"
+            assert 0 <= rows.start <= rows.stop <= inputs.grid.rows, rows
+            assert 0 <= columns.start <= columns.stop <= inputs.grid.columns, columns
+        still.change_per_s = 0.2 / max(map(abs, instants)) if any(instants) else 0.0
+        assert not still.change_per_s or not _same(before, measure(provider, inputs, scene, 1)), (
+            "instants have no effect"
+        )
+        still.change_per_s = 0.0
 
     def _quarters(self, inputs: SensorInputs) -> Array:
         low, high = self.scene_W_m2_sr
@@ -103,6 +131,20 @@ class SensorLaws:
         part = 2 * (np.arange(rows) >= rows // 2)[:, None] + (np.arange(columns) >= columns // 2)
         shares = np.array([[0.0, 0.3, 1.0, 0.6], [1.0, 0.5, 0.2, 0.0]])[np.arange(len(inputs.bands)) % 2]
         return frozen(low + (high - low) * shares[:, part])
+
+
+def measure(provider: Sensor, inputs: SensorInputs, radiance: Array, frame: int = 0) -> Measured:
+    """Return the measurement of a frame; at other instants the scene is that of :class:`StillScene`."""
+    time_s = frame * inputs.frame_interval_s
+    if isinstance(inputs.scene_at, StillScene):
+        inputs.scene_at.begin(radiance, time_s)
+    return provider.measure(radiance, frame, time_s)
+
+
+def _asked_for(inputs: SensorInputs) -> StillScene:
+    if not isinstance(inputs.scene_at, StillScene):
+        pytest.skip("the inputs have a scene_at of their own, not that of sample_sensor_inputs")
+    return inputs.scene_at
 
 
 def quarter_means(frame: Any) -> Array:

@@ -43,6 +43,7 @@ HELD_TO_THE_KIT = {
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed", "physical", "physical-two-stream"},
     "elements": {"point-sources"},
+    "variables": set(),
     "sensors": {"radiometer"},
 }
 

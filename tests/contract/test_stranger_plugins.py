@@ -20,6 +20,8 @@ from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
 from stranger.sensor import Lagging
 from stranger.sensor import Parameters as LaggingParameters
+from stranger.variables import Parameters as SlantParameters
+from stranger.variables import Slant
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
@@ -35,6 +37,7 @@ from hcss_twin.testing import (
     SeaModelContract,
     SensorContract,
     TransmittanceContract,
+    VariableContract,
     assert_registered,
     sample_atmosphere_inputs,
 )
@@ -46,10 +49,11 @@ CHOICES = {
     Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
     Kind.RADIANCE: ("radiance.model", "absorbing"),
     Kind.ELEMENTS: ("elements", "ship"),
+    Kind.VARIABLES: ("output.derived", "slant"),
     Kind.SENSORS: ("sensor.model", "lagging"),
 }
 
-OF_THE_CLEAN_CUBE = {kind: choice for kind, choice in CHOICES.items() if kind is not Kind.SENSORS}
+OF_THE_CLEAN_CUBE = {kind: choice for kind, choice in CHOICES.items() if kind not in (Kind.SENSORS, Kind.VARIABLES)}
 
 
 class TestCloudStreets(CloudGeneratorContract):
@@ -82,6 +86,11 @@ class TestShip(ElementContract):
         return Ship(inputs, ShipParameters())
 
 
+class TestSlant(VariableContract):
+    def make_provider(self, inputs):
+        return Slant(inputs, SlantParameters())
+
+
 class TestLagging(SensorContract):
     def make_provider(self, inputs):
         return Lagging(inputs, LaggingParameters())
@@ -106,7 +115,7 @@ def installed(monkeypatch):
 @pytest.mark.parametrize("kind", CHOICES)
 def test_it_is_soundly_registered(installed, kind):
     entry = assert_registered(kind, CHOICES[kind][1], distribution="hcss-stranger")
-    assert entry.spec.api_version == 1
+    assert entry.spec.api_version == (2 if kind is Kind.VARIABLES else 1)
 
 
 def test_frames_of_a_stranger_are_not_written_beside_the_computing_because_it_may_read_netcdf(installed):

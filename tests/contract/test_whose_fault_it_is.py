@@ -21,6 +21,7 @@ from hcss_twin.testing import (
     sample_microphysics,
     sample_motion,
     sample_sensor_inputs,
+    sample_variable_inputs,
 )
 
 NU, MU, PATHS = np.array([800.0, 1000.0, 2500.0]), np.array([1.0, 0.5]), [to_space(0.0, 0.0), to_space(0.0, 60.0)]
@@ -49,9 +50,18 @@ MEMBERS = {
     ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
     ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
+    ("variables", "values"): (
+        ({"radiance": np.ones((2, 4, 5))}, 0.0),
+        "fields with radiance of shape (2, 4, 5), time_s",
+    ),
     ("sensors", "measure"): ((np.ones((1, 4, 5)), 0, 0.0), "radiance of shape (1, 4, 5), frame = 0"),
 }
-INPUTS = {"clouds": sample_cloud_inputs(), "elements": sample_element_inputs(), "sensors": sample_sensor_inputs()}
+INPUTS = {
+    "clouds": sample_cloud_inputs(),
+    "elements": sample_element_inputs(),
+    "variables": sample_variable_inputs(),
+    "sensors": sample_sensor_inputs(),
+}
 
 
 def guarded(kind, **members):

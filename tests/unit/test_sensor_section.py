@@ -50,6 +50,11 @@ def test_shipped_sensors_are_sound_and_bring_their_bands(name):
     assert scenario('bands = ["lwir"]\n', **{"sensor.name": name}).bands == ("lwir",)
 
 
+def test_bands_may_come_from_any_stage():
+    stages = [{"model": "radiometer"}, {"name": "modis"}]
+    assert scenario(**{"sensor.stages": stages}).bands == load_sensor("modis", Catalog()).bands
+
+
 def test_keys_of_the_section_go_before_those_of_the_named_sensor():
     choice = choose_sensor(SensorSection(name="landsat-8-tirs", parameters={"nedt": 0.4}), Catalog())
     assert choice.model == "hcss-twin/radiometer"

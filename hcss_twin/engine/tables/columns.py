@@ -138,7 +138,7 @@ class BandColumns:
         # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
         terms = tuple(plan.assembly.model.terms)
-        wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
+        wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.computed}
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
 

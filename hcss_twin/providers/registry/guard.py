@@ -40,6 +40,8 @@ def _shown(value: Any) -> str:
         return f"of shape {value.shape}"
     if value is None or isinstance(value, int | float | str | slice):
         return f"= {value!r}"
+    if isinstance(value, Mapping):
+        return f"with {', '.join(f'{name} {_shown(each)}' for name, each in value.items())}"
     if isinstance(value, Sequence):
         return f"of length {len(value)}"
     return f"a {type(value).__name__}"
@@ -433,6 +435,33 @@ class _Elements(_Guard):
         )
 
 
+class _Variables(_Guard):
+    """A variable provider whose values are checked, once per part: names, shapes, types, limits."""
+
+    def __init__(self, provider: Any, label: str, speaker: str, inputs: api.VariableInputs) -> None:
+        super().__init__(provider, label, speaker)
+        self._bands = len(inputs.bands)
+
+    def values(self, fields: Mapping[str, NDArray[Any]], time_s: float) -> dict[str, NDArray[Any]]:
+        value = self._call("values", fields, time_s)
+        declared: Mapping[str, api.OutputVariable] = self._read("variables")
+        if not isinstance(value, Mapping) or set(value) != set(declared):
+            got = ", ".join(map(str, value)) or "none" if isinstance(value, Mapping) else type(value).__name__
+            raise self._refuse("values()", f"a mapping with the variables {', '.join(declared)}", got)
+        shape = next(iter(fields.values())).shape[-2:]
+        return {name: self._checked(name, value[name], about, shape) for name, about in declared.items()}
+
+    def _checked(self, name: str, value: Any, about: api.OutputVariable, shape: tuple[int, ...]) -> NDArray[Any]:
+        what, shape = f"'{name}' of values()", (self._bands, *shape) if about.per_band else shape
+        kinds = "fiu" if about.dtype.startswith("float") else "iub"
+        missing = None
+        if about.may_be_missing and type(value) is np.ndarray and value.dtype.kind == "f":
+            missing = np.isnan(value)
+            value = np.where(missing, about.limits[0], value)
+        array = self._array(what, value, shape, about.limits, about.dtype, kinds)
+        return array if missing is None else np.where(missing, array.dtype.type(np.nan), array)
+
+
 def was_called(guarded: Any, name: str) -> bool:
     """Whether a checked member of a provider made by :func:`guard` has been called."""
     return name in guarded._called
@@ -448,5 +477,7 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
         return _Sensor(provider, entry.label, speaker, inputs)
     if entry.kind is Kind.ELEMENTS:
         return _Elements(provider, entry.label, speaker, inputs)
+    if entry.kind is Kind.VARIABLES:
+        return _Variables(provider, entry.label, speaker, inputs)
     others = {Kind.SEA: _Sea, Kind.OPTICS: _Optics, Kind.ATMOSPHERE: _Transmittance, Kind.RADIANCE: _Radiance}
     return others[entry.kind](provider, entry.label, speaker)

@@ -332,6 +332,10 @@ def _checked(entry: Entry, provider: Any) -> Any:
             check_measured(provider.variables)
         if entry.kind is Kind.ELEMENTS:
             check_element_variables(provider.variables)
+        if entry.kind is Kind.VARIABLES:
+            from hcss_twin.providers.variables import check_output_variables
+
+            check_output_variables(provider.variables, provider.needs)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
     return version_1.adapted(provider, declaration) if entry.spec.api_version == 1 else provider

@@ -24,7 +24,7 @@ from hcss_twin.sweeps.points import ranges, value_at
 from hcss_twin.sweeps.propagation.draw_statistics import VARIABLES
 from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 
-_SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.certificate": 0}
+_SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.derived": [], "output.certificate": 0}
 """Output settings of the summarised scenes; cubes of draws contain the variables that the user requested."""
 
 

@@ -1,11 +1,11 @@
-"""Seven small providers, one of each kind, written from the guide of version 1 alone: they show that it works."""
+"""Small providers, one of each kind: those of version 1 are written from its guide alone and show that it works."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 
 
-def _spec(name, target, summary):
+def _spec(name, target, summary, version=1):
     module = target.partition(":")[0]
-    return [ProviderSpec(name, f"stranger.{target}", f"stranger.{module}:Parameters", 1, summary)]
+    return [ProviderSpec(name, f"stranger.{target}", f"stranger.{module}:Parameters", version, summary)]
 
 
 @hookimpl
@@ -36,6 +36,11 @@ def hcss_register_radiance_models():
 @hookimpl
 def hcss_register_elements():
     return _spec("ship", "elements:Ship", "a warm square that hides the sea")
+
+
+@hookimpl
+def hcss_register_variables():
+    return _spec("slant", "variables:Slant", "path in cloud and angle from the glint", version=2)
 
 
 @hookimpl

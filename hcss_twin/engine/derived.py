@@ -1,0 +1,88 @@
+"""Variables of variable providers, computed from the other variables of a part of a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.cube.geometry import PIXELS_AT_ONCE, pixel_centres_m
+from hcss_twin.physics.geodesy import to_geographic
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window, cut, length, relative
+from hcss_twin.providers.variables import GEOMETRY
+
+_LOCATION, _VIEW, _SUN = GEOMETRY[:2], GEOMETRY[2:4], GEOMETRY[4:]
+
+
+class DerivedStage:
+    """Variables of the variable providers of a scene."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._geometry = {name for each in plan.assembly.derived for name in each.needs if name in GEOMETRY}
+
+    def values(self, frame: Mapping[str, NDArray[Any]], extent: Window, time_s: float) -> dict[str, NDArray[Any]]:
+        """Return every variable of the providers.
+
+        Parameters
+        ----------
+        frame : mapping of str to ndarray (..., y, x)
+            Variables of the part, before any rounding.
+        extent : (slice, slice)
+            Rows and columns of the part in the image.
+
+        Raises
+        ------
+        ProviderError
+            If a provider violates its contract.
+        """
+        known = {**frame, **self._angles(extent, time_s)}
+        result: dict[str, NDArray[Any]] = {}
+        for provider in self._plan.assembly.derived:
+            fields = {name: known[name].view() for name in provider.needs}
+            for values in fields.values():
+                values.flags.writeable = False
+            result |= provider.values(fields, time_s)
+        return result
+
+    def _angles(self, extent: Window, time_s: float) -> dict[str, Array]:
+        """Geometry (y, x) of the part that a provider needs, degrees; of a pixel the same in every part."""
+        plan, shape = self._plan, (length(extent[0]), length(extent[1]))
+        angles = {name: np.empty(shape) for name in GEOMETRY if name in self._geometry}
+        sun = plan.sun_track.at(time_s) if self._geometry & set(_SUN) else None
+        # Intermediate arrays take much more memory than the result.
+        for strip in cut(extent, max(1, PIXELS_AT_ONCE // shape[1]), shape[1]) if angles else ():
+            place = relative(strip, extent)
+            known: dict[str, Any] = {}
+            if self._geometry & {*_LOCATION, *_VIEW}:
+                known = self._of_pixels(strip, time_s)
+            if sun is not None:
+                known |= zip(_SUN, (sun.zenith_deg, sun.azimuth_deg), strict=True)
+            for name, array in angles.items():
+                array[place] = known[name]
+        return angles
+
+    def _of_pixels(self, window: Window, time_s: float) -> dict[str, Any]:
+        plan, lines = self._plan, self._plan.assembly.lines_of_sight
+        sizes = plan.grid.columns, plan.grid.rows
+        x, y = np.meshgrid(
+            *(
+                pixel_centres_m(pixels.start, length(pixels), size, plan.grid.pixel_size_m)
+                for pixels, size in zip(window[::-1], sizes, strict=True)
+            )
+        )
+        place = plan.scenario.place
+        east = x + plan.assembly.motion.platform_speed_m_s * time_s
+        known: dict[str, Any] = {}
+        if self._geometry & set(_LOCATION):
+            known |= zip(_LOCATION, to_geographic(east, y, place.latitude, place.longitude), strict=True)
+        if lines is None:
+            return known | dict(zip(_VIEW, (plan.view.zenith_deg, plan.view.azimuth_deg), strict=True))
+        if self._geometry & set(_VIEW):
+            sight = lines.from_points(x, y)
+            known |= zip(_VIEW, (sight.zenith_deg, sight.azimuth_deg), strict=True)
+        return known

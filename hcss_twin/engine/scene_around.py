@@ -1,0 +1,107 @@
+"""The scene around the frames in space and time, for a sensor that measures them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.parts import tile_shape
+from hcss_twin.engine.stream import PartMaker
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor import BuiltSensor, asking
+from hcss_twin.plan.windows import Window, cut, length, relative
+
+
+class SceneAround:
+    """Extends clean frames by the surrounding scene, and gives a sensor the scene at other instants.
+
+    Parameters
+    ----------
+    tables : RadianceTables or None
+        Tables that the frames were computed with.
+    sensor : BuiltSensor
+        The plan's sensor, built for the extended area.
+
+    Attributes
+    ----------
+    sensor : BuiltSensor
+        The sensor, whose stages can ask for the scene at other instants.
+    """
+
+    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: BuiltSensor) -> None:
+        radiance = tuple(spec for spec in plan.variables if spec.name == TOTAL)
+        alone = replace(plan.assembly, derived=())
+        self._plan = replace(plan, variables=radiance, computed=radiance, assembly=alone)
+        self._tile = tile_shape(plan)
+        self._maker = PartMaker(self._plan, tables)
+        self.sensor = asking(sensor, self._at)
+        self._other = self._maker
+        if sensor.instants is not None:
+            self._other = PartMaker(self._plan, tables_at(self._plan, tables, sensor.instants))
+
+    def frame(self, index: int, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the radiance (B, y, x) of a frame in the area that the sensor needs.
+
+        Parameters
+        ----------
+        index : int
+            Number of the frame, from 0.
+        radiance : ndarray of float32 (B, y, x)
+            Radiance of the cube, used unchanged; only the surroundings are computed.
+        """
+        given, cube = self.sensor.given, self.sensor.cube
+        if given == cube:
+            return radiance
+        wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
+        wide[:, *relative(cube, given)] = radiance
+        for strip in _strips(given, cube):
+            for part in self._parts(strip):
+                arrays, _ = self._maker.part(index, part)
+                wide[:, *relative(part, given)] = arrays[TOTAL]
+        return wide
+
+    def _at(self, frame: int, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return the radiance (B, y, x) of a window of the measured area at another time; it cannot be written to."""
+        corner = self.sensor.inputs.corner
+        wanted: Window = tuple(  # type: ignore[assignment]
+            slice(pixels.start + first, pixels.stop + first)
+            for pixels, first in zip((rows, columns), corner, strict=True)
+        )
+        radiance = np.empty((len(self._plan.bands), length(rows), length(columns)))
+        for part in self._parts(wanted):
+            arrays, _ = self._other.part(frame - self._plan.scenario.frames.first, part, time_s=time_s)
+            radiance[:, *relative(part, wanted)] = arrays[TOTAL]
+        radiance.flags.writeable = False
+        return radiance
+
+    def _parts(self, window: Window) -> Iterator[Window]:
+        return iter([window]) if self._tile is None else cut(window, *self._tile)
+
+
+def _strips(given: Window, cube: Window) -> Iterator[Window]:
+    """Yield the areas below, above, left and right of the cube."""
+    (rows, columns), (inner_rows, inner_columns) = given, cube
+    candidates = (
+        (slice(rows.start, inner_rows.start), columns),
+        (slice(inner_rows.stop, rows.stop), columns),
+        (inner_rows, slice(columns.start, inner_columns.start)),
+        (inner_rows, slice(inner_columns.stop, columns.stop)),
+    )
+    yield from (window for window in candidates if length(window[0]) and length(window[1]))
+
+
+def tables_at(plan: Plan, tables: RadianceTables | None, instants: tuple[float, float]) -> RadianceTables | None:
+    """Return tables that hold at other instants, too: new ones if these lie outside the frames and the sun matters."""
+    frames = plan.frame_times_s
+    before, after = frames[:1] + instants[0], frames[-1:] + instants[1]
+    if tables is None or not plan.sun_matters or instants == (0.0, 0.0):
+        return tables
+    times = np.unique(np.concatenate((before, frames, after)))
+    zenith, azimuth, _ = plan.sun_track.positions(times)
+    return compile_tables(replace(plan, frame_times_s=times, sun_zenith_deg=zenith, sun_azimuth_deg=azimuth))

@@ -1,0 +1,235 @@
+"""Stages of a sensor: a chain of sensor providers, each of which measures what the one before it gives."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.providers import Measured, SensorInputs
+from hcss_twin.providers import Sensor as SensorModel
+from hcss_twin.providers.registry.discovery import Entry
+from hcss_twin.providers.registry.guard import guard
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.sensor import NamedSensor, SensorSection, StageSection, choose_sensor, load_sensor
+
+Source = Callable[[int, float, slice, slice], Array]
+"""Radiance (B, rows, columns) of the scene: number of a frame, time in s, rows and columns of the measured image."""
+
+TOLERANCE_S = 1e-9
+"""Tolerance of the times at which a stage may ask for the scene."""
+
+
+class StageScene:
+    """The radiance that a stage receives at other instants: ``SensorInputs.scene_at``.
+
+    Parameters
+    ----------
+    source : callable or None
+        The scene; None where only the frames are known.
+    earlier : sequence of Stage
+        Stages through which the scene is seen.
+    """
+
+    instants: tuple[float, float] | None = None
+
+    def __init__(self, source: Source | None, earlier: Sequence[Stage], inputs: SensorInputs) -> None:
+        self._source, self._earlier = source, tuple(earlier)
+        self._whole = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
+        self._now: tuple[int, float] | None = None
+        self._last: tuple[int, float, Array] | None = None
+
+    def begin(self, frame: int, time_s: float) -> None:
+        """Tell which frame is measured, and at which time."""
+        self._now, self._last = (frame, time_s), None
+
+    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return radiance as :attr:`hcss_twin.providers.SensorInputs.scene_at`.
+
+        Raises
+        ------
+        ProviderError
+            If nothing is measured, or the time or the window is not among those declared.
+        """
+        if self.instants is None:
+            raise ProviderError("scene_at: the sensor has no attribute instants and so must not ask for other instants")
+        if self._source is None or self._now is None:
+            raise ProviderError("scene_at: the scene is known only while a run measures its frames")
+        frame, now = self._now
+        low, high = self.instants
+        if not low - TOLERANCE_S <= time_s - now <= high + TOLERANCE_S:
+            raise ProviderError(
+                f"scene_at: {time_s - now:.9g} s after the frame is not among the instants {low:g} to {high:g} s"
+            )
+        for name, pixels, whole in zip(("rows", "columns"), (rows, columns), self._whole, strict=True):
+            if not (0 <= pixels.start <= pixels.stop <= whole.stop):
+                raise ProviderError(f"scene_at: {name} {pixels} are not in the frame; allowed: 0 to {whole.stop}")
+        if not self._earlier:
+            return self._source(frame, time_s, rows, columns)
+        if self._last is None or self._last[:2] != (frame, time_s):
+            radiance = self._source(frame, time_s, *self._whole)
+            for stage in self._earlier:
+                radiance = stage.measure(radiance, frame, time_s).radiance
+            self._last = frame, time_s, radiance
+        return self._last[2][:, rows, columns]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A guarded sensor provider and its settings.
+
+    Attributes
+    ----------
+    field : str
+        Its section in the scenario.
+    section : StageSection
+        The user's settings.
+    named : NamedSensor or None
+        The named sensor file.
+    entry : Entry
+        Registry entry of the model.
+    parameters : mapping
+        All parameters, with defaults; empty if the model has none.
+    """
+
+    field: str
+    section: StageSection
+    named: NamedSensor | None
+    entry: Entry
+    parameters: Mapping[str, Any]
+    provider: SensorModel
+    seed: int
+    scene: StageScene
+
+    @property
+    def title(self) -> str:
+        """Title for users."""
+        return self.entry.name if self.named is None else self.named.title
+
+    @property
+    def instants(self) -> tuple[float, float] | None:
+        """Earliest and latest time at which it asks for the scene, s after that of the frame; None: at no other."""
+        return self.scene.instants
+
+    def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
+        """Return the measurement of a frame (B, y, x), which it cannot write to."""
+        given = radiance.view()
+        given.flags.writeable = False
+        self.scene.begin(frame, time_s)
+        measured: Measured = self.provider.measure(given, frame, time_s)
+        return measured
+
+    def as_dict(self, **more: str) -> dict[str, Any]:
+        """Plain values for plan and provenance."""
+        return {
+            "name": self.section.name,
+            "title": self.title,
+            "model": self.entry.name,
+            "distribution": self.entry.distribution,
+            "version": self.entry.version,
+            "seed": self.seed,
+            **more,
+            "parameters": dict(self.parameters),
+            "worked_out": dict(getattr(self.provider, "worked_out", {})),
+            "sources": {} if self.named is None else dict(self.named.sources),
+        }
+
+
+def build_stages(section: SensorSection, inputs: SensorInputs, source: Source | None = None) -> tuple[Stage, ...]:
+    """Build the stages of a section; a section without ``stages`` is the only one.
+
+    Parameters
+    ----------
+    inputs : SensorInputs
+        With the scenario's seed, which the section may override. Later stages have seeds of their own.
+    source : callable, optional
+        The scene at other instants.
+
+    Raises
+    ------
+    ScenarioError
+        Names the invalid key.
+    ProviderError
+        If a sensor model is broken.
+    """
+    base = inputs.seed if section.seed is None else section.seed
+    stages: list[Stage] = []
+    for index, each in enumerate(section.stages or (section,)):
+        field = f"sensor.stages[{index}]" if section.stages else "sensor"
+        seed = _later_seed(base, index) if each.seed is None else each.seed
+        with _of_stage(field):
+            stages.append(_build(each, field, replace(inputs, seed=seed), source, stages))
+        remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
+        if stages[-1].instants is not None and remembers:
+            message = (
+                f"'{stages[-1].entry.name}' asks for the scene at other instants, as the stages before it measure it, "
+                f"and '{remembers[0].entry.name}' remembers earlier frames; allowed: the other order"
+            )
+            raise ScenarioError([Problem(f"{field}.model", message)])
+    return tuple(stages)
+
+
+def _build(
+    section: StageSection, field: str, inputs: SensorInputs, source: Source | None, earlier: Sequence[Stage]
+) -> Stage:
+    with attribute_to_field(f"{field}.name"):
+        if section.name is not None:
+            load_sensor(section.name, inputs.catalog)
+        choice = choose_sensor(section, inputs.catalog)
+    registry, scene = Registry.discover(), StageScene(source, earlier, inputs)
+    inputs = replace(inputs, scene_at=scene)
+    with attribute_to_field(f"{field}.model", choice.parameters):
+        entry = registry.resolve(Kind.SENSORS, choice.model)
+        parameters = _parameters(registry.parameters_model(entry), choice.parameters, field)
+        provider = guard(entry, registry.create(entry, inputs, parameters), inputs)
+        instants = getattr(provider, "instants", None)
+    scene.instants = None if instants is None else (float(instants[0]), float(instants[1]))
+    dumped = {} if parameters is None else parameters.model_dump(mode="json")
+    try:
+        json.dumps(dict(getattr(provider, "worked_out", {})))
+    except (TypeError, ValueError) as error:
+        raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
+    return Stage(field, section, choice.named, entry, dumped, provider, inputs.seed, scene)
+
+
+def _later_seed(seed: int, index: int) -> int:
+    """Return the seed of a stage: that of the sensor for the first, others for later ones."""
+    if index == 0:
+        return seed
+    return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1, np.uint64)[0] >> np.uint64(1))
+
+
+@contextmanager
+def _of_stage(field: str) -> Iterator[None]:
+    """Attribute problems that a provider finds in the parameters of a sensor to those of its stage."""
+    try:
+        yield
+    except ScenarioError as error:
+        named = [
+            Problem(each.field.replace("sensor.parameters", f"{field}.parameters", 1), each.message)
+            if each.field.startswith("sensor.parameters")
+            else each
+            for each in error.problems
+        ]
+        raise ScenarioError(named, error.origin) from error
+
+
+def _parameters(model: type[BaseModel] | None, given: Mapping[str, Any], field: str) -> BaseModel | None:
+    if model is None:
+        if given:
+            raise ScenarioError([Problem(f"{field}.parameters", "the model takes none; allowed: none")])
+        return None
+    try:
+        return model.model_validate(dict(given))
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, model, prefix=f"{field}.parameters", raw=given)) from error
