@@ -28,9 +28,9 @@ def test_a_row_shows_where_the_source_was_when_it_was_read(tmp_path):
     shutil.copy(SCENARIO, tmp_path)
     simulate(Scenario.load(tmp_path / SCENARIO.name, CHEAP), tmp_path / "c.nc").close()
     columns = []
-    with netCDF4.Dataset(tmp_path / "c.nc") as cube:
-        for name in ("radiance", "measured_radiance"):
-            brightest = [np.unravel_index(frame[0].argmax(), frame[0].shape) for frame in cube[name][:]]
-            columns.append([column for _, column in brightest])
-            assert {row for row, _ in brightest} == {16}
+    for name in ("c.nc", "c.sensor.nc"):
+        with netCDF4.Dataset(tmp_path / name) as cube:
+            brightest = [np.unravel_index(frame[0].argmax(), frame[0].shape) for frame in cube["radiance"][:]]
+        columns.append([column for _, column in brightest])
+        assert {row for row, _ in brightest} == {16}
     assert np.array_equal(np.subtract(*columns[::-1]), [2, 2])
