@@ -9,10 +9,12 @@ from hcss_twin.cube.variables import (
     DIRECTION,
     LOCATION,
     MOVING_LOCATION,
+    SURFACE_CLASS,
     TERM_PREFIX,
     VARIABLES,
     VariableSpec,
     element_variable,
+    surface_class,
     term_variable,
 )
 
@@ -21,6 +23,7 @@ _LACKING = {
     "shadows": "clouds cast no shadows; allowed: with slant.shadows = true",
     "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
+    "surfaces": "the scene is sea everywhere; allowed: with a section [surfaces]",
     "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
 }
 """Reason why a scene lacks the variables that need a feature."""
@@ -35,6 +38,7 @@ def expand(
     altitude: bool = True,
     moves: bool = False,
     elements: Sequence[Mapping[str, tuple[str, str]]] = (),
+    surfaces: Sequence[str] = (),
 ) -> list[VariableSpec]:
     """Return the requested variables, in the order of the table, then terms and viewing geometry.
 
@@ -56,6 +60,8 @@ def expand(
         Whether the image moves over the ground; latitude and longitude then have a time dimension.
     elements : sequence of mapping
         ``variables`` of each element provider of the scene.
+    surfaces : sequence of str
+        Names of the surface classes of the scene.
 
     Raises
     ------
@@ -69,10 +75,11 @@ def expand(
         "waves": waves,
         "altitude": altitude,
         "elements": bool(elements),
+        "surfaces": bool(surfaces),
     }
     lacking = {feature for feature, exists in present.items() if not exists}
     specs = (
-        *VARIABLES,
+        *(surface_class(spec, surfaces) if spec.name == SURFACE_CLASS else spec for spec in VARIABLES),
         *(element_variable(name, *about) for name, about in _united(elements).items()),
         *(term_variable(name, text) for name, text in terms.items()),
         *(MOVING_LOCATION if moves else LOCATION),

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -48,6 +50,9 @@ from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 
+if TYPE_CHECKING:
+    from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
+
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
@@ -63,11 +68,17 @@ class Assembly:
     particle_fields : tuple of str (L,)
         Scenario fields that define the particles of each layer.
     model_of : callable
-        Builds the radiance model of the same scene for another sea or view.
+        Builds the radiance model of the same scene for another sea, view or sea temperature.
+    sea_of : callable
+        Builds the sea model for another temperature.
     code : mapping of str to (str, str, str)
         Name, version and fingerprint of each provider, on which cached results depend.
     lines_of_sight : LinesOfSight or None
         Lines of sight to the sensor; None if its altitude is unknown.
+    surfaces : SceneSurfaces or None
+        Map of the ground; None for sea everywhere.
+    surface : SurfaceState or None
+        Surface that takes the place of the scenario's sea; None for that sea.
     """
 
     entries: Mapping[str, Entry]
@@ -83,7 +94,8 @@ class Assembly:
     sea: SeaModel
     optics: Optics
     model: RadianceModel
-    model_of: Callable[[SeaModel, View], RadianceModel]
+    model_of: Callable[[SeaModel, View, float], RadianceModel]
+    sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     sea_wind_speed_m_s: float
@@ -92,6 +104,8 @@ class Assembly:
     code: Mapping[str, tuple[str, str, str]]
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
+    surfaces: SceneSurfaces | None = None
+    surface: SurfaceState | None = None
 
     @property
     def view(self) -> View:
@@ -100,15 +114,24 @@ class Assembly:
 
     def model_over(self, sea: SeaModel) -> RadianceModel:
         """Return the radiance model of the same scene over another sea."""
-        return self.model_of(sea, self.view)
+        return self.model_of(sea, self.view, self.sea_temperature_K)
 
     def model_toward(self, view: View) -> RadianceModel:
         """Return the radiance model of the same scene for another view."""
-        return self.model_of(self.sea, view)
+        return self.model_of(self.sea, view, self.sea_temperature_K)
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction."""
         return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+
+    def over(self, state: SurfaceState) -> Assembly:
+        """Return the same scene with one surface everywhere."""
+        kelvin = state.temperature_K
+        if state.boundary is None and kelvin == self.sea_temperature_K:
+            return self
+        sea = self.sea_of(kelvin) if state.boundary is None else state.boundary
+        model = self.model_of(sea, self.view, kelvin)
+        return replace(self, sea=sea, sea_temperature_K=kelvin, model=model, surface=state)
 
     def notes(
         self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
@@ -125,6 +148,9 @@ class Assembly:
         if particles and self.layers:
             own.insert(0, self.optics.declares)
         own += [element.declares for element in self.elements]
+        if self.surfaces is not None:
+            own.append(self.surfaces.provider.declares)
+            own += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for declares in (*(generator.declares for generator in self.generators), *own):
             notes += declares.notes
@@ -139,6 +165,9 @@ class Assembly:
         of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
         declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
         declarations += [each.declares for each in self.elements]
+        if self.surfaces is not None:
+            boundaries = [each.boundary for each in self.surfaces.classes if each.boundary is not None]
+            declarations += [each.declares for each in (self.surfaces.provider, *boundaries)]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
@@ -189,6 +218,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     around, transmittance = _atmosphere(builder, scenario, catalog, bands)
     sea = _sea(builder, scenario, catalog, bands, around)
     optics = _optics(builder, scenario, catalog, bands)
+    sea_of = partial(_sea_model, builder, scenario, catalog, around)
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
@@ -198,6 +228,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     layers = tuple(layer for layer, _, _ in clouds)
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = _elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
+    surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
     solar_irradiance = SolarSpectrum(catalog)
 
@@ -214,13 +245,14 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     )
     radiance = scenario.radiance
 
-    def model_of(sea: SeaModel, view: View) -> RadianceModel:
-        chosen, other = selected(radiance, "model"), replace(inputs, sea=sea, view=view)
+    def model_of(sea: SeaModel, view: View, sea_temperature_K: float) -> RadianceModel:
+        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K)
+        chosen = selected(radiance, "model")
         model: RadianceModel = builder.build(Kind.RADIANCE, chosen, other, radiance.parameters)
         return model
 
     with attribute_to_field("radiance.model", radiance.parameters):
-        model = model_of(sea, slant.view)
+        model = model_of(sea, slant.view, around.sea_temperature_K)
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
@@ -236,6 +268,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         optics=optics,
         model=model,
         model_of=model_of,
+        sea_of=sea_of,
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
@@ -247,6 +280,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         },
         lines_of_sight=sight,
         elements=elements,
+        surfaces=surfaces,
     )
 
 
@@ -283,14 +317,40 @@ def _sea(
 ) -> SeaModel | None:
     # The sea is built even if the surroundings have problems, to find its own problems.
     temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
-    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
     sea: SeaModel | None = None
     with builder.collect_problems("sea.model", scenario.sea.parameters):
-        inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
-        name = selected(scenario.sea, "model")
-        sea = builder.build(Kind.SEA, name, inputs, scenario.sea.parameters)
-        _require_bands_inside(bands, sea.declares, f"sea model '{name}'")
+        sea = _sea_model(builder, scenario, catalog, around, temperature)
+        _require_bands_inside(bands, sea.declares, f"sea model '{selected(scenario.sea, 'model')}'")
     return sea
+
+
+def _sea_model(
+    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings | None, temperature_K: float
+) -> SeaModel:
+    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
+    inputs = SeaInputs(wind, scenario.sea.wind_from, temperature_K, catalog)
+    sea: SeaModel = builder.build(Kind.SEA, selected(scenario.sea, "model"), inputs, scenario.sea.parameters)
+    return sea
+
+
+def _surfaces(
+    builder: Builder,
+    scenario: Scenario,
+    catalog: Catalog,
+    bands: list[SpectralBand],
+    around: Surroundings,
+    grid: Grid,
+) -> SceneSurfaces | None:
+    from hcss_twin.plan.surface_classes import build_surfaces  # not for scenes of sea alone
+
+    assert scenario.surfaces is not None
+    surfaces: SceneSurfaces | None = None
+    with builder.collect_problems("surfaces.provider", scenario.surfaces.parameters):
+        surfaces = build_surfaces(builder, scenario, catalog, around, grid)
+        for each in surfaces.classes:
+            if each.boundary is not None:
+                _require_bands_inside(bands, each.boundary.declares, f"surface class '{each.name}'")
+    return surfaces
 
 
 def _optics(builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]) -> Optics | None:

@@ -36,7 +36,9 @@ def cube_variables(
         altitude = scenario.platform.altitude is not None
         moves = assembly.motion.platform_speed_m_s != 0.0
         elements = tuple(each.variables for each in assembly.elements)
-        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves, altitude, moves, elements))
+        surfaces = () if assembly.surfaces is None else assembly.surfaces.names
+        terms = assembly.model.terms
+        return tuple(expand(wanted, terms, layers, shadows, waves, altitude, moves, elements, surfaces))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 

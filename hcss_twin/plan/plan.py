@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.surfaces import PlannedSurfaces
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,10 @@ class Plan:
         Sensor of the sensor cube; the clean cube does not depend on it.
     views : ViewAxis or None
         None if the view of the image centre is used for all pixels.
+    surfaces : PlannedSurfaces or None
+        States of the surfaces; None for sea everywhere.
+    land_share : float
+        Share of land in the image of a scene without surfaces.
     """
 
     scenario: Scenario
@@ -93,6 +101,8 @@ class Plan:
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
     views: ViewAxis | None = None
+    surfaces: PlannedSurfaces | None = None
+    land_share: float = 0.0
 
     @property
     def budget(self) -> Budget:

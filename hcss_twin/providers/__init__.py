@@ -1,8 +1,8 @@
 """The contract between providers and the engine, version 1.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; elements, which are other things in the scene; and sensors, which convert radiance to
-measurements. A provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its
+which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
+and sensors, which convert radiance to measurements. A provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its
 kind, ``parameters`` an instance of the parameter model in its spec, or None without one.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     )
     from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
     from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
+    from hcss_twin.providers.surfaces import SurfaceClass, SurfaceInputs, SurfaceMap, SurfaceProvider
 
 API_VERSION = 1
 """Version of the contract, as in the ``api_version`` of a spec."""
@@ -90,13 +91,17 @@ __all__ = [
     "SingleScattering",
     "SolarIrradiance",
     "Sun",
+    "SurfaceClass",
+    "SurfaceInputs",
+    "SurfaceMap",
+    "SurfaceProvider",
     "TransmittanceOptions",
     "TransmittanceProvider",
     "View",
     "WaveShapes",
 ]
 
-_PARTS = ("atmosphere", "clouds", "common", "elements", "optics", "radiance", "sea", "sensor")
+_PARTS = ("atmosphere", "clouds", "common", "elements", "optics", "radiance", "sea", "sensor", "surfaces")
 
 
 def __getattr__(name: str) -> Any:

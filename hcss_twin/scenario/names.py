@@ -34,6 +34,7 @@ from hcss_twin.scenario.models import (
     Radiance,
     ScenarioModel,
     Sea,
+    SurfaceSection,
     own,
     single_layer,
 )
@@ -49,6 +50,7 @@ SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
     Kind.ELEMENTS: (ElementSection, "provider"),
+    Kind.SURFACES: (SurfaceSection, "provider"),
     Kind.SENSORS: (SensorSection, "model"),
 }
 """Section and selecting key of each kind of provider."""
@@ -65,8 +67,9 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     elements = data.get("elements", [])
     for index, element in enumerate(elements if isinstance(elements, list) else []):
         sections.append((f"elements[{index}]", element, Kind.ELEMENTS))
-    if "sensor" in data:
-        sections.append(("sensor", data["sensor"], Kind.SENSORS))
+    for name, kind in (("surfaces", Kind.SURFACES), ("sensor", Kind.SENSORS)):
+        if name in data:
+            sections.append((name, data[name], kind))
     return sections
 
 
@@ -268,7 +271,9 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
-        expand(names, terms, layer_count, shadows, altitude=altitude, elements=_element_variables(data, registry))
+        elements = _element_variables(data, registry)
+        surfaces = ("",) if data.get("surfaces") is not None else ()
+        expand(names, terms, layer_count, shadows, altitude=altitude, elements=elements, surfaces=surfaces)
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:

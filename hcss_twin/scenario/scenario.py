@@ -160,8 +160,9 @@ class Scenario(ScenarioModel):
         cannot replace them.
         """
         data = as_given(self, self.model_dump(mode="json"))
-        if self.sensor is None:
-            del data["sensor"]
+        for name in ("surfaces", "sensor"):
+            if getattr(self, name) is None:
+                del data[name]
         if not self.elements:
             del data["elements"]
         for key, section in data.items():
@@ -169,6 +170,8 @@ class Scenario(ScenarioModel):
                 section[name] = selected(getattr(self, key), name)
         for layer, model in zip(data["clouds"]["layers"], self.clouds.layers, strict=True):
             layer["generator"] = selected(model, "generator")
+        if self.surfaces is not None:
+            data["surfaces"]["provider"] = selected(self.surfaces, "provider")
         for section, element in zip(data.get("elements", ()), self.elements, strict=True):
             section["provider"] = selected(element, "provider")
         return json.dumps(data, indent=1)

@@ -304,6 +304,7 @@ def _check_provider(entry: Entry, provider: Any) -> None:
         check_element_variables,
         check_measured,
         check_options,
+        check_surface_classes,
     )
 
     protocol = getattr(providers, entry.kind.protocol)
@@ -331,5 +332,7 @@ def _check_provider(entry: Entry, provider: Any) -> None:
             check_measured(provider.variables)
         if entry.kind is Kind.ELEMENTS:
             check_element_variables(provider.variables)
+        if entry.kind is Kind.SURFACES:
+            check_surface_classes(provider.classes)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
