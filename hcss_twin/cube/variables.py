@@ -313,7 +313,10 @@ def term_variable(name: str, description: str) -> VariableSpec:
 
 def surface_class(spec: VariableSpec, names: Sequence[str]) -> VariableSpec:
     """Return the variable ``surface_class`` with the names of the scene's classes as its flags."""
-    flags = {"flag_values": np.arange(len(names), dtype=np.uint8), "flag_meanings": " ".join(names)}
+    flags: Mapping[str, str | float | NDArray[np.uint8]] = {
+        "flag_values": np.arange(len(names), dtype=np.uint8),
+        "flag_meanings": " ".join(names),
+    }
     return replace(spec, attributes=flags) if names else spec
 
 

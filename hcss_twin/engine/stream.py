@@ -132,6 +132,7 @@ class PixelObserver(Protocol):
         shaded: NDArray[np.bool_] | None,
         elements: NDArray[np.bool_] | None = None,
         surface: NDArray[np.uint8] | None = None,
+        over_sea: Sequence[NDArray[np.float32]] | None = None,
     ) -> None:
         """Take a window, as :meth:`hcss_twin.engine.certificate.part_sample.PartSample.look` does."""
 
@@ -188,9 +189,9 @@ class PartMaker:
         each = () if tables is None or self._surfaces is not None else tables.over_views or (tables,)
         self._readers = [TableReader(toward) for toward in each]
         self._truth = Truth(plan)
-        of_classes = () if tables is None else tuple(own[0] for own in tables.over_surfaces)
-        if self._surfaces is None or tables is None:
-            of_classes = (tables,)
+        of_classes: tuple[RadianceTables | None, ...] = (tables,)
+        if self._surfaces is not None and tables is not None:
+            of_classes = tuple(own[0] for own in tables.over_surfaces)
         self._shadows = [Shadows(plan, own) for own in of_classes]
         self._waves = (
             None
@@ -272,7 +273,7 @@ class PartMaker:
             if elements is not None:
                 present = elements.add(window, thickness, radiance, added, self._truth.variables, place)
             if sample is not None:
-                sample.observe(place, thickness, shaded, present, surface)
+                sample.observe(place, thickness, shaded, present, surface, over_sea)
         frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
             values = radiance[number * bands : (number + 1) * bands]

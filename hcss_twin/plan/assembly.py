@@ -166,8 +166,8 @@ class Assembly:
         declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
         declarations += [each.declares for each in self.elements]
         if self.surfaces is not None:
-            boundaries = [each.boundary for each in self.surfaces.classes if each.boundary is not None]
-            declarations += [each.declares for each in (self.surfaces.provider, *boundaries)]
+            declarations.append(self.surfaces.provider.declares)
+            declarations += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property

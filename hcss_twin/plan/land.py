@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -37,7 +38,7 @@ def land_share(scenario: Scenario, catalog: Catalog, last_s: float) -> float:
         return 0.0
 
 
-def _may_have_land(latitude: Array, longitude: Array, packed: Array) -> bool:
+def _may_have_land(latitude: Array, longitude: Array, packed: NDArray[np.uint8]) -> bool:
     """Whether a cell of a degree at or beside any point has land."""
     cells = np.unpackbits(packed).reshape(180, 360)
     row, column = np.floor(latitude + 90.0).astype(int), np.floor(longitude + 180.0).astype(int)

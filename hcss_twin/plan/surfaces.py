@@ -1,8 +1,9 @@
 """States of the surfaces of a scene: the classes and temperatures for which there are tables.
 
 The radiance of a column is smooth in the temperature of its surface, so that a field of temperature needs few states:
-it is interpolated between Chebyshev points by the polynomial in the black-body radiance of each band, in which radiance
-is nearly linear. The number of points follows from the error between them, measured for a few columns.
+it is interpolated between Chebyshev points by a straight line in the black-body radiance of each band, in which it is
+nearly linear, and the polynomial in temperature through the remaining differences. The number of points follows from
+the error between them, measured for a few columns.
 """
 
 from __future__ import annotations
@@ -33,37 +34,37 @@ _ORDERS = (1, 2, 4, 8, 16)
 _WAVENUMBERS = 24
 """Number of wavenumbers of each band for the error."""
 
-_TABLE = 1025
-"""Temperatures at which the black-body radiance of the bands is tabulated: exact to 1e-6 over 100 K."""
+_TABLE = 513
+"""Temperatures at which the black-body radiance of the bands is tabulated: exact to 1e-5 over 50 K."""
 
 _POINTS = 2**20
 """Largest number of points of the first frame that are looked up for the shares of the classes."""
 
 
 class TemperatureAxis:
-    """Polynomial through the radiance at some temperatures, in the black-body radiance of each band.
+    """Radiance between temperatures: a straight line in the band's black-body radiance, and a polynomial for the rest.
 
     Parameters
     ----------
     nodes_K : sequence of float (n,)
-        Ascending.
+        Chebyshev points, ascending.
     """
 
     def __init__(self, grid: SpectralGrid, nodes_K: Sequence[float]) -> None:
         self._kelvin = np.linspace(nodes_K[0], nodes_K[-1], _TABLE)
-        self._black = _black_body(grid, self._kelvin)
+        black = _black_body(grid, self._kelvin)
+        self._black = (black - black[:, :1]) / (black[:, -1:] - black[:, :1])
         self._nodes = np.stack([np.interp(nodes_K, self._kelvin, each) for each in self._black])
 
     def weights(self, temperature_K: Array) -> Array:
         """Return the weight (n, B, N) of each node at temperatures (N,)."""
-        places = np.stack([np.interp(temperature_K, self._kelvin, each) for each in self._black])
-        bands, nodes = self._nodes.shape
-        weights = np.ones((nodes, bands, places.shape[1]))
-        for own in range(nodes):
-            for other in range(nodes):
-                if other != own:
-                    at, away = self._nodes[:, own : own + 1], self._nodes[:, other : other + 1]
-                    weights[own] *= (places - away) / (at - away)
+        middle, half = 0.5 * (self._kelvin[0] + self._kelvin[-1]), 0.5 * (self._kelvin[-1] - self._kelvin[0])
+        basis = quadrature.weights(self._nodes.shape[1] - 1, (temperature_K - middle) / half).T
+        part = np.stack([np.interp(temperature_K, self._kelvin, each) for each in self._black])
+        # The polynomial is through what remains of the values at the nodes after the straight line between the ends.
+        weights = np.repeat(basis[:, None], part.shape[0], axis=1)
+        weights[0] += 1.0 - part - np.einsum("bn,nt->bt", 1.0 - self._nodes, basis)
+        weights[-1] += part - np.einsum("bn,nt->bt", self._nodes, basis)
         return weights
 
 
@@ -71,7 +72,7 @@ def _black_body(grid: SpectralGrid, temperature_K: Array) -> Array:
     """Black-body radiance (B, N) of the bands; without BLAS, whose last bits may depend on the number of threads."""
     return np.stack(
         [
-            np.array([np.sum(weights[lit] * planck(grid.wavenumber_cm1[lit], each)) for each in temperature_K])
+            np.sum(weights[lit] * planck(grid.wavenumber_cm1[lit], temperature_K[:, None]), axis=1)
             for weights in grid.weights_cm1
             for lit in [np.flatnonzero(weights)]
         ]
@@ -121,7 +122,7 @@ def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAcc
     """
     surfaces = assembly.surfaces
     assert surfaces is not None
-    nodes, worst = [], 0.0
+    nodes, worst = list[tuple[float, ...]](), 0.0
     for each in surfaces.classes:
         if each.low_K == each.high_K or accuracy is None:
             nodes.append((each.low_K,))

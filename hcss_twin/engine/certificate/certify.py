@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,8 +25,10 @@ from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceT
 from hcss_twin.models.radiance.reference import reference_terms
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.surface_classes import SurfaceState
 from hcss_twin.providers import View
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.surface_classes import SurfaceState
 
 COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""
@@ -139,7 +142,7 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
         # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     if plan.surfaces is not None:
-        return _over_surfaces(plan, quantities, pixels, thickness)
+        return _over_surfaces(plan, quantities, pixels, thickness, points)
     if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
@@ -162,11 +165,13 @@ def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, 
     return means
 
 
-def _over_surfaces(plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array) -> Array:
+def _over_surfaces(
+    plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int
+) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
 
-    stage, points = SurfaceStage(plan, None), thickness_m.shape[0] // max(pixels.row.size, 1)
+    stage = SurfaceStage(plan, None)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     places = list(zip(rows.tolist(), columns.tolist(), strict=True))
     groups: dict[tuple[SurfaceState, View | None], list[int]] = {}

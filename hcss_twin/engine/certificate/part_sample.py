@@ -29,7 +29,7 @@ CHOICES = ("low only", "high only", "both")
 
 def stratum_names(layers: int, surfaces: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene with so many layers and these classes of surface, by number."""
-    of_clouds = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
+    of_clouds: tuple[str, ...] = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
     if layers > 1:
         of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in CHOICES for part in PARTS))
     return tuple(f"{each} over {name}" for name in surfaces for each in of_clouds) if surfaces else of_clouds
@@ -157,6 +157,7 @@ class PartSample:
         shaded: NDArray[np.bool_] | None,
         elements: NDArray[np.bool_] | None = None,
         surface: NDArray[np.uint8] | None = None,
+        over_sea: Sequence[Thickness] | None = None,
     ) -> None:
         """Draw from a window.
 
@@ -172,6 +173,8 @@ class PartSample:
             Pixels with an element.
         surface : ndarray of uint8 (window rows, window columns) or None
             Class of the surface at most points of each pixel.
+        over_sea : sequence of ndarray or None
+            ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
         """
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
@@ -179,7 +182,7 @@ class PartSample:
         if surface is not None:
             stratum = stratum + np.int8(len(stratum_names(len(self._plan.layers)))) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
-        wavy = None if self._plan.waves is None else _clear_in_part(thickness_m, shape, samples)
+        wavy = None if self._plan.waves is None else _clear_in_part(over_sea or thickness_m, shape, samples)
         for number, mask in enumerate((shaded, wavy, elements)):
             if mask is not None:
                 self._left_out[number] += self._count_of(stratum[free & mask])

@@ -1,7 +1,7 @@
 """Tables for the surfaces of a scene, and look-up with the class and temperature of each point.
 
 Each state of a surface, a class at a temperature, has tables of its own. A point takes those of its class; in a field
-of temperature it is the polynomial through them (:class:`hcss_twin.plan.surfaces.TemperatureAxis`). The points of a
+of temperature it is interpolated between them (:class:`hcss_twin.plan.surfaces.TemperatureAxis`). The points of a
 pixel are averaged afterwards.
 """
 
@@ -99,7 +99,8 @@ class SurfaceStage:
 
     def other_than(self, number: int, ground: SurfaceMap) -> Thickness:
         """Return 1 where the surface is of another class, else 0: in place of a cloud layer, it hides these points."""
-        return (ground.number != number).astype(np.float32)
+        hidden: Thickness = (ground.number != number).astype(np.float32)
+        return hidden
 
     @property
     def sea(self) -> int:
@@ -118,13 +119,15 @@ class SurfaceStage:
     def main_class(self, ground: SurfaceMap) -> NDArray[np.uint8]:
         """Return the class at most points of each pixel (y, x)."""
         if self._samples == 1:
-            return ground.number.astype(np.uint8)
+            number: NDArray[np.uint8] = ground.number.astype(np.uint8)
+            return number
         counts = [pixel_sums(ground.number == number, self._samples) for number in range(len(self._classes))]
-        return np.argmax(counts, axis=0).astype(np.uint8)
+        most: NDArray[np.uint8] = np.argmax(counts, axis=0).astype(np.uint8)
+        return most
 
     def temperature_K(self, ground: SurfaceMap) -> Array:
         """Return the temperature of each point."""
-        constant = np.array([each.low_K for each in self._classes])[ground.number]
+        constant: Array = np.array([each.low_K for each in self._classes])[ground.number]
         if ground.temperature_K is None:
             return constant
         field = np.array([each.low_K < each.high_K for each in self._classes])[ground.number]
@@ -225,7 +228,8 @@ class SurfaceLookUp:
         across, up = self._views
         row, column = np.divmod(here, length(window[1]) * samples)
         by_row, by_column = up[window[0].start + row // samples], across[window[1].start + column // samples]
-        return (by_row[:, :, None] * by_column[:, None, :]).reshape(here.size, -1).T
+        weights: Array = (by_row[:, :, None] * by_column[:, None, :]).reshape(here.size, -1).T
+        return weights
 
     def _moved(self, window: Window) -> Window:
         """Return a window of this part as one of the image."""
