@@ -71,7 +71,9 @@ def rings(data: dict[str, Any]) -> list[NDArray[np.int64]]:
     for shape in data["objects"]["land"]["geometries"]:
         polygons = [shape["arcs"]] if shape["type"] == "Polygon" else shape["arcs"]
         found += [ring(each) for polygon in polygons for each in polygon]
-    return found
+    # "Null Island" at 0 N 0 E is a joke of the source.
+    middle = np.array([WHOLE_TURN / 2, -south / scale])
+    return [each for each in found if np.max(np.abs(each - middle)) > 10.0]
 
 
 def main(archive: str) -> None:
