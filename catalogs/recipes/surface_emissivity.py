@@ -2,8 +2,9 @@
 
 Land: reflectances of surface types from NPOESS, as in the Community Radiative Transfer Model (CRTM) of NOAA/NESDIS
 (P. van Delst, ``Create_NPOESS_EmisCoeff.f90``, 2011; public domain, US government), at the wavelengths of that table.
-Ice: 1 - Fresnel reflectance at normal incidence of ``optical_constants/ice.csv``. Snow: J. Dozier and S. G. Warren, Water
-Resour. Res. 18, 1424 (1982): 0.985 to 0.990 from 8 to 14 um for all grain sizes; snow is nearly black beyond 2.7 um.
+Ice: 1 - Fresnel reflectance at normal incidence of ``optical_constants/ice.csv``. Snow: J. Dozier and S. G. Warren,
+Water Resour. Res. 18, 1424 (1982): 0.985 to 0.990 from 8 to 14 um for all grain sizes; snow is nearly black beyond
+2.7 um.
 
 Run as ``python catalogs/recipes/surface_emissivity.py``.
 """
@@ -80,9 +81,7 @@ def main() -> None:
             Column("wavelength_um", "um", "wavelength"),
             *(Column(name, "1", f"emissivity: {text}") for name, text in TYPES.items()),
         ),
-        rows=[
-            [f"{each:g}", *(f"{columns[name][row]:.4f}" for name in TYPES)] for row, each in enumerate(wavelength)
-        ],
+        rows=[[f"{each:g}", *(f"{columns[name][row]:.4f}" for name in TYPES)] for row, each in enumerate(wavelength)],
         remarks=("Linear in wavelength between the rows.",),
     )
     write_table(CATALOGS / "surfaces" / "emissivity.csv", table)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from types import ModuleType
 
 from hcss_twin import providers
-from hcss_twin.providers import atmosphere, clouds, common, elements, optics, radiance, sea, sensor
+from hcss_twin.providers import atmosphere, clouds, common, elements, optics, radiance, sea, sensor, surfaces
 
 PAGE = "reference/provider-reference.md"
 
@@ -22,7 +22,7 @@ This page documents the provider interface, from the docstrings of `hcss_twin.pr
 stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
-_PARTS = (common, clouds, sea, optics, atmosphere, radiance, elements, sensor)
+_PARTS = (common, clouds, sea, optics, atmosphere, radiance, elements, surfaces, sensor)
 
 
 def lines(generated: str) -> Iterator[str]:

@@ -79,8 +79,8 @@ def _summary(plan: Plan) -> str:
     averaged = f", each pixel the mean of {points} x {points} points" if points > 1 else ""
     below = "sea" if plan.surfaces is None else " and ".join(each.name for each in plan.surfaces.classes)
     return (
-        f"Band-integrated radiance at the sensor of {clouds} over {below} in {bands}{averaged}, computed by hcss_twin with "
-        f"the radiance model '{plan.scenario.radiance.model}'."
+        f"Band-integrated radiance at the sensor of {clouds} over {below} in {bands}{averaged}, computed by hcss_twin "
+        f"with the radiance model '{plan.scenario.radiance.model}'."
     )
 
 

@@ -334,12 +334,7 @@ def _sea_model(
 
 
 def _surfaces(
-    builder: Builder,
-    scenario: Scenario,
-    catalog: Catalog,
-    bands: list[SpectralBand],
-    around: Surroundings,
-    grid: Grid,
+    builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings, grid: Grid
 ) -> SceneSurfaces | None:
     from hcss_twin.plan.surface_classes import build_surfaces  # not for scenes of sea alone
 

@@ -14,7 +14,7 @@ from hcss_twin.models.surfaces.materials import material
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.surroundings import Surroundings
-from hcss_twin.providers import Grid, Motion, SeaModel, SurfaceInputs, SurfaceProvider
+from hcss_twin.providers import Grid, SeaModel, SurfaceInputs, SurfaceProvider
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario

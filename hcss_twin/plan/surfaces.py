@@ -187,7 +187,9 @@ def extreme_states(assembly: Assembly) -> list[SurfaceState]:
     return [each.at(kelvin) for each in surfaces.classes for kelvin in dict.fromkeys((each.low_K, each.high_K))]
 
 
-def merged(scenario: Scenario, assembly: Assembly, of_sea: SceneAnalysis, each: Sequence[SceneAnalysis]) -> SceneAnalysis:
+def merged(
+    scenario: Scenario, assembly: Assembly, of_sea: SceneAnalysis, each: Sequence[SceneAnalysis]
+) -> SceneAnalysis:
     """Return the analysis of a scene from those of its sea and of each extreme state alone.
 
     The accuracy is the strictest, views are those of the state that needs most, and bounds are the largest.

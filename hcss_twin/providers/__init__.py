@@ -2,8 +2,9 @@
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
 which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
-and sensors, which convert radiance to measurements. A provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its
-kind, ``parameters`` an instance of the parameter model in its spec, or None without one.
+and sensors, which convert radiance to measurements. A provider is a class that is called as ``Class(inputs,
+parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter model in its spec,
+or None without one.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
 of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.

@@ -267,7 +267,11 @@ def check_surface_classes(classes: Any) -> None:
             raise ValueError("the class 'sea' has a boundary; expected None: it is the sea model of the scenario")
         given = each.temperature_K
         ends = given if isinstance(given, tuple) else (given,) if given is not None else ()
-        if not all(_is_number(end, 5000.0) and end > 0.0 for end in ends) or len(ends) > 2 or list(ends) != sorted(ends):
+        if (
+            not all(_is_number(end, 5000.0) and end > 0.0 for end in ends)
+            or len(ends) > 2
+            or list(ends) != sorted(ends)
+        ):
             raise ValueError(
                 f"temperature_K of class '{name}' is {given!r}; expected None, a number of kelvin, or (lowest, highest)"
             )

@@ -29,6 +29,7 @@ pytest.register_assert_rewrite(
             "sea_laws",
             "sensor",
             "sensor_laws",
+            "surfaces",
         )
     )
 )
@@ -55,10 +56,12 @@ from hcss_twin.testing.samples import (  # noqa: E402
     sample_radiance_inputs,
     sample_sea_inputs,
     sample_sensor_inputs,
+    sample_surface_inputs,
     sample_wavenumbers,
 )
 from hcss_twin.testing.sea import SeaModelContract  # noqa: E402
 from hcss_twin.testing.sensor import SensorContract  # noqa: E402
+from hcss_twin.testing.surfaces import SurfaceContract  # noqa: E402
 
 __all__ = [
     "CloudGeneratorContract",
@@ -71,6 +74,7 @@ __all__ = [
     "RadianceModelContract",
     "SeaModelContract",
     "SensorContract",
+    "SurfaceContract",
     "TransmittanceContract",
     "assert_registered",
     "sample_atmosphere_inputs",
@@ -86,5 +90,6 @@ __all__ = [
     "sample_radiance_inputs",
     "sample_sea_inputs",
     "sample_sensor_inputs",
+    "sample_surface_inputs",
     "sample_wavenumbers",
 ]

@@ -20,6 +20,8 @@ from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
 from stranger.sensor import Lagging
 from stranger.sensor import Parameters as LaggingParameters
+from stranger.surfaces import Floe
+from stranger.surfaces import Parameters as FloeParameters
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
@@ -34,6 +36,7 @@ from hcss_twin.testing import (
     RadianceModelContract,
     SeaModelContract,
     SensorContract,
+    SurfaceContract,
     TransmittanceContract,
     assert_registered,
     sample_atmosphere_inputs,
@@ -46,6 +49,7 @@ CHOICES = {
     Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
     Kind.RADIANCE: ("radiance.model", "absorbing"),
     Kind.ELEMENTS: ("elements", "ship"),
+    Kind.SURFACES: ("surfaces.provider", "floe"),
     Kind.SENSORS: ("sensor.model", "lagging"),
 }
 
@@ -80,6 +84,11 @@ class TestAbsorbing(RadianceModelContract):
 class TestShip(ElementContract):
     def make_provider(self, inputs):
         return Ship(inputs, ShipParameters())
+
+
+class TestFloe(SurfaceContract):
+    def make_provider(self, inputs):
+        return Floe(inputs, FloeParameters())
 
 
 class TestLagging(SensorContract):

@@ -49,6 +49,7 @@ MEMBERS = {
     ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
     ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
+    ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),
     ("sensors", "measure"): ((np.ones((1, 4, 5)), 0, 0.0), "radiance of shape (1, 4, 5), frame = 0"),
 }
 INPUTS = {"clouds": sample_cloud_inputs(), "elements": sample_element_inputs(), "sensors": sample_sensor_inputs()}

@@ -222,7 +222,11 @@ def test_the_plan_prints_the_classes_and_their_shares(folder):
         ({"surfaces.provider": "coats"}, "surfaces.provider", "closest"),
         ({"surfaces.parameters": {"file": "none.nc"}}, "surfaces.parameters.file", "no file 'none.nc'"),
         ({"surfaces.parameters": {"file": "half.nc"}}, "surfaces.parameters.file", "neither classes nor temperature"),
-        ({"surfaces.parameters": {"file": "half.nc", "classes": {0: "sea", 1: "sandy"}}}, "surfaces.provider", "'sand'"),
+        (
+            {"surfaces.parameters": {"file": "half.nc", "classes": {0: "sea", 1: "sandy"}}},
+            "surfaces.provider",
+            "'sand'",
+        ),
         ({"surfaces.parameters": FIELD, "sea.waves": "resolved", "sea.model": "rough-sea"}, "sea.waves", "'averaged'"),
         ({"bands": [[1.5, 1.7]]}, "bands[0]", "surface class 'sand'"),
     ],
@@ -234,9 +238,11 @@ def test_wrong_sections_name_field_and_what_is_allowed(folder, changes, field, m
 
 
 def test_outside_the_raster_is_an_error_that_names_it(folder):
-    with pytest.raises(HcssError, match=r"raster 'half.nc' covers latitude 34.9799 to 35.0201.*points of the scene lie outs"):
+    with pytest.raises(
+        HcssError, match=r"raster 'half.nc' covers latitude 34.9799 to 35.0201.*points of the scene lie outs"
+    ):
         planned(folder, **{"image.pixel_size": 500.0})
-    with pytest.raises(HcssError, match="has the class 1, which parameters.classes does not name; allowed: 0"):
+    with pytest.raises(HcssError, match=r"has the class 1, which parameters.classes does not name; allowed: 0"):
         planned(folder, **{"surfaces.parameters": {"file": "half.nc", "classes": {0: "sea"}}})
 
 

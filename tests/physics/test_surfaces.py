@@ -63,7 +63,9 @@ def test_below_isothermal_air_a_surface_reflects_the_flux_of_the_sky():
     emissivity = surface.emissivity(WAVENUMBER, np.ones(1))[0]
     through, air = np.exp(-depth / np.cos(np.radians(40.0))), planck(WAVENUMBER, 280.0)
     sky = 1.0 - 2.0 * expn(3, depth)
-    expected = through * emissivity * planck(WAVENUMBER, 305.0) + (1.0 - through * (1.0 - (1.0 - emissivity) * sky)) * air
+    expected = (
+        through * emissivity * planck(WAVENUMBER, 305.0) + (1.0 - through * (1.0 - (1.0 - emissivity) * sky)) * air
+    )
     np.testing.assert_allclose(total(columns(surface, depth, 305.0)), expected, rtol=1e-3)
     np.testing.assert_allclose(total(columns(surface, depth, 280.0, space=280.0)), air, rtol=1e-9)
 

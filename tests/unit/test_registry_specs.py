@@ -62,7 +62,16 @@ def test_every_kind_has_a_documented_hook_and_a_protocol():
     for kind in Kind:
         assert getattr(specs, kind.hook).__doc__
         assert getattr(providers, kind.protocol).__name__ in getattr(specs, kind.hook).__doc__
-    assert [str(kind) for kind in Kind] == ["clouds", "sea", "optics", "atmosphere", "radiance", "elements", "sensors"]
+    assert [str(kind) for kind in Kind] == [
+        "clouds",
+        "sea",
+        "optics",
+        "atmosphere",
+        "radiance",
+        "elements",
+        "surfaces",
+        "sensors",
+    ]
 
 
 def test_the_guide_for_plugin_authors_names_every_hook_protocol_and_kit():

@@ -165,9 +165,7 @@ def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, 
     return means
 
 
-def _over_surfaces(
-    plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int
-) -> Array:
+def _over_surfaces(plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
 

@@ -37,7 +37,9 @@ def stratum_names(layers: int, surfaces: Sequence[str] = ()) -> tuple[str, ...]:
 
 def strata_of(plan: Plan) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene, by number."""
-    return stratum_names(len(plan.layers), () if plan.surfaces is None else [each.name for each in plan.surfaces.classes])
+    return stratum_names(
+        len(plan.layers), () if plan.surfaces is None else [each.name for each in plan.surfaces.classes]
+    )
 
 
 def strata(

@@ -77,7 +77,9 @@ class Coastline:
             own = slice(self.start[ring], self.start[ring + 1])
             x, y = self.longitude[own], self.latitude[own]
             after_x, after_y = np.roll(x, -1), np.roll(y, -1)
-            met = (np.minimum(y, after_y) <= north) & (np.maximum(y, after_y) >= south) & (np.maximum(x, after_x) > west)
+            met = (
+                (np.minimum(y, after_y) <= north) & (np.maximum(y, after_y) >= south) & (np.maximum(x, after_x) > west)
+            )
             pieces.append(np.stack((x, y, after_x, after_y), axis=1)[met])
         x0, y0, x1, y1 = np.ascontiguousarray(np.concatenate(pieces).T)
         return x0, y0, x1, y1

@@ -70,5 +70,7 @@ def material(name: str, catalog: Catalog) -> Lambertian:
     if name not in columns:
         raise CatalogError(f"surface class '{name}' has no boundary and no published emissivity; "
                            f"{choose_from(name, columns)}")  # fmt: skip
-    note = f"surface class {name}: Lambertian, with a published mean emissivity; single places differ by several percent"
+    note = (
+        f"surface class {name}: Lambertian, with a published mean emissivity; single places differ by several percent"
+    )
     return Lambertian(wavelength_um, columns[name], note)

@@ -88,8 +88,8 @@ class Raster:
         if not np.all(inside):
             worst = np.flatnonzero(~inside.ravel())[0]
             raise ProviderError(
-                f"raster '{self._name}' covers {self._grid.extent}; {np.count_nonzero(~inside)} points of the scene lie "
-                f"outside, e.g. latitude {latitude.ravel()[worst]:.5g}, longitude {longitude.ravel()[worst]:.5g}"
+                f"raster '{self._name}' covers {self._grid.extent}; {np.count_nonzero(~inside)} points of the scene "
+                f"lie outside, e.g. latitude {latitude.ravel()[worst]:.5g}, longitude {longitude.ravel()[worst]:.5g}"
             )
         cell = tuple(
             np.clip(np.rint(each), 0, size - 1).astype(np.intp) for each, size in zip((row, column), sizes, strict=True)
@@ -199,8 +199,9 @@ def _geotiff(path: Path) -> Grid:
         else:
             from_globe = "EPSG:4326", crs, longitude.ravel().tolist(), latitude.ravel().tolist()
             x, y = (np.reshape(each, latitude.shape) for each in rasterio.warp.transform(*from_globe)[:2])
-        column, row = inverse * (x, y)
-        return np.asarray(row) - 0.5, np.asarray(column) - 0.5
+        column = inverse.a * np.asarray(x) + inverse.b * np.asarray(y) + inverse.c
+        row = inverse.d * np.asarray(x) + inverse.e * np.asarray(y) + inverse.f
+        return row - 0.5, column - 0.5
 
     edges = f"{bounds.left:g} to {bounds.right:g} east and {bounds.bottom:g} to {bounds.top:g} north"
     return Grid(layers, place, f"{edges} ({crs.to_string() if crs.is_epsg_code else 'its own projection'})")
@@ -232,9 +233,7 @@ def _netcdf(path: Path) -> Grid:
 
     edges = [sorted((_edge(axis, 0.0), _edge(axis, axis.size - 1.0))) for axis in (y, x)]
     return Grid(
-        layers,
-        place,
-        f"latitude {edges[0][0]:g} to {edges[0][1]:g}, longitude {edges[1][0]:g} to {edges[1][1]:g}",
+        layers, place, f"latitude {edges[0][0]:g} to {edges[0][1]:g}, longitude {edges[1][0]:g} to {edges[1][1]:g}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Seven small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
+"""Eight small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 
@@ -36,6 +36,11 @@ def hcss_register_radiance_models():
 @hookimpl
 def hcss_register_elements():
     return _spec("ship", "elements:Ship", "a warm square that hides the sea")
+
+
+@hookimpl
+def hcss_register_surfaces():
+    return _spec("floe", "surfaces:Floe", "ice whose temperature falls toward the north")
 
 
 @hookimpl
