@@ -55,7 +55,7 @@ def make(name: str) -> None:
     shipped = TABLES[name]
     catalog = Catalog()
     cloud_type = load_cloud_type(shipped.cloud_type, catalog)
-    phase, parameters = cloud_type.layer.phase, shipped.parameters
+    phase, parameters = cloud_type.layer.material, shipped.parameters
     index_name = parameters.water_index if phase == "water" else parameters.ice_index
     accuracy = Accuracy(
         parameters.radius_nodes, parameters.spectral_step, parameters.moments if shipped.has_moments else 2

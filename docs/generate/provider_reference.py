@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from types import ModuleType
 
 from hcss_twin import providers
-from hcss_twin.providers import atmosphere, clouds, common, elements, optics, radiance, sea, sensor, surfaces
+from hcss_twin.providers import atmosphere, clouds, declarations, elements, optics, radiance, sea, sensor, surfaces
 
 PAGE = "reference/provider-reference.md"
 
@@ -22,7 +22,7 @@ This page documents the provider interface, from the docstrings of `hcss_twin.pr
 stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
-_PARTS = (common, clouds, sea, optics, atmosphere, radiance, elements, surfaces, sensor)
+_PARTS = (declarations, clouds, sea, optics, atmosphere, radiance, elements, surfaces, sensor)
 
 
 def lines(generated: str) -> Iterator[str]:
@@ -52,6 +52,8 @@ def _class(part: ModuleType, node: ast.ClassDef) -> Iterator[str]:
 
 def _member(node: ast.stmt) -> str:
     if isinstance(node, ast.AnnAssign):
+        if isinstance(node.value, ast.Call):  # the names that metadata allows are in the docstring
+            node.value.keywords = [each for each in node.value.keywords if each.arg != "metadata"]
         return _source(node)
     if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
         return ""

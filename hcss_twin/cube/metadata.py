@@ -55,8 +55,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "Omitted physics: list of `what`, `why` and `bound` (largest effect relative to the band radiance)."),
     AttributeSpec("hcss_notes", "JSON", ALWAYS, "Notes of the providers for users."),
     AttributeSpec("hcss_particles", "JSON", ALWAYS,
-        "`name`, `phase`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` and "
-        "`large_particle_extinction_m1` of each cloud layer, from the lowest."),
+        "`name`, `material`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` "
+        "and `large_particle_extinction_m1` of each cloud layer, from the lowest."),
     AttributeSpec("hcss_significant_wave_height_m", "number", "the sea model knows it",
         "Significant height of the waves, m."),
     AttributeSpec("hcss_accuracy_requested", "number", _RADIANCE,

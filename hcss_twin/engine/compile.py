@@ -227,6 +227,10 @@ def table_key(plan: Plan) -> str:
         parts["surface"] = [surface.name, surface.temperature_K]
         if surface.boundary is not None:  # it may depend on all inputs of the provider
             parts["surfaces"] = [scenario["surfaces"], scenario["image"], assembly.code[str(Kind.SURFACES)]]
+    own = [layer.get("optics") for layer in scenario["clouds"]["layers"]]
+    if any(own):
+        parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
+        parts["optics"] += own
     if plan.waves is not None or assembly.slant.shadows:
         # A window uses the tables of the whole image.
         parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}

@@ -21,19 +21,20 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.builder import Builder, attribute_to_field
 from hcss_twin.plan.clouds import assemble_clouds
 from hcss_twin.plan.lines_of_sight import lines_of_sight
+from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, surroundings
 from hcss_twin.providers import (
+    AtmosphereDeclaration,
     AtmosphereInputs,
     CloudGenerator,
     CloudLayer,
-    Declares,
+    Declaration,
     ElementInputs,
     ElementProvider,
     Grid,
     Motion,
     Optics,
-    OpticsInputs,
     RadianceInputs,
     RadianceModel,
     SeaInputs,
@@ -42,7 +43,7 @@ from hcss_twin.providers import (
     TransmittanceProvider,
     View,
 )
-from hcss_twin.providers.common import applying
+from hcss_twin.providers.declarations import applying
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
@@ -64,9 +65,11 @@ class Assembly:
     Attributes
     ----------
     entries : mapping of str to Entry
-        Registry entry of each provider, by kind; cloud generators of several layers are numbered.
-    particle_fields : tuple of str (L,)
-        Scenario fields that define the particles of each layer.
+        Registry entry of each provider, by kind; generators and optics of several layers are numbered.
+    particle_fields, optics_fields : tuple of str (L,)
+        Scenario fields that define the particles of each layer, and their optics.
+    optics_of_layers : tuple of Optics (L,)
+        The provider of each layer; ``optics`` asks the right one for any particles.
     model_of : callable
         Builds the radiance model of the same scene for another sea, view or sea temperature.
     sea_of : callable
@@ -90,9 +93,11 @@ class Assembly:
     layers: tuple[CloudLayer, ...]
     generators: tuple[CloudGenerator, ...]
     particle_fields: tuple[str, ...]
+    optics_fields: tuple[str, ...]
     transmittance: TransmittanceProvider
     sea: SeaModel
     optics: Optics
+    optics_of_layers: tuple[Optics, ...]
     model: RadianceModel
     model_of: Callable[[SeaModel, View, float], RadianceModel]
     sea_of: Callable[[float], SeaModel]
@@ -136,34 +141,38 @@ class Assembly:
     def notes(
         self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
     ) -> tuple[str, ...]:
-        """Notes on the limits of the providers that a scene uses; notes on a phase only if a layer has its particles.
+        """Notes on the limits of the providers that a scene uses; notes on a material only if a layer is made of it.
 
         Parameters
         ----------
         air, particles, radiance, sunlight : bool
             Whether temperatures of the air, optical properties of clouds, radiance and sunlight are computed.
         """
-        phases = dict.fromkeys(layer.microphysics.phase for layer in self.layers)
-        own = [self.transmittance.declares, self.sea.declares, self.model.declares] if radiance else []
-        if particles and self.layers:
-            own.insert(0, self.optics.declares)
+        own: list[Declaration] = []
+        if radiance:
+            own = [self.transmittance.declares, self.sea.declares, self.model.declares]
         own += [element.declares for element in self.elements]
         if self.surfaces is not None:
             own.append(self.surfaces.provider.declares)
             own += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
-        for declares in (*(generator.declares for generator in self.generators), *own):
+        for generator in self.generators:
+            notes += generator.declares.notes
+        if particles:
+            for optics, layer in zip(self.optics_of_layers, self.layers, strict=True):
+                notes += optics.declares.notes
+                notes += optics.declares.notes_by_material.get(layer.microphysics.material, ())
+        for declares in own:
             notes += declares.notes
-            for phase in phases:
-                notes += declares.notes_by_phase.get(phase, ())
         notes += self.slant.notes if self.layers else ()
         return applying(notes, sunlight, min(band.lower_um for band in self.bands))
 
     @property
     def own_errors(self) -> tuple[str, ...]:
         """Provider-stated accuracy."""
-        of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
-        declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
+        declarations: list[Declaration] = [each.declares for each in self.generators]
+        declarations += [each.declares for each in self.optics_of_layers]
+        declarations += [self.transmittance.declares, self.sea.declares, self.model.declares]
         declarations += [each.declares for each in self.elements]
         if self.surfaces is not None:
             declarations.append(self.surfaces.provider.declares)
@@ -217,15 +226,19 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     bands = _bands(builder, scenario, catalog)
     around, transmittance = _atmosphere(builder, scenario, catalog, bands)
     sea = _sea(builder, scenario, catalog, bands, around)
-    optics = _optics(builder, scenario, catalog, bands)
+    optics = default_optics(builder, scenario, catalog)
     sea_of = partial(_sea_model, builder, scenario, catalog, around)
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
+    particles = particle_optics(builder, scenario, catalog, clouds, optics)
+    for name, each in {} if particles is None else particles.by_name.items():
+        with builder.collect_problems("bands"):
+            _require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
     builder.raise_problems()
-    if around is None or transmittance is None or sea is None or optics is None:
+    if around is None or transmittance is None or sea is None or particles is None:
         raise AssertionError("a provider is missing, and no problem was collected")
-    layers = tuple(layer for layer, _, _ in clouds)
+    layers = tuple(each.layer for each in clouds)
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = _elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
     surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
@@ -236,7 +249,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         profile=around.profile,
         transmittance=transmittance,
         sea=sea,
-        optics=optics,
+        optics=particles.optics,
         layers=layers,
         sea_temperature_K=around.sea_temperature_K,
         view=slant.view,
@@ -261,11 +274,13 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         grid=grid,
         motion=motion,
         layers=layers,
-        generators=tuple(generator for _, generator, _ in clouds),
-        particle_fields=tuple(field for _, _, field in clouds),
+        generators=tuple(each.generator for each in clouds),
+        particle_fields=tuple(each.particle_field for each in clouds),
+        optics_fields=particles.fields,
         transmittance=transmittance,
         sea=sea,
-        optics=optics,
+        optics=particles.optics,
+        optics_of_layers=particles.of_layers,
         model=model,
         model_of=model_of,
         sea_of=sea_of,
@@ -307,7 +322,7 @@ def _atmosphere(
         inputs = AtmosphereInputs(around.profile, catalog)
         transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
         owner = f"atmosphere provider '{name}'"
-        _require_bands_inside(bands, transmittance.declares, owner)
+        _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)
     return around, transmittance
 
@@ -320,7 +335,7 @@ def _sea(
     sea: SeaModel | None = None
     with builder.collect_problems("sea.model", scenario.sea.parameters):
         sea = _sea_model(builder, scenario, catalog, around, temperature)
-        _require_bands_inside(bands, sea.declares, f"sea model '{selected(scenario.sea, 'model')}'")
+        _require_bands_inside(bands, sea.declares.valid, f"sea model '{selected(scenario.sea, 'model')}'")
     return sea
 
 
@@ -344,18 +359,8 @@ def _surfaces(
         surfaces = build_surfaces(builder, scenario, catalog, around, grid)
         for each in surfaces.classes:
             if each.boundary is not None:
-                _require_bands_inside(bands, each.boundary.declares, f"surface class '{each.name}'")
+                _require_bands_inside(bands, each.boundary.declares.valid, f"surface class '{each.name}'")
     return surfaces
-
-
-def _optics(builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]) -> Optics | None:
-    optics: Optics | None = None
-    with builder.collect_problems("optics.provider", scenario.optics.parameters):
-        name = selected(scenario.optics, "provider")
-        optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
-        if scenario.clouds.layers:
-            _require_bands_inside(bands, optics.declares, f"optics provider '{name}'")
-    return optics
 
 
 def _elements(
@@ -395,8 +400,8 @@ def _motion(scenario: Scenario) -> Motion:
     return Motion(float(motion.platform_speed), velocity, evolution, scenario.frames.interval)
 
 
-def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: str) -> None:
-    valid = declares.valid.get("wavenumber_cm1")
+def _require_bands_inside(bands: list[SpectralBand], ranges: Mapping[str, tuple[float, float]], owner: str) -> None:
+    valid = ranges.get("wavenumber_cm1")
     if valid is None:
         return
     shortest, longest = 1e4 / valid[1], 1e4 / valid[0]
@@ -415,7 +420,7 @@ def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: 
         raise ScenarioError(problems)
 
 
-def _require_view_inside(scenario: Scenario, declares: Declares, owner: str) -> None:
+def _require_view_inside(scenario: Scenario, declares: AtmosphereDeclaration, owner: str) -> None:
     valid = declares.valid.get("view_zenith")
     if valid is not None and not valid[0] <= scenario.view.zenith <= valid[1]:
         low, high = valid

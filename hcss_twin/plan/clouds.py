@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings
-from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Declares, Grid, Motion
+from hcss_twin.providers import CloudDeclaration, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.models import Layer, selected
@@ -44,7 +45,7 @@ class DisplacedClouds:
         self._view_shift = view_shift
 
     @property
-    def declares(self) -> Declares:
+    def declares(self) -> CloudDeclaration:
         """Declaration of the generator."""
         return self._generator.declares
 
@@ -145,8 +146,27 @@ def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: st
     raise ScenarioError([Problem(key, f"{message}{remedy if layer.coverage_mode == 'frame' else ''}")])
 
 
-_OF_PARTICLES = ("effective_radius", "effective_variance", "phase", "water_content")
+_OF_PARTICLES = ("effective_radius", "effective_variance", "material", "water_content")
 """Keys that may have caused particles that the optics reject, most likely first."""
+
+
+@dataclass(frozen=True)
+class AssembledLayer:
+    """A cloud layer and its generator.
+
+    Attributes
+    ----------
+    section : Layer
+        The layer in the scenario, at the path ``field``.
+    particle_field : str
+        Field to report if an optics provider rejects the layer's particles.
+    """
+
+    layer: CloudLayer
+    generator: CloudGenerator
+    section: Layer
+    field: str
+    particle_field: str
 
 
 def assemble_clouds(
@@ -157,11 +177,8 @@ def assemble_clouds(
     motion: Motion,
     around: Surroundings | None,
     slant: SlantPaths,
-) -> list[tuple[CloudLayer, CloudGenerator, str]]:
-    """Build layers and their generators, ordered from the lowest to the highest.
-
-    The third element is the field to report if an optics provider rejects the layer's particles.
-    """
+) -> list[AssembledLayer]:
+    """Build layers and their generators, ordered from the lowest to the highest."""
     layers: list[tuple[ResolvedLayer, Layer, str]] = []
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
@@ -178,7 +195,7 @@ def assemble_clouds(
     layers.sort(key=lambda each: each[0].layer.base_m)
     samples = scenario.image.samples_per_pixel
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
-    clouds: list[tuple[CloudLayer, CloudGenerator, str]] = []
+    clouds: list[AssembledLayer] = []
     for index, (resolved, section, field) in enumerate(layers):
         margin = slant.margin(resolved.layer, points.pixel_size_m)
         inputs = CloudInputs(
@@ -202,7 +219,7 @@ def assemble_clouds(
                 shift = slant.of_view(resolved.layer, points.pixel_size_m)
                 generator = DisplacedClouds(generator, margin, shift)
             particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
-            clouds.append((resolved.layer, generator, f"{field}.{particle_key}"))
+            clouds.append(AssembledLayer(resolved.layer, generator, section, field, f"{field}.{particle_key}"))
     return clouds
 
 

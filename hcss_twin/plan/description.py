@@ -83,7 +83,7 @@ def describe_providers(entries: Mapping[str, Entry]) -> dict[str, dict[str, str]
 
 
 def describe_particles(layer: CloudLayer) -> dict[str, str | float]:
-    """Return phase and bulk properties of a layer's particles.
+    """Return material and bulk properties of a layer's particles.
 
     ``large_particle_extinction_m1`` is twice the projected area, 3/2 of the water content over density and
     effective radius: the extinction where particles are much larger than the wavelength, as in visible light.
@@ -91,7 +91,7 @@ def describe_particles(layer: CloudLayer) -> dict[str, str | float]:
     cloud = layer.microphysics
     return {
         "name": layer.name,
-        "phase": cloud.phase,
+        "material": cloud.material,
         "effective_radius_um": effective_radius_um(cloud),
         "effective_variance": effective_variance(cloud),
         "water_content_g_m3": 1000.0 * water_content_kg_m3(cloud),

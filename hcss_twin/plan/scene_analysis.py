@@ -122,7 +122,8 @@ def probe_particles(assembly: Assembly) -> None:
     """Compute the optics of each layer's particles at one wavenumber, so that errors occur early."""
     wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
     problems = []
-    for layer, cloudy, field in zip(assembly.layers, assembly.cloudy_layers, assembly.particle_fields, strict=True):
+    fields = zip(assembly.particle_fields, assembly.optics_fields, strict=True)
+    for layer, cloudy, (field, provider) in zip(assembly.layers, assembly.cloudy_layers, fields, strict=True):
         if cloudy:
             try:
                 assembly.optics.single_scattering(layer.microphysics, wavenumber)
@@ -132,7 +133,7 @@ def probe_particles(assembly: Assembly) -> None:
                     raise
                 problems.append(Problem(field, str(error)))
             except CatalogError as error:
-                problems.append(Problem("optics.provider", str(error)))
+                problems.append(Problem(provider, str(error)))
     if problems:
         raise ScenarioError(list(dict.fromkeys(problems)))
 

@@ -16,7 +16,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer, Grid, RadianceModel, View
-from hcss_twin.providers.common import Note
+from hcss_twin.providers.declarations import Note
 from hcss_twin.scenario.models import Slant
 
 

@@ -1,4 +1,4 @@
-"""The contract between providers and the engine, version 1.
+"""The contract between providers and the engine, version 2.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
 which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
@@ -31,8 +31,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hcss_twin.core.arrays import Array
-    from hcss_twin.providers.atmosphere import AtmosphereInputs, TransmittanceOptions, TransmittanceProvider
+    from hcss_twin.providers.atmosphere import (
+        AtmosphereDeclaration,
+        AtmosphereInputs,
+        TransmittanceOptions,
+        TransmittanceProvider,
+    )
     from hcss_twin.providers.clouds import (
+        CloudDeclaration,
         CloudGenerator,
         CloudGeneratorOptions,
         CloudInputs,
@@ -41,10 +47,11 @@ if TYPE_CHECKING:
         Microphysics,
         Motion,
     )
-    from hcss_twin.providers.common import Declares
+    from hcss_twin.providers.declarations import Declaration
     from hcss_twin.providers.elements import ElementInputs, ElementPixels, ElementProvider, ElementScene, SightPath
-    from hcss_twin.providers.optics import Optics, OpticsInputs, SingleScattering
+    from hcss_twin.providers.optics import Optics, OpticsDeclaration, OpticsInputs, SingleScattering
     from hcss_twin.providers.radiance import (
+        RadianceDeclaration,
         RadianceInputs,
         RadianceModel,
         RadianceModelOptions,
@@ -52,22 +59,24 @@ if TYPE_CHECKING:
         Sun,
         View,
     )
-    from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
-    from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
+    from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
+    from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorDeclaration, SensorInputs, SensorOptions
     from hcss_twin.providers.surfaces import SurfaceClass, SurfaceInputs, SurfaceMap, SurfaceProvider
 
-API_VERSION = 1
+API_VERSION = 2
 """Version of the contract, as in the ``api_version`` of a spec."""
 
 __all__ = [
     "API_VERSION",
     "Array",
+    "AtmosphereDeclaration",
     "AtmosphereInputs",
+    "CloudDeclaration",
     "CloudGenerator",
     "CloudGeneratorOptions",
     "CloudInputs",
     "CloudLayer",
-    "Declares",
+    "Declaration",
     "ElementInputs",
     "ElementPixels",
     "ElementProvider",
@@ -77,15 +86,19 @@ __all__ = [
     "Microphysics",
     "Motion",
     "Optics",
+    "OpticsDeclaration",
     "OpticsInputs",
+    "RadianceDeclaration",
     "RadianceInputs",
     "RadianceModel",
     "RadianceModelOptions",
+    "SeaDeclaration",
     "SeaInputs",
     "SeaModel",
     "SeaModelOptions",
     "Sensor",
     "SensorBand",
+    "SensorDeclaration",
     "SensorInputs",
     "SensorOptions",
     "SightPath",
@@ -102,11 +115,15 @@ __all__ = [
     "WaveShapes",
 ]
 
-_PARTS = ("atmosphere", "clouds", "common", "elements", "optics", "radiance", "sea", "sensor", "surfaces")
+_PARTS = ("atmosphere", "clouds", "declarations", "elements", "optics", "radiance", "sea", "sensor", "surfaces")
 
 
 def __getattr__(name: str) -> Any:
     """Import the contract on first use, so that ``hcss plugins`` can list providers without numpy."""
+    if name == "Declares":  # of version 1
+        from hcss_twin.providers.registry.version_1 import Declares
+
+        return Declares
     if name not in __all__:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     parts = ("core.arrays", *(f"providers.{kind}" for kind in _PARTS))

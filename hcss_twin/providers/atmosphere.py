@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol, runtime_checkable
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.common import RANGES
+from hcss_twin.providers.declarations import Declaration, among
 
 
 @dataclass(frozen=True)
@@ -29,11 +30,35 @@ class AtmosphereInputs:
     catalog: Catalog
 
 
+@dataclass(frozen=True, kw_only=True)
+class AtmosphereDeclaration(Declaration):
+    """What a transmittance provider declares, besides notes and its own errors.
+
+    Attributes
+    ----------
+    valid : mapping of str to (low, high)
+        Ranges of validity, ends included: ``wavenumber_cm1``, ``view_zenith`` (degrees) and
+        ``target_altitude_m`` (of the lower ends of legs).
+    native_grid_cm1 : ndarray (N,), optional
+        Ascending spectral nodes; calls use only these and band edges.
+    resolution_cm1 : float
+        Spectral resolution of the results; 0: monochromatic.
+    legs : {"any", "to_space"}
+        Paths: any legs, or only legs from one target to space. The radiance model fits a law to the latter for other
+        paths.
+    """
+
+    valid: Mapping[str, tuple[float, float]] = field(default_factory=dict, metadata=among(*RANGES))
+    native_grid_cm1: Array | None = None
+    resolution_cm1: float = 0.0
+    legs: Literal["any", "to_space"] = "any"
+
+
 @runtime_checkable
 class TransmittanceProvider(Protocol):
     """Gas (and aerosol) transmittance of composite paths."""
 
-    declares: Declares
+    declares: AtmosphereDeclaration
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) in [0, 1] of each composite path; 1 for a path without legs."""

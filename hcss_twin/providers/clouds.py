@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration, among
 
 
 @dataclass(frozen=True)
@@ -55,22 +55,30 @@ class Microphysics:
 
     Attributes
     ----------
-    phase : {"water", "ice"}
-        Thermodynamic phase.
+    material : str
+        What they are made of: ``water``, ``ice``, or another material that the layer's optics provider handles.
     alpha, b, nu : float
         Shape, scale (um^-nu) and exponent for a radius in micrometres.
     number_density_m3 : float
         Particles per cubic metre, from which ``a`` follows.
     radius_range_um : (float, float)
         Limits of integration r1, r2.
+    density_kg_m3 : float or None
+        Of the material; None for water and ice.
     """
 
-    phase: Literal["water", "ice"]
+    material: str
     alpha: float
     b: float
     nu: float
     number_density_m3: float
     radius_range_um: tuple[float, float]
+    density_kg_m3: float | None = None
+
+    @property
+    def phase(self) -> str:
+        """The material, by its name in version 1 of the provider API."""
+        return self.material
 
 
 @dataclass(frozen=True)
@@ -151,11 +159,30 @@ class CloudInputs:
     type_parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, kw_only=True)
+class CloudDeclaration(Declaration):
+    """What a cloud generator declares, besides notes and its own errors.
+
+    Attributes
+    ----------
+    depends_on : frozenset of str or None
+        Variables that matter, among ``time``; the conformance kit checks it. None: not said.
+    evolves : bool
+        Whether the field changes in other ways than by translation.
+    tileable : bool
+        Whether it can give any window of a frame alone.
+    """
+
+    depends_on: frozenset[str] | None = field(default=None, metadata=among("time"))
+    evolves: bool = False
+    tileable: bool = True
+
+
 @runtime_checkable
 class CloudGenerator(Protocol):
     """Fields of cloud thickness."""
 
-    declares: Declares
+    declares: CloudDeclaration
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) of a window of the image, ``time_s`` after the start; 0: clear sky.

@@ -1,127 +1,22 @@
-"""Declarations common to all kinds of providers, and their checks."""
+"""Names, limits and checks common to all kinds of providers."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Self
+from collections.abc import Callable, Mapping, Sequence, Set
+from typing import Any
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import choose_from
 
-
-@dataclass(frozen=True)
-class Declares:
-    """Properties of a provider that let the engine skip work or place nodes.
-
-    All have defaults. Declare every dependence: the engine may reuse one result for all values of other variables.
-
-    Attributes
-    ----------
-    depends_on : frozenset of str
-        Among ``view_zenith``, ``sun_zenith``, ``relative_azimuth``, ``thickness``, ``time``.
-    valid : mapping of str to (low, high)
-        Ranges of validity, ends included: ``wavenumber_cm1`` for every kind but the radiance model; for a
-        transmittance provider also ``view_zenith`` (degrees) and ``target_altitude_m`` (of the lower ends of legs).
-    native_grid_cm1 : ndarray (N,), optional
-        For a transmittance provider: ascending spectral nodes; calls use only these and band edges.
-    resolution_cm1 : float
-        Spectral resolution of the results; 0: monochromatic.
-    evolves : bool
-        Whether a cloud field changes in other ways than by translation.
-    tileable : bool
-        Whether a cloud generator can give any window of a frame alone.
-    notes : tuple of str
-        Notes for users; copied into plan and cube.
-    legs : {"any", "to_space"}
-        Paths of a transmittance provider: any legs, or only legs from one target to space. The radiance model fits a
-        law to the latter for other paths.
-    notes_by_phase : mapping of str to tuple of str
-        Notes of an optics provider for layers with particles of that phase ("water", "ice").
-    own_errors : tuple of str
-        Provider-stated accuracy with its reference, quoted in the certificate in addition to the engine's error.
-    reach_pixels : int or None
-        For a sensor: largest distance in rows or columns at which one pixel affects another; 0: none, None: the whole
-        frame. The engine computes so much of the scene around the frames.
-    remembers : bool
-        Whether measurements depend on earlier frames, so that a sensor needs all of them in order.
-    """
-
-    depends_on: frozenset[str] = frozenset()
-    valid: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    native_grid_cm1: Array | None = None
-    resolution_cm1: float = 0.0
-    evolves: bool = False
-    tileable: bool = True
-    notes: tuple[str, ...] = ()
-    legs: Literal["any", "to_space"] = "any"
-    notes_by_phase: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    own_errors: tuple[str, ...] = ()
-    reach_pixels: int | None = 0
-    remembers: bool = False
-
-
-class Note(str):
-    """A note for ``Declares.notes`` that does not apply to every scene.
-
-    Parameters
-    ----------
-    text : str
-    sunlight : bool
-        Only for scenes with sunlight.
-    below_um : float
-        Only for bands that reach below this wavelength.
-    """
-
-    sunlight: bool
-    below_um: float
-
-    def __new__(cls, text: str, *, sunlight: bool = False, below_um: float = math.inf) -> Self:
-        """Create the text with its conditions."""
-        note = super().__new__(cls, text)
-        note.sunlight, note.below_um = sunlight, below_um
-        return note
-
-
-def attributed(declares: Declares, speaker: str) -> Declares:
-    """Return a declaration whose notes and own errors begin with ``speaker``, e.g. ``"optics provider ada"``."""
-
-    def with_speaker(texts: Iterable[str]) -> tuple[str, ...]:
-        return tuple(_with_text(text, f"{speaker}: {text}") for text in texts)
-
-    by_phase = {phase: with_speaker(texts) for phase, texts in declares.notes_by_phase.items()}
-    return replace(
-        declares,
-        notes=with_speaker(declares.notes),
-        notes_by_phase=by_phase,
-        own_errors=with_speaker(declares.own_errors),
-    )
-
-
-def _with_text(note: str, text: str) -> str:
-    return Note(text, sunlight=note.sunlight, below_um=note.below_um) if isinstance(note, Note) else text
-
-
-def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[str, ...]:
-    """Return the notes that apply to a scene with this sunlight and shortest wavelength, each once."""
-    selected = (
-        note
-        for note in notes
-        if not isinstance(note, Note) or ((sunlight or not note.sunlight) and shortest_um < note.below_um)
-    )
-    return tuple(dict.fromkeys(selected))
-
-
 DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
-"""Allowed names in ``Declares.depends_on``."""
+"""Names in ``depends_on`` of declarations."""
 
 RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
-"""Allowed names in ``Declares.valid``."""
+"""Names in ``valid`` of declarations."""
 
 LEGS = ("any", "to_space")
-"""Allowed values of ``Declares.legs``."""
+"""Allowed values of ``AtmosphereDeclaration.legs``."""
 
 LAYER_OPTIONS = ("coverage_mode", "edge_taper")
 """Cloud-layer fields that a generator may ignore: the allowed names in ``honours``."""
@@ -144,56 +39,6 @@ MEASURED_LIMITS: Mapping[str, tuple[float, float]] = {
 
 MEASURED = tuple(MEASURED_LIMITS)
 """Allowed names in ``Sensor.variables``."""
-
-
-def check_declares(declares: Declares) -> None:
-    """Check the names, ranges and types of a declaration.
-
-    Raises
-    ------
-    ValueError
-        If it names an unknown dependency or range, a range is not (low, high), the native grid does not ascend, or
-        another field has the wrong type.
-    """
-    for name in declares.depends_on:
-        if name not in DEPENDENCIES:
-            raise ValueError(f"declares.depends_on names '{name}'; {choose_from(name, DEPENDENCIES)}")
-    for name, bounds in declares.valid.items():
-        if name not in RANGES:
-            raise ValueError(
-                f"declares.valid names '{name}', which the engine does not use; {choose_from(name, RANGES)}"
-            )
-        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
-            raise ValueError(f"declares.valid['{name}'] is {bounds}; expected (low, high)")
-    if declares.legs not in LEGS:
-        raise ValueError(f"declares.legs is {declares.legs!r}; {choose_from(str(declares.legs), LEGS)}")
-    if not (math.isfinite(declares.resolution_cm1) and declares.resolution_cm1 >= 0.0):
-        raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
-    by_phase = {f"notes_by_phase['{phase}']": notes for phase, notes in declares.notes_by_phase.items()}
-    for name, texts in {"notes": declares.notes, "own_errors": declares.own_errors, **by_phase}.items():
-        # a single string is a sequence of letters, each of which would become a note
-        if not isinstance(texts, tuple) or not all(isinstance(each, str) for each in texts):
-            raise ValueError(f"declares.{name} is {texts!r}; expected a tuple of strings")
-    for name in ("evolves", "tileable", "remembers"):
-        if not isinstance(getattr(declares, name), bool):
-            raise ValueError(f"declares.{name} is {getattr(declares, name)!r}; expected True or False")
-    reach = declares.reach_pixels
-    if reach is not None and (isinstance(reach, bool) or not isinstance(reach, int) or reach < 0):
-        raise ValueError(f"declares.reach_pixels is {reach!r}; expected None or a whole number, 0 or more")
-    _check_grid(declares.native_grid_cm1)
-
-
-def _check_grid(grid: Any) -> None:
-    if grid is None:
-        return
-    import numpy as np
-
-    nodes = np.asarray(grid)
-    if nodes.ndim != 1 or nodes.size < 2 or nodes.dtype.kind != "f" or not np.all(np.diff(nodes) > 0.0):
-        raise ValueError(
-            f"declares.native_grid_cm1 has shape {nodes.shape} and type {nodes.dtype}; expected two or more "
-            "ascending floating-point wavenumbers"
-        )
 
 
 def check_options(provider: Any) -> None:

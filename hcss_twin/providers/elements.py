@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Grid
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration
 from hcss_twin.providers.radiance import Sun, View
 from hcss_twin.providers.sensor import SensorBand
 
@@ -137,7 +137,7 @@ class ElementProvider(Protocol):
         of the class. The cube has them as ``element_NAME``, NaN where there is no element.
     """
 
-    declares: Declares
+    declares: Declaration
     variables: Mapping[str, tuple[str, str]]
 
     def pixels(self, time_s: float, rows: slice, columns: slice, scene: ElementScene) -> Sequence[ElementPixels]:

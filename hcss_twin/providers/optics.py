@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Microphysics
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration, among
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,30 @@ class OpticsInputs:
     catalog: Catalog
 
 
+@dataclass(frozen=True, kw_only=True)
+class OpticsDeclaration(Declaration):
+    """What an optics provider declares, besides notes and its own errors.
+
+    Attributes
+    ----------
+    valid : mapping of str to (low, high)
+        Ranges of validity, ends included: ``wavenumber_cm1``.
+    materials : set of str
+        What it has particles of; layers of other materials are refused.
+    notes_by_material : mapping of str to tuple of str
+        Notes for layers of that material.
+    """
+
+    valid: Mapping[str, tuple[float, float]] = field(default_factory=dict, metadata=among("wavenumber_cm1"))
+    materials: Set[str] = frozenset({"water", "ice"})
+    notes_by_material: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
 @runtime_checkable
 class Optics(Protocol):
     """Bulk optical properties of cloud particles."""
 
-    declares: Declares
+    declares: OpticsDeclaration
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return bulk properties at ``wavenumber_cm1`` (V,); extinction in proportion to the number density."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.atmosphere import TransmittanceProvider
 from hcss_twin.providers.clouds import CloudLayer
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration, among
 from hcss_twin.providers.optics import Optics
 from hcss_twin.providers.sea import SeaModel
 
@@ -90,6 +90,22 @@ class SolarIrradiance(Protocol):
         ...
 
 
+@dataclass(frozen=True, kw_only=True)
+class RadianceDeclaration(Declaration):
+    """What a radiance model declares, besides notes and its own errors.
+
+    Attributes
+    ----------
+    depends_on : frozenset of str or None
+        Variables that matter, among ``view_zenith``, ``sun_zenith``, ``relative_azimuth``, ``thickness``; the
+        conformance kit checks it. None: not said.
+    """
+
+    depends_on: frozenset[str] | None = field(
+        default=None, metadata=among("view_zenith", "sun_zenith", "relative_azimuth", "thickness")
+    )
+
+
 @runtime_checkable
 class RadianceModel(Protocol):
     """Assembly of the spectral radiance of one column of sea, cloud and air.
@@ -104,7 +120,7 @@ class RadianceModel(Protocol):
         Terms that are exactly 0 without a sun.
     """
 
-    declares: Declares
+    declares: RadianceDeclaration
     terms: Mapping[str, str]
     solar_terms: frozenset[str]
 

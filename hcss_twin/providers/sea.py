@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Grid, Motion
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration, among
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,25 @@ class WaveShapes(Protocol):
         ...
 
 
+@dataclass(frozen=True, kw_only=True)
+class SeaDeclaration(Declaration):
+    """What a sea model declares, besides notes and its own errors.
+
+    Attributes
+    ----------
+    depends_on : frozenset of str or None
+        Variables that matter, among ``view_zenith``, ``sun_zenith``, ``relative_azimuth``; the conformance kit checks
+        it. None: not said.
+    valid : mapping of str to (low, high)
+        Ranges of validity, ends included: ``wavenumber_cm1``.
+    """
+
+    depends_on: frozenset[str] | None = field(
+        default=None, metadata=among("view_zenith", "sun_zenith", "relative_azimuth")
+    )
+    valid: Mapping[str, tuple[float, float]] = field(default_factory=dict, metadata=among("wavenumber_cm1"))
+
+
 @runtime_checkable
 class SeaModel(Protocol):
     """Directional emissivity and bidirectional reflectance of the sea surface.
@@ -55,7 +75,7 @@ class SeaModel(Protocol):
     exceed 1 - emissivity; without ``reflection_weights`` it may be lower by up to 0.1, and the engine rescales it.
     """
 
-    declares: Declares
+    declares: SeaDeclaration
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
         """Return directional emissivity (M, V) in [0, 1] for cosines ``mu`` (M,) of the view zenith."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Grid
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,23 @@ class Measured:
     saturated: NDArray[np.uint8] | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class SensorDeclaration(Declaration):
+    """What a sensor declares, besides notes and its own errors.
+
+    Attributes
+    ----------
+    reach_pixels : int or None
+        Largest distance in rows or columns at which one pixel affects another; 0: none, None: the whole frame. The
+        engine computes so much of the scene around the frames.
+    remembers : bool
+        Whether measurements depend on earlier frames, so that a sensor needs all of them in order.
+    """
+
+    reach_pixels: int | None = 0
+    remembers: bool = False
+
+
 @runtime_checkable
 class Sensor(Protocol):
     """Turns clean frames into measured ones.
@@ -98,7 +115,7 @@ class Sensor(Protocol):
         Measurements in addition to radiance, among ``photon_rate``, ``digital_number``, ``saturated``.
     """
 
-    declares: Declares
+    declares: SensorDeclaration
     variables: tuple[str, ...]
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:

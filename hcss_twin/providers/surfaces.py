@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Grid
-from hcss_twin.providers.common import Declares
+from hcss_twin.providers.declarations import Declaration
 from hcss_twin.providers.sea import SeaModel
 
 
@@ -87,7 +87,7 @@ class SurfaceProvider(Protocol):
         One to 12 classes.
     """
 
-    declares: Declares
+    declares: Declaration
     classes: tuple[SurfaceClass, ...]
 
     def surface(self, time_s: float, rows: slice, columns: slice) -> SurfaceMap:

@@ -56,7 +56,7 @@ class Efficiencies:
 def particles(name: str, catalog: Catalog) -> Microphysics:
     """Return the particle properties of a cloud type."""
     cloud_type = load_cloud_type(name, catalog)
-    return cloud_type.microphysics.particles(cloud_type.layer.phase)
+    return cloud_type.microphysics.particles(cloud_type.layer.material)
 
 
 def optics_providers(catalog: Catalog, moments: int | None = None) -> dict[str, Optics]:
@@ -98,7 +98,7 @@ def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figur
             for axis, values in zip(panels.ravel(), spectral, strict=False):
                 axis.plot(wavelength, values, linewidth=1.2, **line)
             # Only ice spheres need many moments, which are slow.
-            full = in_full[kind] if cloud.phase == "ice" else provider
+            full = in_full[kind] if cloud.material == "ice" else provider
             for axis, at_um in zip(angular, PHASE_UM, strict=True):
                 axis.semilogy(angle, _phase(full, cloud, at_um, angle), linewidth=1.2, **line)
     titles = (

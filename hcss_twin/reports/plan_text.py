@@ -113,7 +113,7 @@ def _particles(layer: CloudLayer, plan: Plan) -> str:
     at_top = f"{float(plan.assembly.profile.temperature_at(layer.top_m)):.4g} K at the top"
     temperature = at_top if layer.temperature_K is None else f"{layer.temperature_K:g} K"
     return (
-        f"{about['name']}: {about['phase']}, effective radius {about['effective_radius_um']:.4g} um, variance "
+        f"{about['name']}: {about['material']}, effective radius {about['effective_radius_um']:.4g} um, variance "
         f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3, extinction "
         f"{about['large_particle_extinction_m1']:.3g} m-1; {temperature}"
     )
@@ -130,7 +130,10 @@ def _radiation(plan: Plan) -> Rows:
     if plan.needs_radiance or any("band" in spec.dims for spec in plan.variables):
         yield "bands", ", ".join(f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in assembly.bands)
     if plan.needs_radiance:
-        optics = f", optics {_named(entries['optics'])}" if plan.layers else ""
+        names = [_named(entries.get(f"optics[{n}]") or entries["optics"]) for n in range(len(plan.layers))]
+        if len(set(names)) > 1:
+            names = [f"{name} ({layer.name})" for name, layer in zip(names, plan.layers, strict=True)]
+        optics = f", optics {', '.join(dict.fromkeys(names))}" if names else ""
         known = assembly.spectral_grid.wavenumber_cm1.size
         yield "radiance", f"{_named(entries['radiance'])}{optics}; a few weighted wavenumbers represent {known}"
 

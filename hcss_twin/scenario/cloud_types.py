@@ -16,18 +16,20 @@ from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.models import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.section_types import ScenarioSection
+from hcss_twin.scenario.section_types import Material, ScenarioSection, with_material
 from hcss_twin.scenario.units import Length, Number, Whole
 
 
 class TypeLayer(ScenarioSection):
     """``[layer]``: altitudes and thickness of clouds of this type."""
 
-    phase: Literal["water", "ice"] = Field(description="Phase of the particles.")
+    material: Material = Field(description="What the particles are made of.")
     base: Length = Field(ge=0, le=20_000, description="Altitude of the cloud base, m.")
     top: Length = Field(gt=0, le=20_000, description="Altitude of the highest cloud top, m.")
     anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
     thickness_min: Length = Field(gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
+
+    _named = model_validator(mode="before")(with_material)
 
     @model_validator(mode="after")
     def _room(self) -> TypeLayer:
@@ -209,7 +211,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
     """
     cloud_type = load_cloud_type(section.type, catalog)
     geometry = layer_geometry(section, cloud_type, field)
-    particles = layer_particles(section, cloud_type.microphysics, cloud_type.layer.phase, field)
+    particles = layer_particles(section, cloud_type.microphysics, cloud_type.layer.material, field)
     layer = CloudLayer(
         name=section.type,
         base_m=geometry.base,

@@ -22,9 +22,11 @@ from hcss_twin.scenario.section_types import (
     WIDEST,
     ImageWindow,
     Instant,
+    Material,
     Platform,
     PlatformSpeed,
     ScenarioSection,
+    with_material,
 )
 from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
@@ -163,8 +165,17 @@ class Atmosphere(ScenarioSection):
         return self
 
 
+class OpticsSection(ScenarioSection):
+    """Optical properties of the cloud particles, of layers without an `optics` table of their own."""
+
+    provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+
 class Layer(ScenarioSection):
     """One cloud layer."""
+
+    _named = model_validator(mode="before")(with_material)
 
     type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
     coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
@@ -195,8 +206,8 @@ class Layer(ScenarioSection):
     temperature: Temperature | None = Field(
         None, ge=150, le=350, description="Cloud temperature, K; default: that of the air at the cloud top."
     )
-    phase: Literal["water", "ice"] | None = Field(
-        None, description="Phase of the particles; the mass per volume stays."
+    material: Material | None = Field(
+        None, description="What the particles are made of; the mass per volume stays. Also called `phase`."
     )
     effective_radius: ParticleRadius | None = Field(
         None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
@@ -205,7 +216,10 @@ class Layer(ScenarioSection):
         None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
     )
     water_content: WaterContent | None = Field(
-        None, gt=0, le=1000.0 * MAX_WATER_KG_M3, description="Liquid water or ice per volume of cloud, g m-3."
+        None, gt=0, le=1000.0 * MAX_WATER_KG_M3, description="Mass of particles per volume of cloud, g m-3."
+    )
+    optics: OpticsSection | None = Field(
+        None, description="Table of keys as in `[optics]`: the optics of this layer; default: those of the scene."
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
 
@@ -297,13 +311,6 @@ class Sea(ScenarioSection):
         'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
-
-
-class OpticsSection(ScenarioSection):
-    """Optical properties of the cloud particles."""
-
-    provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
-    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
 
 class Radiance(ScenarioSection):

@@ -64,6 +64,8 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     layers = clouds.get("layers", []) if isinstance(clouds, dict) else []
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
         sections.append((f"clouds.layers[{index}]", layer, Kind.CLOUDS))
+        if isinstance(layer, dict) and isinstance(layer.get("optics"), dict):
+            sections.append((f"clouds.layers[{index}].optics", layer["optics"], Kind.OPTICS))
     elements = data.get("elements", [])
     for index, element in enumerate(elements if isinstance(elements, list) else []):
         sections.append((f"elements[{index}]", element, Kind.ELEMENTS))
@@ -317,7 +319,7 @@ def _layer_problems(
     section = _part(layer, MICROPHYSICAL, named)
     if section is not None and cloud_type is not None:
         try:
-            layer_particles(section, cloud_type.microphysics, cloud_type.layer.phase, field)
+            layer_particles(section, cloud_type.microphysics, cloud_type.layer.material, field)
         except ScenarioError as error:
             yield from error.problems
 

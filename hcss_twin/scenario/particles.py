@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from hcss_twin.scenario.models import Layer
 
 
-Phase = Literal["water", "ice"]
-
 _BY_SHAPE = ("alpha", "b", "nu", "number_density", "radius_range_um")
 _BY_SIZE = ("effective_radius_um", "effective_variance", "water_content_kg_m3")
 
@@ -27,7 +25,7 @@ class TypeMicrophysics(ScenarioSection):
     """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um.
 
     Specified by shape parameters and number density, or as a gamma distribution (nu = 1) by effective radius,
-    effective variance and liquid water or ice content.
+    effective variance and mass per volume.
     """
 
     alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
@@ -41,7 +39,10 @@ class TypeMicrophysics(ScenarioSection):
         None, ge=NARROWEST, le=WIDEST, description="Width of the area-weighted distribution; with effective_radius_um."
     )
     water_content_kg_m3: Number | None = Field(
-        None, gt=0, le=MAX_WATER_KG_M3, description="Liquid water or ice per volume, kg m-3; with effective_radius_um."
+        None, gt=0, le=MAX_WATER_KG_M3, description="Mass of particles per volume, kg m-3; with effective_radius_um."
+    )
+    density: Number | None = Field(
+        None, gt=0, le=30_000, description="Density of the material, kg m-3; needed unless it is water or ice."
     )
     radius_range_um: tuple[Number, Number] | None = Field(
         None, description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it."
@@ -71,42 +72,50 @@ class TypeMicrophysics(ScenarioSection):
             raise PydanticCustomError("incomplete", f"{', '.join(missing)} missing; {both}")
         return self
 
-    def particles(self, phase: Phase) -> Microphysics:
+    def particles(self, material: str) -> Microphysics:
         """Return the particles that these keys define.
 
         Raises
         ------
         ValueError
-            If a given radius range changes the effective radius or variance noticeably.
+            If a given radius range changes the effective radius or variance noticeably, or the density is unknown.
         """
-        if self.effective_radius_um is not None:
-            from hcss_twin.models.optics.size_distribution import gamma_distribution
+        from hcss_twin.models.optics.size_distribution import density_kg_m3, gamma_distribution
 
+        density_kg_m3(material, self.density)  # refused if unknown
+        if self.effective_radius_um is not None:
             assert self.effective_variance is not None
             assert self.water_content_kg_m3 is not None
             return gamma_distribution(
-                phase, self.effective_radius_um, self.effective_variance, self.water_content_kg_m3, self.radius_range_um
+                material,
+                self.effective_radius_um,
+                self.effective_variance,
+                self.water_content_kg_m3,
+                self.radius_range_um,
+                self.density,
             )
         assert self.alpha is not None
         assert self.b is not None
         assert self.nu is not None
         assert self.number_density is not None
         assert self.radius_range_um is not None
-        return Microphysics(phase, self.alpha, self.b, self.nu, self.number_density, self.radius_range_um)
+        return Microphysics(
+            material, self.alpha, self.b, self.nu, self.number_density, self.radius_range_um, self.density
+        )
 
 
-MICROPHYSICAL = ("phase", "effective_radius", "effective_variance", "water_content")
+MICROPHYSICAL = ("material", "effective_radius", "effective_variance", "water_content")
 """Keys of a layer that change the particles of its type."""
 
 
-def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field: str) -> Microphysics:
+def layer_particles(section: Layer, usual: TypeMicrophysics, material: str, field: str) -> Microphysics:
     """Merge a layer's microphysics with that of its type.
 
     A given radius or variance selects a gamma distribution,
     :func:`hcss_twin.models.optics.size_distribution.gamma_distribution`, over 0.01 to 10 effective radii; values
     missing in the layer come from the type, computed from its distribution if the type gives shape parameters and
-    number density. A water content or a phase alone keeps the type's distribution and changes the number density; a
-    phase alone keeps the mass per volume.
+    number density. A water content or a material alone keeps the type's distribution and changes the number
+    density; a material alone keeps the mass per volume.
 
     Parameters
     ----------
@@ -114,8 +123,8 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
         The layer, with effective radius in um and water content in g m-3.
     usual : TypeMicrophysics
         Microphysics of the cloud type.
-    phase : {"water", "ice"}
-        Phase of the cloud type.
+    material : str
+        Material of the cloud type.
     field : str
         Path of the layer, for problems.
 
@@ -125,12 +134,13 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
         If the values are inconsistent; names the key that the user gave.
     """
     try:
-        particles = usual.particles(phase)
+        particles = usual.particles(material)
     except ValueError as error:
         raise ScenarioError([Problem(f"{field}.type", f"'{section.type}', microphysics: {error}")]) from error
     if all(getattr(section, key) is None for key in MICROPHYSICAL):
         return particles
     from hcss_twin.models.optics.size_distribution import (
+        density_kg_m3,
         effective_radius_um,
         effective_variance,
         gamma_distribution,
@@ -141,9 +151,15 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
     # Use the stated value if there is one, because computed values are rounded.
     content = water_content_kg_m3(particles) if content is None else content
     content = content if section.water_content is None else section.water_content / 1000.0
-    substance = section.phase or phase
+    substance = section.material or material
+    density = usual.density if substance == material else None
+    try:
+        density_kg_m3(substance, density)
+    except ValueError as error:
+        message = f"{error}; or a cloud type (TOML file) of this material, with its density"
+        raise ScenarioError([Problem(f"{field}.material", message)]) from error
     if section.effective_radius is None and section.effective_variance is None:
-        single = replace(particles, phase=substance, number_density_m3=1.0)
+        single = replace(particles, material=substance, density_kg_m3=density, number_density_m3=1.0)
         return replace(single, number_density_m3=content / water_content_kg_m3(single))
     radius = effective_radius_um(particles) if radius is None else radius
     variance = effective_variance(particles) if variance is None else variance
@@ -159,4 +175,5 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
         radius if section.effective_radius is None else section.effective_radius,
         variance if section.effective_variance is None else section.effective_variance,
         content,
+        density=density,
     )

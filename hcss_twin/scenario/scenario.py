@@ -170,6 +170,10 @@ class Scenario(ScenarioModel):
                 section[name] = selected(getattr(self, key), name)
         for layer, model in zip(data["clouds"]["layers"], self.clouds.layers, strict=True):
             layer["generator"] = selected(model, "generator")
+            if model.optics is None:
+                del layer["optics"]
+            else:
+                layer["optics"]["provider"] = selected(model.optics, "provider")
         if self.surfaces is not None:
             data["surfaces"]["provider"] = selected(self.surfaces, "provider")
         for section, element in zip(data.get("elements", ()), self.elements, strict=True):

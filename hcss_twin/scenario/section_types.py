@@ -6,7 +6,7 @@ Particle limits apply to cloud types and scenarios. Times have a zone: a local t
 from __future__ import annotations
 
 from datetime import UTC, date, datetime, timedelta
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -19,6 +19,25 @@ class ScenarioSection(BaseModel):
     """Base of all sections: immutable; rejects unknown keys, NaN and infinity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+Material = Annotated[str, Field(pattern="^[a-z][a-z0-9-]*$", max_length=40)]
+"""Name of what particles are made of."""
+
+
+def with_material(data: Any) -> Any:
+    """Return a raw section with ``phase``, the name of ``material`` until version 0.1, converted.
+
+    Raises
+    ------
+    PydanticCustomError
+        If both are given.
+    """
+    if not isinstance(data, dict) or "phase" not in data:
+        return data
+    if "material" in data:
+        raise PydanticCustomError("two_ways", "phase given together with material, its present name; allowed: material")
+    return {"material" if key == "phase" else key: value for key, value in data.items()}
 
 
 LARGEST_UM = 500.0

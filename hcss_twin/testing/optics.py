@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from functools import partial
 from typing import Any
 
@@ -12,7 +12,15 @@ import pytest
 
 from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array, AtmosphereInputs, Microphysics, Optics, OpticsInputs, TransmittanceProvider
+from hcss_twin.providers import (
+    Array,
+    AtmosphereInputs,
+    Microphysics,
+    Optics,
+    OpticsDeclaration,
+    OpticsInputs,
+    TransmittanceProvider,
+)
 from hcss_twin.providers.common import FRACTION_TOLERANCE
 from hcss_twin.testing.atmosphere_laws import TransmittanceLaws
 from hcss_twin.testing.particle_laws import OpticsLaws
@@ -37,9 +45,15 @@ class OpticsContract(OpticsLaws, SpectralContract):
         return sample_optics_inputs()
 
     @pytest.fixture
-    def cloud(self) -> Microphysics:
-        """Sample particles; override for a provider of ice only."""
-        return sample_microphysics("water")
+    def cloud(self, provider: Optics) -> Microphysics:
+        """Sample particles of water, or of the first material of a provider without water."""
+        return sample_microphysics(min(materials(provider), key=lambda name: (name != "water", name)))
+
+    def test_every_declared_material_has_properties(self, provider: Optics, wavenumber_cm1: Array) -> None:
+        """Sample particles of each declared material give properties at one wavenumber."""
+        for material in sorted(materials(provider)):
+            bulk = provider.single_scattering(sample_microphysics(material), wavenumber_cm1[:1])
+            assert bulk.extinction_m1.shape == (1,), material
 
     def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """(V,), (V,) and (K, V) with K of at least 2, all real."""
@@ -107,6 +121,12 @@ class OpticsContract(OpticsLaws, SpectralContract):
         for name in ("extinction_m1", "albedo", "moments"):
             np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
             np.testing.assert_array_equal(getattr(between, name), getattr(alone, name))
+
+
+def materials(provider: Optics) -> Set[str]:
+    """Return the declared materials; a provider of version 1 has water and ice."""
+    found: Set[str] = getattr(provider.declares, "materials", OpticsDeclaration().materials)
+    return found
 
 
 class TransmittanceContract(TransmittanceLaws, SpectralContract):

@@ -231,6 +231,8 @@ class RadianceModelContract(RadianceLaws, SpectralContract):
             "sun_zenith": (_THICKNESS_M, Sun(50.0, 200.0, 1.0)),
             "relative_azimuth": (_THICKNESS_M, Sun(40.0, 290.0, 1.0)),
         }
+        if provider.declares.depends_on is None:
+            pytest.skip("the model does not say on which variables it depends")
         for dependency in others.keys() - provider.declares.depends_on:
             changed = provider.cloudy(wavenumber_cm1, *others[dependency])
             for name in provider.terms:

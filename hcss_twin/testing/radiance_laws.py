@@ -11,7 +11,7 @@ import pytest
 
 from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array, Declares, RadianceInputs, RadianceModel, Sun, View
+from hcss_twin.providers import Array, RadianceInputs, RadianceModel, SeaDeclaration, Sun, View
 from hcss_twin.testing.samples import (
     PlainGas,
     PlainOptics,
@@ -34,7 +34,7 @@ class SidedSea(PlainSea):
 
     def __init__(self, emissivity: float = 0.9) -> None:
         super().__init__(emissivity)
-        self.declares = Declares(depends_on=frozenset({"relative_azimuth"}))
+        self.declares = SeaDeclaration(depends_on=frozenset({"relative_azimuth"}))
 
     def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
         """Return (1 - emissivity) / pi (1 - 0.8 cos azimuth), (M, V)."""
@@ -150,7 +150,7 @@ class RadianceLaws:
         model = self._model(inputs, 0.3, sea=SidedSea())
         usual = _total(model.clear(wavenumber_cm1, Sun(40.0, 200.0, 1.0)))
         others = {"sun_zenith": Sun(60.0, 200.0, 1.0), "relative_azimuth": Sun(40.0, 290.0, 1.0)}
-        for name in others.keys() & model.declares.depends_on:
+        for name in others.keys() & (model.declares.depends_on or set()):
             assert np.any(_total(model.clear(wavenumber_cm1, others[name])) != usual), f"declares {name}"
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,16 +16,19 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import GASES, Profile
 from hcss_twin.providers import (
     Array,
+    AtmosphereDeclaration,
     AtmosphereInputs,
     CloudInputs,
     CloudLayer,
-    Declares,
+    Declaration,
     ElementInputs,
     Grid,
     Microphysics,
     Motion,
+    OpticsDeclaration,
     OpticsInputs,
     RadianceInputs,
+    SeaDeclaration,
     SeaInputs,
     SensorBand,
     SensorInputs,
@@ -33,7 +36,8 @@ from hcss_twin.providers import (
     SurfaceInputs,
     View,
 )
-from hcss_twin.providers.common import check_declares, check_options
+from hcss_twin.providers.common import check_options
+from hcss_twin.providers.declarations import check_declaration
 
 
 class PlainSea:
@@ -41,7 +45,7 @@ class PlainSea:
 
     def __init__(self, emissivity: float = 0.98) -> None:
         self._emissivity = emissivity
-        self.declares = Declares()
+        self.declares = SeaDeclaration(depends_on=frozenset())
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
         """Return the same emissivity (M, V) everywhere."""
@@ -59,7 +63,7 @@ class PlainOptics:
         self._cross_section_m2 = cross_section_m2
         self._albedo = albedo
         self._asymmetry = asymmetry
-        self.declares = Declares()
+        self.declares = OpticsDeclaration()
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return extinction in proportion to the number of particles, the same at all wavenumbers."""
@@ -78,7 +82,7 @@ class PlainGas:
         self._profile = profile
         self._weights = -np.diff(profile.pressure_Pa) / (profile.pressure_Pa[0] - profile.pressure_Pa[-1])
         self._vertical_depth = vertical_depth
-        self.declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+        self.declares = AtmosphereDeclaration()
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V), the same at all wavenumbers."""
@@ -126,19 +130,20 @@ def sample_profile(temperature_K: float | None = None) -> Profile:
     )
 
 
-def sample_microphysics(phase: Literal["water", "ice"] = "water") -> Microphysics:
-    """Return particles: a cloud of droplets with a mode radius of 4 um, or of ice particles of 20 um.
+def sample_microphysics(material: str = "water") -> Microphysics:
+    """Return particles: water droplets or other particles with a mode radius of 4 um, or ice particles of 20 um.
 
     n(r) = a r^6 exp(-6 r / r_mode): the modified gamma distribution with its mode at r_mode.
     """
-    mode_um, density_m3 = {"water": (4.0, 1e8), "ice": (20.0, 1e5)}[phase]
+    mode_um, density_m3 = (20.0, 1e5) if material == "ice" else (4.0, 1e8)
     return Microphysics(
-        phase=phase,
+        material=material,
         alpha=6.0,
         b=6.0 / mode_um,
         nu=1.0,
         number_density_m3=density_m3,
         radius_range_um=(mode_um / 50.0, mode_um * 10.0),
+        density_kg_m3=None if material in ("water", "ice") else 2500.0,
     )
 
 
@@ -285,27 +290,31 @@ def flat_sun(wavenumber_cm1: Array) -> Array:
     return np.full(wavenumber_cm1.shape, 0.01)
 
 
-def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
+def sample_wavenumbers(declares: Declaration, count: int = 12) -> Array:
     """Return up to ``count`` wavenumbers in the range of a provider, within 500 to 4000 cm-1 if it can.
 
     Nodes of its native grid if it has one, otherwise evenly spaced wavenumbers within its declared range.
     """
-    low, high = declares.valid.get("wavenumber_cm1", _USUAL_RANGE_CM1)
+    low, high, grid = _spectrum(declares, _USUAL_RANGE_CM1)
     inner = max(low, _USUAL_RANGE_CM1[0]), min(high, _USUAL_RANGE_CM1[1])
     low, high = inner if inner[0] < inner[1] else (low, high)
-    if declares.native_grid_cm1 is None:
+    if grid is None:
         return frozen(np.linspace(low, high, count))
-    grid = declares.native_grid_cm1
     inside = grid[(grid >= low) & (grid <= high)]
     return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])
 
 
-def range_ends(declares: Declares) -> Array:
+def _spectrum(declares: Declaration, otherwise: tuple[float, float]) -> tuple[float, float, Array | None]:
+    """Return the range of wavenumbers, and the native grid, of a kind that can declare them."""
+    valid: Mapping[str, tuple[float, float]] = getattr(declares, "valid", {})
+    return *valid.get("wavenumber_cm1", otherwise), getattr(declares, "native_grid_cm1", None)
+
+
+def range_ends(declares: Declaration) -> Array:
     """Return the lowest and highest wavenumber that a provider declares; skip the test if it declares no range."""
-    low, high = declares.valid.get("wavenumber_cm1", (0.0, 0.0))
+    low, high, grid = _spectrum(declares, (0.0, 0.0))
     if low <= 0.0 or not math.isfinite(high):
         pytest.skip("the provider declares no range of wavenumbers")
-    grid = declares.native_grid_cm1
     if grid is None:
         return frozen([low, high])
     inside = grid[(grid >= low) & (grid <= high)]
@@ -326,7 +335,7 @@ class ProviderContract:
 
     def test_declaration_is_sound(self, provider: Any) -> None:
         """Names, ranges and optional attributes are known to the engine."""
-        check_declares(provider.declares)
+        check_declaration(provider.declares)
         check_options(provider)
 
 

@@ -81,6 +81,8 @@ class SeaModelContract(SeaLaws, SpectralContract):
     def test_undeclared_directions_have_no_influence(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """Variables not in ``declares.depends_on`` do not change the result."""
         depends_on = provider.declares.depends_on
+        if depends_on is None:
+            pytest.skip("the model does not say on which variables it depends")
         if "view_zenith" not in depends_on:
             emissivity = provider.emissivity(wavenumber_cm1, _MU_OUT)
             np.testing.assert_array_equal(emissivity, np.broadcast_to(emissivity[:1], emissivity.shape))

@@ -14,6 +14,7 @@ from PIL import Image
 import hcss_twin
 from hcss_twin import Scenario, providers
 from hcss_twin.core.catalog import catalog_root
+from hcss_twin.providers.registry import API_VERSION, Kind
 
 ROOT = catalog_root().parent
 DOCS = ROOT / "docs"
@@ -144,3 +145,14 @@ def test_what_a_page_would_load_from_elsewhere_is_found(tmp_path):
     for name, text in bad.items():
         (tmp_path / name).write_text(text)
     assert sorted(name for name, _ in outside(tmp_path)) == sorted(bad)
+
+
+def test_every_kind_of_provider_has_fewer_concepts_than_in_version_1(generator):
+    concepts = sys.modules["provider_concepts"].concepts
+    for kind in Kind:
+        members, inputs, declared = concepts(kind, API_VERSION)
+        assert "declares" in members
+        assert inputs
+        assert {"notes", "own_errors"} <= set(declared)
+        before = sum(map(len, concepts(kind, 1)))  # 0: a new kind
+        assert not before or len(members) + len(inputs) + len(declared) < before

@@ -12,7 +12,7 @@ from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.providers import Declares, Grid, Sun
+from hcss_twin.providers import AtmosphereDeclaration, Grid, Sun
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import (
@@ -56,8 +56,8 @@ INPUTS = {"clouds": sample_cloud_inputs(), "elements": sample_element_inputs(), 
 
 
 def guarded(kind, **members):
-    spec = ProviderSpec("toy", "a:B", None, 1, "a toy")
-    common = {"declares": Declares(), "variables": (), "terms": {"a": "b"}, "solar_terms": frozenset()}
+    spec = ProviderSpec("toy", "a:B", None, 2, "a toy")
+    common = {"declares": AtmosphereDeclaration(), "variables": (), "terms": {"a": "b"}, "solar_terms": frozenset()}
     provider = type("Toy", (), {**common, **members})()
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, INPUTS.get(kind))
 

@@ -27,9 +27,9 @@ class AnyAir:
     """A provider that accepts any profile: transparent."""
 
     def __init__(self, inputs, parameters):
-        from hcss_twin.providers import Declares
+        from hcss_twin.providers import AtmosphereDeclaration
 
-        self.declares = Declares()
+        self.declares = AtmosphereDeclaration()
 
     def transmittance(self, wavenumber_cm1, paths):
         return np.ones((len(paths), wavenumber_cm1.size))
@@ -45,8 +45,8 @@ class Plugin:
     @hookimpl
     def hcss_register_transmittance_providers(self):
         return [
-            ProviderSpec("any-air", f"{__name__}:AnyAir", None, 1, "transparent"),
-            ProviderSpec("badly-bound", f"{__name__}:BadlyBound", None, 1, "returns a name"),
+            ProviderSpec("any-air", f"{__name__}:AnyAir", None, 2, "transparent"),
+            ProviderSpec("badly-bound", f"{__name__}:BadlyBound", None, 2, "returns a name"),
         ]
 
 

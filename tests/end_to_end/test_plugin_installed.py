@@ -44,12 +44,12 @@ PROVIDER = """
 
     @hookimpl
     def {hook}():
-        return [ProviderSpec("{name}", "{module}:Gas", None, 1, "a test gas")]
+        return [ProviderSpec("{name}", "{module}:Gas", None, 2, "a test gas")]
 
     class Gas:
         def __init__(self, inputs, parameters):
-            from hcss_twin.providers import Declares
-            self.declares = Declares()
+            from hcss_twin.providers import AtmosphereDeclaration
+            self.declares = AtmosphereDeclaration()
 
         def transmittance(self, wavenumber_cm1, paths):
             import numpy as np

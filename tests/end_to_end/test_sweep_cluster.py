@@ -31,17 +31,17 @@ import os
 
 import numpy as np
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
 
 @hookimpl
 def hcss_register_cloud_generators():
-    return [ProviderSpec("trap", "trap:Trap", None, 1, "a trap")]
+    return [ProviderSpec("trap", "trap:Trap", None, 2, "a trap")]
 
 
 class Trap:
-    declares = Declares()
+    declares = CloudDeclaration()
 
     def __init__(self, inputs, parameters):
         self._thickness = inputs.layer.thickness_max_m

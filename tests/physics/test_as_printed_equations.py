@@ -11,7 +11,17 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import AsPrintedParameters
 from hcss_twin.models.radiance.as_printed import AsPrinted
-from hcss_twin.providers import CloudLayer, Declares, Microphysics, RadianceInputs, SingleScattering, Sun, View
+from hcss_twin.providers import (
+    AtmosphereDeclaration,
+    CloudLayer,
+    Microphysics,
+    OpticsDeclaration,
+    RadianceInputs,
+    SeaDeclaration,
+    SingleScattering,
+    Sun,
+    View,
+)
 
 WAVENUMBER = np.array([2500.0])
 SUN = Sun(zenith_deg=30.0, azimuth_deg=200.0, distance_au=1.0)
@@ -23,7 +33,7 @@ BRDF, SEA_EMISSIVITY, IRRADIANCE = 0.3, 0.97, 1.5e-3
 class Gas:
     """T = exp(-0.1 x number of legs x (1 - height / 20 km)); path radiance from the engine."""
 
-    declares = Declares()
+    declares = AtmosphereDeclaration()
 
     def transmittance(self, wavenumber_cm1, paths):
         depth = [sum(0.1 * (1 - min(leg.lower_m, 2e4) / 2e4) for leg in path.legs) for path in paths]
@@ -31,7 +41,7 @@ class Gas:
 
 
 class Sea:
-    declares = Declares()
+    declares = SeaDeclaration()
 
     def emissivity(self, wavenumber_cm1, mu):
         return np.full((mu.size, wavenumber_cm1.size), SEA_EMISSIVITY)
@@ -41,7 +51,7 @@ class Sea:
 
 
 class Particles:
-    declares = Declares()
+    declares = OpticsDeclaration()
 
     def single_scattering(self, cloud, wavenumber_cm1):
         ones = np.ones(wavenumber_cm1.size)

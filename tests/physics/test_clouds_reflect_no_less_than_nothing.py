@@ -22,7 +22,7 @@ def catalog():
 
 def optics_of(catalog, provider, name):
     cloud_type = load_cloud_type(name, catalog)
-    particles = cloud_type.microphysics.particles(cloud_type.layer.phase)
+    particles = cloud_type.microphysics.particles(cloud_type.layer.material)
     inputs = OpticsInputs(catalog)
     made = MieOptics(inputs, MieParameters()) if provider == "mie" else BulkOptics(inputs, BulkParameters())
     return made.single_scattering(particles, 1e4 / WAVELENGTH_UM)

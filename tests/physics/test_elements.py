@@ -12,7 +12,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import stream
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Declares, ElementPixels
+from hcss_twin.providers import Declaration, ElementPixels
 
 BASE = {
     **CHEAP,
@@ -131,7 +131,7 @@ def test_parallax_moves_a_high_source_away_from_the_sensor():
 class Square:
     """One opaque pixel."""
 
-    declares = Declares()
+    declares = Declaration()
     variables = {}  # noqa: RUF012
 
     def __init__(self, radiance, kelvin, altitude_m=0.0, share=1.0):

@@ -36,7 +36,7 @@ def test_visible_extinction_is_three_halves_of_content_over_density_and_radius(r
 def test_the_plan_tells_the_extinction_of_large_particles():
     told = describe(planned(effective_radius=12.0, water_content=0.3))["layers"][0]["particles"]
     assert told["large_particle_extinction_m1"] == pytest.approx(1.5 * 0.3e-3 / (1000.0 * 12e-6), rel=1e-4)
-    assert (told["phase"], told["effective_radius_um"]) == ("water", pytest.approx(12.0, rel=1e-5))
+    assert (told["material"], told["effective_radius_um"]) == ("water", pytest.approx(12.0, rel=1e-5))
     done = CliRunner().invoke(cli, ["plan", "stratus", *CHEAP_OPTIONS, "--set", "clouds.effective_radius=12"])
     assert "stratus: water, effective radius 12 um, variance 0.129, 0.302 g m-3, extinction" in done.output
 

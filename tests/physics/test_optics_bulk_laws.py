@@ -88,7 +88,7 @@ def test_properties_stay_in_their_ranges(optics, cloud) -> None:
 def test_interpolation_and_quadrature_stay_below_two_parts_in_ten_thousand(optics, cloud) -> None:
     generator = np.random.default_rng(3)
     wavelength = np.concatenate([generator.uniform(*band, 2) for band in BANDS_UM])
-    index = load_refractive_index(Catalog(), cloud.phase)
+    index = load_refractive_index(Catalog(), cloud.material)
     exact = bulk_properties(cloud, index, wavelength, 600)
     result = optics.single_scattering(cloud, 1e4 / wavelength)
     np.testing.assert_allclose(result.extinction_m1, exact.extinction_m1, rtol=2e-4)

@@ -17,7 +17,7 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.plan.clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
-from hcss_twin.providers import Declares, Sun, View
+from hcss_twin.providers import CloudDeclaration, Sun, View
 from hcss_twin.testing.samples import PlainOptics
 
 SIZE, PIXEL_M = 60, 50.0
@@ -60,7 +60,7 @@ class HandMade:
 
     thickness: object
     margin: tuple
-    declares = Declares()
+    declares = CloudDeclaration()
 
     def thickness_m(self, time_s, rows, columns):
         y, x = np.mgrid[rows, columns]

@@ -20,7 +20,7 @@ SHIPPED = sorted(name for name in Catalog().names("optics", ".nc") if not name.s
 
 def particles(name):
     cloud_type = load_cloud_type(name, Catalog())
-    return cloud_type.microphysics.particles(cloud_type.layer.phase)
+    return cloud_type.microphysics.particles(cloud_type.layer.material)
 
 
 def refuse(*_):
@@ -48,7 +48,8 @@ def test_a_shipped_table_equals_computation_at_random_nodes(shipped) -> None:
     provider, name = shipped.split("-")
     parameters = PROVIDERS[provider][1]
     cloud = particles(name)
-    index = load_refractive_index(Catalog(), parameters.water_index if cloud.phase == "water" else parameters.ice_index)
+    water = cloud.material == "water"
+    index = load_refractive_index(Catalog(), parameters.water_index if water else parameters.ice_index)
     count = 2 if shipped == "bulk-cirrus" else parameters.moments
     table = BulkTable(cloud, index, Accuracy(parameters.radius_nodes, parameters.spectral_step, count))
     table_store.read_into(table, Catalog().root / "optics" / f"{shipped}.nc")

@@ -25,7 +25,7 @@ def summed(moments, degrees):
 )
 def test_128_moments_give_the_phase_function_of_spheres_beside_its_forward_peak(name, wavelength_um) -> None:
     cloud_type = load_cloud_type(name, Catalog())
-    phase = cloud_type.layer.phase
+    phase = cloud_type.layer.material
     cloud, index = cloud_type.microphysics.particles(phase), load_refractive_index(Catalog(), phase)
     moments = bulk_moments(cloud, index, np.array([wavelength_um]), 400, 640)
     assert abs(moments[-1, 0]) < 1e-5  # all there are

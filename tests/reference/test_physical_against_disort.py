@@ -12,7 +12,7 @@ from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import Declares, Sun, View
+from hcss_twin.providers import AtmosphereDeclaration, Sun, View
 from hcss_twin.testing.samples import PlainOptics, PlainSea, sample_layer, sample_radiance_inputs
 
 STREAMS = 32
@@ -28,7 +28,7 @@ DEPTH = np.array([0.1, 0.05, 0.0, 0.0, 0.1, 0.08, 0.05, 0.02])
 class PlaneGas:
     """Grey gas in plane-parallel layers; transmittances multiply."""
 
-    declares = Declares(depends_on=frozenset({"view_zenith"}))
+    declares = AtmosphereDeclaration()
 
     def transmittance(self, wavenumber_cm1, paths):
         depth = [

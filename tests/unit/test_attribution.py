@@ -5,29 +5,31 @@ import dataclasses
 import pytest
 
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.providers import CloudGenerator, Declares
-from hcss_twin.providers.common import LAYER_OPTIONS, Note, applying, attributed, check_options
+from hcss_twin.providers import CloudDeclaration, CloudGenerator, OpticsDeclaration
+from hcss_twin.providers.common import LAYER_OPTIONS, check_options
+from hcss_twin.providers.declarations import Note, applying, attributed
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import sample_cloud_inputs
 
-OWN = Declares(
+OWN = CloudDeclaration(
     notes=("plain", Note("by day", sunlight=True), Note("in the blue", below_um=0.5)),
     own_errors=("extinction some 20 % off",),
-    notes_by_phase={"ice": ("crystals are spheres",)},
 )
 
 
 def test_a_speaker_stands_before_notes_and_errors_and_conditions_stay():
     told = attributed(OWN, "optics provider ada")
     assert told.own_errors == ("optics provider ada: extinction some 20 % off",)
-    assert told.notes_by_phase == {"ice": ("optics provider ada: crystals are spheres",)}
     everything = ("optics provider ada: plain", "optics provider ada: by day", "optics provider ada: in the blue")
     assert applying(told.notes, sunlight=True, shortest_um=0.4) == everything
     assert applying(told.notes, sunlight=False, shortest_um=4.0) == everything[:1]
-    assert (
-        dataclasses.replace(told, notes=OWN.notes, own_errors=OWN.own_errors, notes_by_phase=OWN.notes_by_phase) == OWN
-    )
+    assert dataclasses.replace(told, notes=OWN.notes, own_errors=OWN.own_errors) == OWN
+
+
+def test_notes_on_a_material_have_their_speaker():
+    told = attributed(OpticsDeclaration(notes_by_material={"ice": ("crystals are spheres",)}), "optics provider ada")
+    assert told.notes_by_material == {"ice": ("optics provider ada: crystals are spheres",)}
 
 
 class Clouds:
@@ -42,7 +44,7 @@ class Clouds:
 def guarded(distribution="hcss-ada", honours=None, **layer):
     inputs = sample_cloud_inputs()
     inputs = dataclasses.replace(inputs, layer=dataclasses.replace(inputs.layer, **layer))
-    spec = ProviderSpec(name="ada", target="a:B", parameters=None, api_version=1, summary="a toy")
+    spec = ProviderSpec(name="ada", target="a:B", parameters=None, api_version=2, summary="a toy")
     provider = Clouds() if honours is None else Clouds(honours=honours)
     return guard(Entry(Kind.CLOUDS, spec, Origin("a", distribution, "1.2")), provider, inputs)
 

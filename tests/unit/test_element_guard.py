@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.providers import Declares, ElementPixels
+from hcss_twin.providers import Declaration, ElementPixels
 from hcss_twin.providers.common import check_element_variables
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
@@ -24,7 +24,7 @@ GOOD = {
 
 def asked(answer):
     provider = SimpleNamespace(
-        declares=Declares(), variables={"source": ("1", "Its number.")}, pixels=lambda *arguments: answer
+        declares=Declaration(), variables={"source": ("1", "Its number.")}, pixels=lambda *arguments: answer
     )
     entry = SimpleNamespace(kind=Kind.ELEMENTS, name="ship", label="element provider 'ship'", distribution="hcss-ship")
     inputs = sample_element_inputs()

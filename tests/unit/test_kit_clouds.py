@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import CloudDeclaration
 from hcss_twin.testing import CloudGeneratorContract, sample_cloud_inputs
 
 
@@ -18,7 +18,7 @@ class Checkerboard:
         self.speed_x = (inputs.motion.platform_speed_m_s - wind[0]) / inputs.grid.pixel_size_m
         self.speed_y = -wind[1] / inputs.grid.pixel_size_m
         moves = self.speed_x or self.speed_y
-        self.declares = Declares(depends_on=frozenset({"time"} if moves else ()), tileable=True)
+        self.declares = CloudDeclaration(depends_on=frozenset({"time"} if moves else ()), tileable=True)
 
     def thickness_m(self, time_s, rows, columns):
         layer = self.inputs.layer

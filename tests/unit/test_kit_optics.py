@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import OpticsDeclaration
 from hcss_twin.testing import OpticsContract, PlainOptics, sample_microphysics, sample_optics_inputs, sample_wavenumbers
 
-NU = sample_wavenumbers(Declares())
+NU = sample_wavenumbers(OpticsDeclaration())
 
 
 class TestPlainOptics(OpticsContract):
@@ -63,3 +63,20 @@ def test_kit_refuses_optics_that_take_other_particles_for_the_same(key):
         Kit().test_result_does_not_depend_on_earlier_calls(
             Remembers(), sample_optics_inputs(), sample_microphysics(), NU
         )
+
+
+def test_kit_refuses_optics_without_a_declared_material():
+    class Ash(PlainOptics):
+        def __init__(self, *names):
+            super().__init__()
+            self.declares = OpticsDeclaration(materials=frozenset(names))
+
+        def single_scattering(self, cloud, wavenumber_cm1):
+            if cloud.material != "ash":
+                raise ValueError(f"{cloud.material} is no ash")
+            return super().single_scattering(cloud, wavenumber_cm1)
+
+    kit = OpticsContract()
+    kit.test_every_declared_material_has_properties(Ash("ash"), NU)
+    with pytest.raises(ValueError, match="dust is no ash"):
+        kit.test_every_declared_material_has_properties(Ash("ash", "dust"), NU)

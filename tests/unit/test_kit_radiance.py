@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Declares, Sun
+from hcss_twin.providers import RadianceDeclaration, Sun
 from hcss_twin.testing import RadianceModelContract, sample_radiance_inputs, sample_wavenumbers
 
-NU = sample_wavenumbers(Declares())
+NU = sample_wavenumbers(RadianceDeclaration())
 
 
 class GreyModel:
     """Sea and clouds of radiance 1 at all wavenumbers, and a constant glint: for laws of form, not of size."""
 
-    declares = Declares(depends_on=frozenset({"thickness"}))
+    declares = RadianceDeclaration(depends_on=frozenset({"thickness"}))
     terms = {"surface": "emitted by the surface", "glint": "reflected sun"}  # noqa: RUF012
     solar_terms = frozenset({"glint"})
 
@@ -93,7 +93,7 @@ def test_kit_refuses_an_undeclared_dependence_of_a_radiance_model(answer):
     def cloudy(nu, thickness_m, sun):
         return dict.fromkeys(GreyModel.terms, answer(nu, thickness_m, sun))
 
-    kit, model, _ = model_kit(cloudy=cloudy, declares=Declares())
+    kit, model, _ = model_kit(cloudy=cloudy, declares=RadianceDeclaration())
     with pytest.raises(AssertionError):
         kit.test_undeclared_thickness_and_sun_have_no_influence(model, NU)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import SeaDeclaration
 from hcss_twin.testing import PlainSea, SeaModelContract, sample_wavenumbers
 
-NU = sample_wavenumbers(Declares())
+NU = sample_wavenumbers(SeaDeclaration())
 
 
 class TestPlainSea(SeaModelContract):

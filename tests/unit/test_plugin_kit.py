@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from hcss_twin.physics.profile import GASES
-from hcss_twin.providers import Declares, SingleScattering
+from hcss_twin.providers import (
+    AtmosphereDeclaration,
+    CloudDeclaration,
+    OpticsDeclaration,
+    RadianceDeclaration,
+    SeaDeclaration,
+    SingleScattering,
+)
 from hcss_twin.testing import (
     CloudGeneratorContract,
     OpticsContract,
@@ -48,20 +55,25 @@ def saying(**attributes):
 @pytest.mark.parametrize(
     ("kit", "provider", "said"),
     [
-        (SeaModelContract(), saying(declares=Declares(depends_on=frozenset({"weather"}))), "weather"),
+        (SeaModelContract(), saying(declares=SeaDeclaration(depends_on=frozenset({"weather"}))), "weather"),
         (SeaModelContract(), saying(significant_wave_height_m="2 m"), "significant_wave_height_m"),
         (SeaModelContract(), saying(anisotropic="yes"), "anisotropic"),
-        (SeaModelContract(), saying(declares=Declares(valid={"wavenumber": (1, 2)})), "'wavenumber_cm1'"),
-        (SeaModelContract(), saying(declares=Declares(notes="text")), "tuple of strings"),
-        (SeaModelContract(), saying(declares=Declares(resolution_cm1=-1.0)), "resolution_cm1"),
-        (SeaModelContract(), saying(declares=Declares(tileable="no")), "tileable"),
-        (SeaModelContract(), saying(declares=Declares(native_grid_cm1=np.array([2.0, 1.0]))), "native_grid"),
-        (SeaModelContract(), saying(declares=Declares(legs="space")), "to_space"),
+        (SeaModelContract(), saying(declares=SeaDeclaration(valid={"wavenumber": (1, 2)})), "'wavenumber_cm1'"),
+        (SeaModelContract(), saying(declares=SeaDeclaration(notes="text")), "tuple of strings"),
+        (SeaModelContract(), saying(declares=AtmosphereDeclaration(resolution_cm1=-1.0)), "resolution_cm1"),
+        (SeaModelContract(), saying(declares=CloudDeclaration(tileable="no")), "tileable"),
+        (
+            SeaModelContract(),
+            saying(declares=AtmosphereDeclaration(native_grid_cm1=np.array([2.0, 1.0]))),
+            "native_grid",
+        ),
+        (SeaModelContract(), saying(declares=AtmosphereDeclaration(legs="space")), "to_space"),
         (CloudGeneratorContract(), saying(skipped=["waves", "too small"]), "pairs of text"),
         (CloudGeneratorContract(), saying(image_coverage=1.5), "from 0 to 1"),
         (TransmittanceContract(), saying(path_radiance=3.0), "path_radiance"),
-        (OpticsContract(), saying(declares=Declares(valid={"wavenumber_cm1": (2, 1)})), "low, high"),
-        (RadianceModelContract(), saying(declares=Declares(valid={"wavenumber_cm1": (1,)})), "low, high"),
+        (OpticsContract(), saying(declares=OpticsDeclaration(valid={"wavenumber_cm1": (2, 1)})), "low, high"),
+        (OpticsContract(), saying(declares=OpticsDeclaration(materials="ash")), "set of names"),
+        (RadianceModelContract(), saying(declares=RadianceDeclaration(depends_on={"time"})), "thickness"),
     ],
 )
 def test_kit_refuses_an_unsound_declaration(kit, provider, said):
@@ -86,7 +98,9 @@ def test_every_law_of_the_kit_is_broken_by_a_provider_of_these_files():
 
 def test_sample_wavenumbers_respect_native_grid_and_range():
     grid = np.arange(400.0, 4000.0, 7.0)
-    picked = sample_wavenumbers(Declares(native_grid_cm1=grid, valid={"wavenumber_cm1": (400.0, 3000.0)}), 10)
+    picked = sample_wavenumbers(
+        AtmosphereDeclaration(native_grid_cm1=grid, valid={"wavenumber_cm1": (400.0, 3000.0)}), 10
+    )
     assert np.all(np.isin(picked, grid))
     assert picked.min() >= 500.0
     assert picked.max() <= 3000.0
@@ -97,5 +111,7 @@ def test_sample_inputs_can_be_made():
     assert sample_sea_inputs().temperature_K == 290.0
     assert sample_optics_inputs().catalog.root.is_dir()
     assert np.all(np.diff(sample_profile(288.0).temperature_K) == 0.0)
-    bulk = sample_radiance_inputs().optics.single_scattering(sample_microphysics("ice"), sample_wavenumbers(Declares()))
+    bulk = sample_radiance_inputs().optics.single_scattering(
+        sample_microphysics("ice"), sample_wavenumbers(OpticsDeclaration())
+    )
     assert isinstance(bulk, SingleScattering)

@@ -5,7 +5,7 @@ import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.core.errors import CatalogError, ProviderError
-from hcss_twin.providers import Declares
+from hcss_twin.providers import SeaDeclaration
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec, Registry
 
 LABEL = "sea model 'toy' of hcss-a 1.2"
@@ -23,7 +23,7 @@ class Other(BaseModel):
 class Sea:
     def __init__(self, inputs, parameters):
         self.inputs, self.parameters = inputs, parameters
-        self.declares = Declares()
+        self.declares = SeaDeclaration()
 
     def emissivity(self, wavenumber_cm1, mu): ...
 
@@ -61,22 +61,22 @@ class DeclaresText(Sea):
 
 class DeclaresNonsense(Sea):
     def __init__(self, inputs, parameters):
-        self.declares = Declares(depends_on=frozenset({"view_zenit"}))
+        self.declares = SeaDeclaration(depends_on=frozenset({"view_zenit"}))
 
 
 class DeclaresInverted(Sea):
     def __init__(self, inputs, parameters):
-        self.declares = Declares(valid={"wavenumber_cm1": (4000.0, 500.0)})
+        self.declares = SeaDeclaration(valid={"wavenumber_cm1": (4000.0, 500.0)})
 
 
 class DeclaresUnknownRange(Sea):
     def __init__(self, inputs, parameters):
-        self.declares = Declares(valid={"wavenumber": (500.0, 4000.0)})
+        self.declares = SeaDeclaration(valid={"wavenumber": (500.0, 4000.0)})
 
 
 class DeclaresOneNote(Sea):
     def __init__(self, inputs, parameters):
-        self.declares = Declares(notes="calm water only")
+        self.declares = SeaDeclaration(notes="calm water only")
 
 
 class WavesAsText(Sea):
@@ -98,7 +98,7 @@ def entry(monkeypatch):
             name="toy",
             target=f"hcss_toy_sea:{target}",
             parameters=parameters and f"hcss_toy_sea:{parameters}",
-            api_version=1,
+            api_version=2,
             summary="a toy",
         )
         return Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2"))
@@ -129,7 +129,7 @@ def test_parameters_model_is_imported_on_request(entry):
         ("TakesNothing", "cannot be constructed: TypeError"),
         ("LacksMethod", r"lacks brdf\(\) of hcss_twin.providers.SeaModel"),
         ("LacksDeclares", "lacks declares"),
-        ("DeclaresText", "declares is str; expected hcss_twin.providers.Declares"),
+        ("DeclaresText", "declares is str; expected hcss_twin.providers.SeaDeclaration"),
         ("DeclaresNonsense", "'view_zenit'.*closest is 'view_zenith'"),
         ("DeclaresInverted", r"valid\['wavenumber_cm1'\]"),
         ("DeclaresUnknownRange", "'wavenumber', which the engine does not use.*closest is 'wavenumber_cm1'"),
@@ -165,6 +165,6 @@ def test_wrong_parameters_are_refused(entry):
 
 
 def test_module_that_cannot_be_imported_is_named():
-    spec = ProviderSpec(name="toy", target="no_such_module_x:Y", parameters=None, api_version=1, summary="a toy")
+    spec = ProviderSpec(name="toy", target="no_such_module_x:Y", parameters=None, api_version=2, summary="a toy")
     with pytest.raises(ProviderError, match="cannot import 'no_such_module_x:Y': ModuleNotFoundError"):
         Registry().create(Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2")), "inputs")

@@ -110,7 +110,7 @@ BROKEN = {
     "list of text": (plugin(["grey"]), "list with str"),
     "twice": (plugin([spec(), spec()]), "'grey' twice"),
     "draft api": (plugin([spec(api_version=0)]), "version 0 of the provider API, the draft before version 1,"),
-    "newer api": (plugin([spec(api_version=2)]), "version 2 of the provider API and this hcss_twin"),
+    "newer api": (plugin([spec(api_version=7)]), "version 7 of the provider API and this hcss_twin"),
     "malformed": (Malformed(), "do not look at me"),
     "arguments": (SimpleNamespace(**{HOOK: hookimpl(lambda surprise: [])}), "surprise"),
 }
@@ -139,7 +139,7 @@ def test_broken_plugin_is_kept_apart(case):
 def test_another_api_version_says_whose_turn_it_is(version, whose_turn):
     registry = registry_with((plugin([spec(api_version=version)]), origin()))
     [broken] = registry.broken
-    assert f"speaks version {API_VERSION}: {whose_turn}" in broken.error
+    assert f"accepts versions 1 and {API_VERSION}: {whose_turn}" in broken.error
     assert f"hcss_twin {__version__}" in broken.error
     with pytest.raises(ProviderError, match="'grey' is written for version"):
         registry.resolve("atmosphere", "grey")

@@ -8,7 +8,15 @@ import pytest
 from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.physics.multiple_scattering.layer import checked_layers
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import CloudGenerator, Declares, Optics, SeaModel, SingleScattering, Sun, TransmittanceProvider
+from hcss_twin.providers import (
+    AtmosphereDeclaration,
+    CloudGenerator,
+    Optics,
+    SeaModel,
+    SingleScattering,
+    Sun,
+    TransmittanceProvider,
+)
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import PlainGas, PlainOptics, PlainSea, sample_cloud_inputs, sample_microphysics, sample_profile
@@ -24,7 +32,7 @@ class Answers:
 
     def __init__(self, answer, **attributes):
         self.answer = answer
-        self.declares = Declares()
+        self.declares = AtmosphereDeclaration()
         self.__dict__.update(attributes)
 
     def _reply(self, *arguments):
@@ -36,7 +44,7 @@ class Answers:
 
 
 def guarded(kind, provider, inputs=None):
-    spec = ProviderSpec(name="toy", target="a:B", parameters=None, api_version=1, summary="a toy")
+    spec = ProviderSpec(name="toy", target="a:B", parameters=None, api_version=2, summary="a toy")
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, inputs)
 
 
@@ -187,7 +195,7 @@ def test_scattered_sunlight_is_checked_where_the_provider_has_it(keywords):
 
 
 def test_nobody_is_asked_outside_the_declared_range():
-    provider = Answers(with_one(0.5), declares=Declares(valid={"wavenumber_cm1": (900.0, 3000.0)}))
+    provider = Answers(with_one(0.5), declares=AtmosphereDeclaration(valid={"wavenumber_cm1": (900.0, 3000.0)}))
     with pytest.raises(ProviderError, match="asked for 800 to 2500 cm-1; valid are 900 to 3000 cm-1"):
         guarded("atmosphere", provider).transmittance(NU, PATHS)
     assert guarded("sea", provider).emissivity(NU + 100.0, MU).shape == (2, 3)

@@ -264,7 +264,7 @@ STRATUS = (catalog_root() / "cloud_types" / "stratus.toml").read_text(encoding="
         ("H = 0.8", "H = 1.8", ["fractal.H: 1.8 is out of range"]),
         ("L = [10, 10]", "L = [-1, nan]", ["fractal.L[0]: -1", "just above 0", "fractal.L[1]: nan"]),
         ("k = [0, 4]", "k = [4, 0]", ["fractal.k: [4, 0] descends", "closest is [0, 4]"]),
-        ('"water"', '"wader"', ["layer.phase: 'wader' is not a choice", "closest is 'water'"]),
+        ('"water"', '"wader"', ["the density of 'wader' is unknown", "closest is 'water'"]),
         ("top = 1000.0", "top = '10 m'", ["top 10 m is not above the base", "above 33"]),
         ("thickness_min = 10.0", "thickness_min = 999.0", ["thickness_min 999 m", "choice is 967"]),
         ("[0.02, 50.0]", "[50.0, 0.02]", ["radius_range_um: [50, 0.02] is not a range"]),

@@ -61,9 +61,9 @@ def test_a_water_content_alone_changes_only_how_many_particles_there_are():
     assert size.water_content_kg_m3(found) == pytest.approx(6e-4, rel=1e-12)
 
 
-def test_a_phase_alone_keeps_sizes_and_mass():
+def test_a_material_alone_keeps_sizes_and_mass():
     usual, found = particles(type="cirrus"), particles(type="cirrus", phase="water")
-    assert found.phase == "water"
+    assert found.material == "water"
     assert size.effective_radius_um(found) == size.effective_radius_um(usual)
     assert size.water_content_kg_m3(found) == pytest.approx(size.water_content_kg_m3(usual), rel=1e-12)
 
@@ -94,7 +94,7 @@ def refusal(overrides, scenario="stratus"):
         ("effective_variance", "0.1", "'0.1' is not a number"),
         ("water_content", "300 kg/m3", "= 300000 is out of range; allowed: > 0 and <= 100"),
         ("water_content", "0.3 g", "'g' is not a unit of water content"),
-        ("phase", "wader", "closest is 'water'"),
+        ("material", "wader", "closest is 'water'"),
         ("effectiv_radius", 3.0, "closest is 'effective_radius'"),
     ],
 )

@@ -12,7 +12,7 @@ from hcss_twin.engine import stream
 from hcss_twin.engine.stream import FrameClouds
 from hcss_twin.engine.tables.spectrum import _sun_moves
 from hcss_twin.engine.truth import Truth
-from hcss_twin.providers import Declares
+from hcss_twin.providers import CloudDeclaration
 
 SHAPE = (6, 10)
 
@@ -27,7 +27,7 @@ class Numbered:
     """The thickness of a point is its number; asked for the frame, a window of it, and around it."""
 
     def __init__(self, tileable):
-        self.declares = Declares(tileable=tileable)
+        self.declares = CloudDeclaration(tileable=tileable)
         self.asked = []
 
     def _at(self, how, rows, columns):

@@ -10,7 +10,7 @@ from surface_files import write_netcdf
 from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.models.surfaces.parameters import RasterParameters
 from hcss_twin.models.surfaces.raster import Raster
-from hcss_twin.providers import Declares, SurfaceClass, SurfaceInputs, SurfaceMap
+from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 from hcss_twin.providers.common import check_surface_classes
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
@@ -121,7 +121,7 @@ CASES = {
 def test_the_guard_refuses_a_wrong_map(case):
     answer, message = CASES[case]
     classes = (SurfaceClass("sea"), SurfaceClass("ice", (250.0, 271.0), PlainSea()))
-    provider = SimpleNamespace(declares=Declares(), classes=classes, surface=lambda *arguments: answer)
+    provider = SimpleNamespace(declares=Declaration(), classes=classes, surface=lambda *arguments: answer)
     entry = SimpleNamespace(kind=Kind.SURFACES, name="ice", label="surface provider 'ice'", distribution="hcss-ice")
     inputs = SurfaceInputs(sample_surface_inputs().grid, sample_surface_inputs().ground, 280.0, 280.0, None)
     with pytest.raises(ProviderError, match=message):

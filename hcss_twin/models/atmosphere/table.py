@@ -22,8 +22,8 @@ from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import AtmosphereInputs, Declares
-from hcss_twin.providers.common import Note
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
+from hcss_twin.providers.declarations import Note
 
 # Limits of T in ln(-ln T), which is infinite at 0 and 1.
 _MIN_TRANSMITTANCE = 1e-30
@@ -74,8 +74,7 @@ class TableTransmittance:
         self._fields = fields  # (heights, 2, angles, wavenumbers)
         self._fields_at = lru_cache(maxsize=2)(self._choose_fields)
         self._target_range_m = float(table.target_altitude_m[0]), float(table.target_altitude_m[-1])
-        self.declares = Declares(
-            depends_on=frozenset({"view_zenith", "sun_zenith"}),
+        self.declares = AtmosphereDeclaration(
             valid={
                 "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
                 "view_zenith": (float(self._zenith[0]), float(self._zenith[-1])),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.elements.parameters import PointSourceParameters
 from hcss_twin.models.elements.tracks import State, tracks_of
-from hcss_twin.providers import Declares, ElementInputs, ElementPixels, ElementScene
+from hcss_twin.providers import Declaration, ElementInputs, ElementPixels, ElementScene
 
 
 class PointSources:
@@ -27,12 +27,11 @@ class PointSources:
     parameters : PointSourceParameters
     """
 
-    declares = Declares(
-        depends_on=frozenset({"time"}),
+    declares = Declaration(
         notes=(
             "point-sources: intensities are constants of the scenario; sources reflect no light of the scene and cast "
             "no shadow; the sensor is so far away that their altitude does not change their distance",
-        ),
+        )
     )
     variables: ClassVar[Mapping[str, tuple[str, str]]] = {
         "source": ("1", "Number of the source, from 1: tracks of the scenario, then sources of the file by number."),

@@ -283,7 +283,8 @@ class BulkTable:
 
     def _key(self) -> str:
         particles = asdict(self._cloud)
-        del (particles["number_density_m3"], particles["phase"])  # the refractive index says what they are made of
+        for name in ("number_density_m3", "material", "density_kg_m3"):  # the refractive index says what they are
+            del particles[name]
         text = json.dumps([COMPUTATION, VALID_UM, particles, asdict(self._accuracy)], sort_keys=True)
         digest = hashlib.sha256(text.encode())
         for column in (self._index.wavelength_um, self._index.n, self._index.k):

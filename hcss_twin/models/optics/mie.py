@@ -15,8 +15,8 @@ from hcss_twin.models.optics.size_distribution import effective_radius_um
 from hcss_twin.models.optics.table_store import TableStore
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
-from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
-from hcss_twin.providers.common import Note
+from hcss_twin.providers import Microphysics, OpticsDeclaration, OpticsInputs, SingleScattering
+from hcss_twin.providers.declarations import Note
 
 VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
 
@@ -70,7 +70,7 @@ class CloudSpheres:
             return SingleScattering(np.empty(0), np.empty(0), np.empty((2, 0)))
         if cloud.number_density_m3 <= 0.0:
             raise ValueError(f"number_density_m3 {cloud.number_density_m3}: allowed above 0")
-        index = self._index(cloud.phase)
+        index = self._index(cloud.material)
         index.at(wavenumber)  # rejects wavelengths that a user's table does not cover
         single = replace(cloud, number_density_m3=1.0)
         if single not in self._tables:
@@ -81,15 +81,15 @@ class CloudSpheres:
         extinction, absorption, _, moments = table(position)
         return SingleScattering(cloud.number_density_m3 * extinction, 1.0 - absorption / extinction, moments)
 
-    def _index(self, phase: str) -> RefractiveIndex:
-        if phase not in self._indices:
+    def _index(self, material: str) -> RefractiveIndex:
+        if material not in self._indices:
             parameters = self._parameters
-            if phase == "water" and parameters.water_temperature_K is not None:
-                self._indices[phase] = load_water_at(self._catalog, parameters.water_temperature_K)
+            if material == "water" and parameters.water_temperature_K is not None:
+                self._indices[material] = load_water_at(self._catalog, parameters.water_temperature_K)
             else:
-                name = parameters.water_index if phase == "water" else parameters.ice_index
-                self._indices[phase] = load_refractive_index(self._catalog, name)
-        return self._indices[phase]
+                name = parameters.water_index if material == "water" else parameters.ice_index
+                self._indices[material] = load_refractive_index(self._catalog, name)
+        return self._indices[material]
 
 
 def _require_range(wavenumber_cm1: Array) -> None:
@@ -123,9 +123,9 @@ class MieOptics:
         If both a refractive index and a temperature of water are given.
     """
 
-    declares = Declares(
+    declares = OpticsDeclaration(
         valid={"wavenumber_cm1": (1e4 / 16.0, 1e4 / 0.3)},
-        notes_by_phase={
+        notes_by_material={
             "water": WATER_NOTES,
             "ice": (
                 "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
@@ -176,9 +176,9 @@ class BulkOptics:
         If both a refractive index and a temperature of water are given.
     """
 
-    declares = Declares(
+    declares = OpticsDeclaration(
         valid={"wavenumber_cm1": VALID_CM1},
-        notes_by_phase={
+        notes_by_material={
             "water": WATER_NOTES,
             "ice": (
                 "ice is made of the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 "
@@ -206,7 +206,7 @@ class BulkOptics:
         CatalogError
             If a table is missing or malformed.
         """
-        if cloud.phase == "water":
+        if cloud.material == "water":
             return self._droplets.single_scattering(cloud, wavenumber_cm1)
         spheres = self._ice.single_scattering(cloud, wavenumber_cm1)
         if self._crystals is None:

@@ -9,16 +9,16 @@ integrals.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 from scipy import special
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import choose_from
 from hcss_twin.providers import Microphysics
 
-WATER_DENSITY_KG_M3 = 1000.0
-ICE_DENSITY_KG_M3 = 917.0
+DENSITY_KG_M3 = {"water": 1000.0, "ice": 917.0}
+"""Density of the materials whose particles need not state it."""
 
 _NEGLIGIBLE = 1e-7
 """Fraction of the area below, and of the sixth moment above, the range of radii in the quadrature."""
@@ -108,9 +108,29 @@ def projected_area_m1(cloud: Microphysics) -> float:
 
 
 def water_content_kg_m3(cloud: Microphysics) -> float:
-    """Mass of liquid or ice per volume of cloud, kg m-3."""
-    specific = WATER_DENSITY_KG_M3 if cloud.phase == "water" else ICE_DENSITY_KG_M3
-    return specific * cloud.number_density_m3 * 4.0 / 3.0 * np.pi * mean_power(cloud, 3.0) * 1e-18
+    """Mass of particles per volume of cloud, kg m-3."""
+    return (
+        density_kg_m3(cloud.material, cloud.density_kg_m3)
+        * cloud.number_density_m3
+        * 4.0
+        / 3.0
+        * np.pi
+        * mean_power(cloud, 3.0)
+        * 1e-18
+    )
+
+
+def density_kg_m3(material: str, given: float | None) -> float:
+    """Return the density of a material, kg m-3: the given one, or that of water or ice.
+
+    Raises
+    ------
+    ValueError
+        If neither is known.
+    """
+    if given is None and material not in DENSITY_KG_M3:
+        raise ValueError(f"the density of '{material}' is unknown; {choose_from(material, DENSITY_KG_M3)}")
+    return DENSITY_KG_M3[material] if given is None else given
 
 
 WHOLE = (0.01, 10.0)
@@ -118,11 +138,12 @@ WHOLE = (0.01, 10.0)
 
 
 def gamma_distribution(
-    phase: Literal["water", "ice"],
+    material: str,
     radius_um: float,
     variance: float,
     content_kg_m3: float,
     radius_range_um: tuple[float, float] | None = None,
+    density: float | None = None,
 ) -> Microphysics:
     """Return the gamma distribution with given effective radius, effective variance and water content.
 
@@ -130,16 +151,18 @@ def gamma_distribution(
 
     Parameters
     ----------
-    phase : {"water", "ice"}
-        Density: ice 917 kg m-3, water 1000 kg m-3.
+    material : str
+        Of the particles.
     radius_um : float
         Of the whole distribution, above 0.
     variance : float
         Above 0 and below 0.5, at which the number of particles diverges.
     content_kg_m3 : float
-        Mass of liquid or ice per volume of cloud, above 0; exact for the radii inside the range.
+        Mass of particles per volume of cloud, above 0; exact for the radii inside the range.
     radius_range_um : (float, float), optional
         Limits of integration; by default 0.01 to 10 effective radii.
+    density : float, optional
+        Of the material, kg m-3; by default 917 for ice, 1000 for water.
 
     Raises
     ------
@@ -154,7 +177,7 @@ def gamma_distribution(
         raise ValueError(f"water_content_kg_m3 {content_kg_m3}: allowed above 0")
     limits = radius_range_um or (WHOLE[0] * radius_um, WHOLE[1] * radius_um)
     alpha, b = 1.0 / variance - 3.0, 1.0 / (radius_um * variance)
-    single = Microphysics(phase, alpha, b, 1.0, 1.0, limits)
+    single = Microphysics(material, alpha, b, 1.0, 1.0, limits, density)
     check(single)
     for name, actual, wanted in (
         ("effective_radius_um", effective_radius_um(single), radius_um),

@@ -20,8 +20,8 @@ from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, 
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun
-from hcss_twin.providers.common import Note
+from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun
+from hcss_twin.providers.declarations import Note
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class AsPrinted:
         self._inputs = inputs
         self._parameters = parameters
         self._mu = math.cos(math.radians(inputs.view.zenith_deg))
-        self.declares = Declares(
+        self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, len(inputs.layers)),
         )

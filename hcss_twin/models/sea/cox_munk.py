@@ -19,7 +19,7 @@ from hcss_twin.models.sea.slope_statistics import (
 )
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.physics.fresnel import unpolarised_reflectance
-from hcss_twin.providers import Declares, SeaInputs
+from hcss_twin.providers import SeaDeclaration, SeaInputs
 
 
 def directions(field: str, cosines: Array) -> Array:
@@ -109,7 +109,7 @@ class CoxMunkSea:
         self._mean_square_slope = mean_square_slope(inputs.wind_speed_m_s)
         self._wind_speed_m_s = inputs.wind_speed_m_s
         self._index = load_refractive_index(inputs.catalog, parameters.water_index)
-        self.declares = Declares(
+        self.declares = SeaDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
             valid={"wavenumber_cm1": self._index.valid_cm1},
             notes=_notes(inputs.wind_speed_m_s),

@@ -25,7 +25,7 @@ from hcss_twin.models.sea.wave_field import ResolvedWaves
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.quadrature import gauss_legendre
-from hcss_twin.providers import Array, Declares, Grid, Motion, SeaInputs
+from hcss_twin.providers import Array, Grid, Motion, SeaDeclaration, SeaInputs
 
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
@@ -79,7 +79,7 @@ class RoughSea:
         self._folds: dict[tuple[float, float | None, bytes, Basis], FirstHit] = {}
         self._seconds: dict[tuple[bytes, str], Array] = {}
         self.anisotropic = not self._slopes.isotropic
-        self.declares = Declares(
+        self.declares = SeaDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
             valid={"wavenumber_cm1": self._water.valid_cm1},
             notes=notes(inputs, parameters, self._foam),

@@ -20,7 +20,7 @@ from hcss_twin.models.sensor.detector import (
 )
 from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, key_of, shot_noise
 from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
-from hcss_twin.providers import Declares, Measured, SensorBand, SensorInputs
+from hcss_twin.providers import Measured, SensorBand, SensorDeclaration, SensorInputs
 
 
 class Radiometer:
@@ -35,7 +35,7 @@ class Radiometer:
             *(("digital_number",) if parameters.bits is not None else ()),
             *(("saturated",) if any(each.can_saturate for each in self._channels) else ()),
         )
-        self.declares = Declares(reach_pixels=self._blur.reach_pixels)
+        self.declares = SensorDeclaration(reach_pixels=self._blur.reach_pixels)
         self.worked_out: Mapping[str, Any] = {
             **self._blur.worked_out,
             "bands": {

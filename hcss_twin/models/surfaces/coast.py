@@ -6,7 +6,7 @@ import numpy as np
 
 from hcss_twin.models.surfaces.coastline import Coastline
 from hcss_twin.models.surfaces.parameters import CoastParameters
-from hcss_twin.providers import Declares, SurfaceClass, SurfaceInputs, SurfaceMap
+from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 
 
 class Coast:
@@ -18,7 +18,7 @@ class Coast:
     parameters : CoastParameters
     """
 
-    declares = Declares(
+    declares = Declaration(
         notes=(
             "coast: coastlines of Natural Earth, 1:10 million, true to about 1 km; lakes are land, and islands smaller "
             "than about 1 km are missing",

@@ -12,7 +12,7 @@ from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.models.sea.reflection import basis_values
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.planck import wavenumber_from_um
-from hcss_twin.providers import Declares
+from hcss_twin.providers import SeaDeclaration
 
 _FILE = "emissivity"
 _COSINES = 32
@@ -32,7 +32,7 @@ class Lambertian:
     def __init__(self, wavelength_um: Array, emissivity: Array, note: str) -> None:
         self._wavenumber, self._emissivity = wavenumber_from_um(wavelength_um)[::-1], emissivity[::-1]
         valid = {"wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1]))}
-        self.declares = Declares(valid=valid, notes=(note,))
+        self.declares = SeaDeclaration(valid=valid, notes=(note,))
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
         """Return emissivity (M, V)."""

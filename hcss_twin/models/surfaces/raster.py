@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ProviderError, choose_from
 from hcss_twin.models.surfaces.parameters import RasterParameters
-from hcss_twin.providers import Declares, SurfaceClass, SurfaceInputs, SurfaceMap
+from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 
 _NETCDF = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
@@ -77,7 +77,7 @@ class Raster:
         self._order = {name: place for place, name in enumerate(given)}
         field = None if self._temperature is None else self._field()
         self.classes = tuple(SurfaceClass(name, parameters.temperatures.get(name, field)) for name in given)
-        self.declares = Declares(notes=(f"raster: {self._grid.extent}",))
+        self.declares = Declaration(notes=(f"raster: {self._grid.extent}",))
 
     def surface(self, time_s: float, rows: slice, columns: slice) -> SurfaceMap:
         """Return the classes, and the temperature if the raster has it."""

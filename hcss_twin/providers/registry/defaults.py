@@ -17,7 +17,7 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
             name="fractal",
             target="hcss_twin.models.clouds.fractal.generator:FractalClouds",
             parameters="hcss_twin.models.clouds.fractal.parameters:FractalParameters",
-            api_version=1,
+            api_version=2,
             summary="fractal noise fields with drift, evolution and a chosen coverage",
             references=(HCSS,),
         ),
@@ -25,14 +25,14 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
             name="imagery",
             target="hcss_twin.models.clouds.imagery.generator:ImageryClouds",
             parameters="hcss_twin.models.clouds.imagery.parameters:ImageryParameters",
-            api_version=1,
+            api_version=2,
             summary="cloud fields taken from an image",
         ),
         ProviderSpec(
             name="surrogate",
             target="hcss_twin.models.clouds.surrogate.generator:SurrogateClouds",
             parameters="hcss_twin.models.clouds.surrogate.parameters:SurrogateParameters",
-            api_version=1,
+            api_version=2,
             summary="evolving cloud fields with the amplitudes and the spectrum of an image",
             references=(
                 "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, "
@@ -50,7 +50,7 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
             name="cox-munk",
             target="hcss_twin.models.sea.cox_munk:CoxMunkSea",
             parameters="hcss_twin.models.parameters:CoxMunkParameters",
-            api_version=1,
+            api_version=2,
             summary="wind-roughened sea of Fresnel facets with Cox-Munk slopes",
             references=(
                 "C. Cox and W. Munk, Measurement of the Roughness of the Sea Surface from Photographs of the "
@@ -61,7 +61,7 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
             name="rough-sea",
             target="hcss_twin.models.sea.rough_sea:RoughSea",
             parameters="hcss_twin.models.parameters:RoughSeaParameters",
-            api_version=1,
+            api_version=2,
             summary="shadowed facets with a second reflection, sea water of any temperature and salinity, foam",
             references=(
                 "C. Cox and W. Munk, J. Opt. Soc. Am. 44, 838 (1954)",
@@ -82,7 +82,7 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
             name="mie",
             target="hcss_twin.models.optics.mie:MieOptics",
             parameters="hcss_twin.models.parameters:MieParameters",
-            api_version=1,
+            api_version=2,
             summary="Mie scattering of water or ice spheres with a modified gamma size distribution",
             references=(HCSS,),
         ),
@@ -90,7 +90,7 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
             name="bulk",
             target="hcss_twin.models.optics.mie:BulkOptics",
             parameters="hcss_twin.models.parameters:BulkParameters",
-            api_version=1,
+            api_version=2,
             summary="Mie scattering of cold water droplets, bulk optics of rough crystals for ice",
             references=(
                 "P. Yang et al., Spectrally Consistent Scattering, Absorption, and Polarization Properties of "
@@ -112,14 +112,14 @@ def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
             name="table",
             target="hcss_twin.models.atmosphere.table:TableTransmittance",
             parameters="hcss_twin.models.parameters:TableParameters",
-            api_version=1,
+            api_version=2,
             summary="tabulated spectral transmittance of a standard atmosphere",
         ),
         ProviderSpec(
             name="band-model",
             target="hcss_twin.models.atmosphere.band_model.provider:BandModelTransmittance",
             parameters="hcss_twin.models.parameters:BandModelParameters",
-            api_version=1,
+            api_version=2,
             summary="LOWTRAN7's molecular band model, continua and aerosol for any profile",
             references=(
                 "F. X. Kneizys et al., Users Guide to LOWTRAN 7, AFGL-TR-88-0177 (1988)",
@@ -138,21 +138,21 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
             name="physical",
             target="hcss_twin.models.radiance.physical.model:Physical",
             parameters="hcss_twin.models.parameters:PhysicalParameters",
-            api_version=1,
+            api_version=2,
             summary="multiple scattering in clouds over a rough sea, whole composite paths, closed energy balance",
         ),
         ProviderSpec(
             name="physical-two-stream",
             target="hcss_twin.models.radiance.physical.model:PhysicalTwoStream",
             parameters="hcss_twin.models.parameters:PhysicalParameters",
-            api_version=1,
+            api_version=2,
             summary="as physical, clouds in closed form: faster; emissivity to 0.03, reflectance to 15 percent",
         ),
         ProviderSpec(
             name="as-printed",
             target="hcss_twin.models.radiance.as_printed:AsPrinted",
             parameters="hcss_twin.models.parameters:AsPrintedParameters",
-            api_version=1,
+            api_version=2,
             summary="thermal and solar terms of sea, cloud and air as in eqs 15-20 of the HCSS paper",
             references=(HCSS,),
         ),
@@ -167,7 +167,7 @@ def hcss_register_elements() -> Sequence[ProviderSpec]:
             name="point-sources",
             target="hcss_twin.models.elements.point_sources:PointSources",
             parameters="hcss_twin.models.elements.parameters:PointSourceParameters",
-            api_version=1,
+            api_version=2,
             summary="moving sources smaller than a pixel, on tracks from the scenario or a CSV file",
         )
     ]
@@ -181,7 +181,7 @@ def hcss_register_surfaces() -> Sequence[ProviderSpec]:
             name="coast",
             target="hcss_twin.models.surfaces.coast:Coast",
             parameters="hcss_twin.models.surfaces.parameters:CoastParameters",
-            api_version=1,
+            api_version=2,
             summary="land and sea from the coastlines of Natural Earth (1:10 million)",
             references=("Natural Earth, Land, 1:10m physical vectors (public domain), naturalearthdata.com",),
         ),
@@ -189,7 +189,7 @@ def hcss_register_surfaces() -> Sequence[ProviderSpec]:
             name="raster",
             target="hcss_twin.models.surfaces.raster:Raster",
             parameters="hcss_twin.models.surfaces.parameters:RasterParameters",
-            api_version=1,
+            api_version=2,
             summary="classes and temperature from a GeoTIFF or NetCDF file",
         ),
     ]
@@ -203,7 +203,7 @@ def hcss_register_sensors() -> Sequence[ProviderSpec]:
             name="radiometer",
             target="hcss_twin.models.sensor.radiometer:Radiometer",
             parameters="hcss_twin.models.sensor.parameters:RadiometerParameters",
-            api_version=1,
+            api_version=2,
             summary="blur, smear, noise of photons or of a given size, fixed pattern, saturation, quantisation",
             references=(
                 "J. W. Goodman, Introduction to Fourier Optics (1968)",

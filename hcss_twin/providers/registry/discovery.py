@@ -11,7 +11,7 @@ import pluggy
 from hcss_twin.core.errors import ProviderError, closest
 from hcss_twin.core.plugins import Origin, Remark
 from hcss_twin.providers.registry import specs
-from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
+from hcss_twin.providers.registry.specs import API_VERSION, API_VERSIONS, Kind, ProviderSpec
 from hcss_twin.version import __version__
 
 
@@ -94,7 +94,7 @@ class Collection:
             for result in results:
                 self._extend(kind, result)
         for _, spec in self.specs:
-            if spec.api_version != API_VERSION:
+            if spec.api_version not in API_VERSIONS:
                 raise ProviderError(_other_version(spec))
 
     def _extend(self, kind: Kind, result: object) -> None:
@@ -148,5 +148,5 @@ def _other_version(spec: ProviderSpec) -> str:
     draft = ", the draft before version 1," if spec.api_version == 0 else ""
     return (
         f"'{spec.name}' is written for version {spec.api_version} of the provider API{draft} and this hcss_twin "
-        f"{__version__} speaks version {API_VERSION}: {remedy}"
+        f"{__version__} accepts versions {' and '.join(map(str, API_VERSIONS))}: {remedy}"
     )

@@ -29,8 +29,8 @@ from hcss_twin.providers.common import (
     LAYER_OPTIONS,
     MEASURED_LIMITS,
     THICKNESS_TOLERANCE,
-    attributed,
 )
+from hcss_twin.providers.declarations import attributed
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
 
@@ -99,8 +99,8 @@ class _Guard:
         return not self._speaker
 
     @property
-    def declares(self) -> api.Declares:
-        declares: api.Declares = self._read("declares")
+    def declares(self) -> Any:
+        declares: api.Declaration = self._read("declares")
         return attributed(declares, self._speaker) if self._speaker else declares
 
     def __getattr__(self, name: str) -> Any:
@@ -198,9 +198,9 @@ class _Clouds(_Guard):
         self._layer, self._grid = layer, grid
 
     @property
-    def declares(self) -> api.Declares:
+    def declares(self) -> api.CloudDeclaration:
         """The declaration, with a note for each key of the layer that the generator may ignore."""
-        declares = super().declares
+        declares: api.CloudDeclaration = super().declares
         if not self._speaker:
             return declares
         honoured = getattr(self._provider, "honours", ())

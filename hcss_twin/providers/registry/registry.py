@@ -273,8 +273,7 @@ class Registry:
             raise
         except FAILURES as error:
             raise ProviderError(f"{entry.label} cannot be constructed: {describe(error)}") from error
-        _check_provider(entry, provider)
-        return provider
+        return _checked(entry, provider)
 
 
 def _load(entry: Entry, target: str) -> Any:
@@ -297,17 +296,18 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
     return load
 
 
-def _check_provider(entry: Entry, provider: Any) -> None:
+def _checked(entry: Entry, provider: Any) -> Any:
+    """Return a provider that has the members of its kind, in the present version of the API."""
     import hcss_twin.providers as providers
-    from hcss_twin.providers.common import (  # numpy: not for the list
-        check_declares,
-        check_element_variables,
-        check_measured,
-        check_options,
-        check_surface_classes,
-    )
+    from hcss_twin.providers.common import check_element_variables, check_measured, check_options, check_surface_classes
+    from hcss_twin.providers.declarations import check_declaration
 
     protocol = getattr(providers, entry.kind.protocol)
+    declaration = expected = getattr(providers, protocol.__annotations__["declares"])
+    if entry.spec.api_version == 1:
+        from hcss_twin.providers.registry import version_1
+
+        expected = version_1.Declares
     attributes = set(protocol.__annotations__)
     methods = {name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")}
     try:
@@ -321,12 +321,12 @@ def _check_provider(entry: Entry, provider: Any) -> None:
             f"{entry.label}: {type(provider).__name__} lacks {', '.join(sorted(missing))} "
             f"of hcss_twin.providers.{entry.kind.protocol}"
         )
-    if not isinstance(declares, providers.Declares):
+    if not isinstance(declares, expected):
         raise ProviderError(
-            f"{entry.label}: declares is {type(declares).__name__}; expected hcss_twin.providers.Declares"
+            f"{entry.label}: declares is {type(declares).__name__}; expected hcss_twin.providers.{expected.__name__}"
         )
     try:
-        check_declares(declares)
+        check_declaration(declares)
         check_options(provider)
         if entry.kind is Kind.SENSORS:
             check_measured(provider.variables)
@@ -336,3 +336,4 @@ def _check_provider(entry: Entry, provider: Any) -> None:
             check_surface_classes(provider.classes)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
+    return version_1.adapted(provider, declaration) if entry.spec.api_version == 1 else provider

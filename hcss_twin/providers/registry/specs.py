@@ -57,8 +57,11 @@ class Kind(StrEnum):
         return member
 
 
-API_VERSION = 1
+API_VERSION = 2
 """Version of the provider contract of this engine, equal to ``providers.API_VERSION``."""
+
+API_VERSIONS = (1, API_VERSION)
+"""Versions that the engine accepts; version 1 through :mod:`hcss_twin.providers.registry.version_1`."""
 
 
 @dataclass(frozen=True)

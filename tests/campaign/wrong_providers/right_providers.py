@@ -19,7 +19,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Declares
+from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import Registry
 from hcss_twin.providers.registry.guard import guard
 
@@ -119,7 +119,7 @@ class Picture:
         motion, pixel = inputs.motion, inputs.grid.pixel_size_m
         wind = motion.cloud_velocity_m_s
         self._pixels_per_s = -wind[1] / pixel, (motion.platform_speed_m_s - wind[0]) / pixel
-        self.declares = Declares(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
+        self.declares = CloudDeclaration(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
 
     def thickness_m(self, time_s, rows, columns):
         spans = ((rows, self._share.shape[0]), (columns, self._share.shape[1]))

@@ -142,7 +142,7 @@ def optics():
     yield from on_argument(right, member, 0, "particles", {n: (f"with {w}", c) for n, (w, c) in PARTICLES.items()})
     yield from on_argument(right, member, 1, "wavenumber", WAVENUMBER)
     other = {"water": "ice", "ice": "water"}
-    phase = argument(member, 0, lambda cloud, nu: replace(cloud, phase=other[cloud.phase]))
+    phase = argument(member, 0, lambda cloud, nu: replace(cloud, material=other[cloud.material]))
     yield Wrong("mie.particles.phase", right, "water is ice and ice is water", phase)
     exchanged = lambda provider, inputs: Changed(  # noqa: E731
         provider, single_scattering=lambda cloud, nu: _exchanged(provider.single_scattering(cloud, nu))

@@ -1,4 +1,4 @@
-"""Eight small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
+"""Eight small providers, one of each kind, written from the guide of version 1 alone: they show that it works."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 

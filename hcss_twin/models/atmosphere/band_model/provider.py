@@ -19,7 +19,7 @@ from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
 from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import AtmosphereInputs, Declares
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
 
 Nodes = NDArray[np.intp]
 
@@ -70,8 +70,7 @@ class BandModelTransmittance:
             named = ", ".join(sorted(missing))
             notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
         self._window = lru_cache(maxsize=8)(self._make_window)
-        self.declares = Declares(
-            depends_on=frozenset({"view_zenith", "sun_zenith"}),
+        self.declares = AtmosphereDeclaration(
             valid={
                 "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
                 "view_zenith": (0.0, _MAX_ZENITH_DEG),

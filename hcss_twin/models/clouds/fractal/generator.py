@@ -17,7 +17,7 @@ from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame, window_inside
-from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
 
 STRIP_PIXELS = 2**21
 """Largest strip used to summarise a frame; bounds the memory for large frames."""
@@ -117,7 +117,7 @@ class FractalClouds:
         If a parameter is missing from both, or an input is out of range.
     """
 
-    declares: Declares
+    declares: CloudDeclaration
     honours = ("coverage_mode", "edge_taper")
 
     def __init__(self, inputs: CloudInputs, parameters: FractalParameters, threads: int | None = None) -> None:
@@ -135,7 +135,7 @@ class FractalClouds:
         self._speed_x, self._speed_y = motion.platform_speed_m_s - wind_x, -wind_y
         evolves = math.isfinite(motion.evolution_time_s)
         changes = evolves or self._speed_x != 0.0 or self._speed_y != 0.0
-        self.declares = Declares(
+        self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if changes else frozenset(),
             evolves=evolves,
             tileable=is_one_sky,

@@ -17,7 +17,7 @@ from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.scattered import ScatteredClouds
 from hcss_twin.models.clouds.imagery.whole_scene import WholeScene
 from hcss_twin.models.clouds.thickness import window_inside
-from hcss_twin.providers import CloudInputs, Declares
+from hcss_twin.providers import CloudDeclaration, CloudInputs
 
 
 class ImageryClouds:
@@ -58,7 +58,7 @@ class ImageryClouds:
         If scene and image do not match in size, pixel size, origin, missing pixels or coverage.
     """
 
-    declares: Declares
+    declares: CloudDeclaration
     honours = ("coverage_mode",)
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters) -> None:

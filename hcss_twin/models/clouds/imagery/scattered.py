@@ -13,7 +13,7 @@ from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clouds
 from hcss_twin.models.clouds.imagery.whole_scene import pixels_per_second, size_notes, size_problem, whole_pixels
-from hcss_twin.providers import CloudInputs, Declares, Grid
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
 
 # Each layer covers half of the clear sky: after this many, 2**-40 of the sky is clear.
 _MAX_LAYERS = 40
@@ -77,7 +77,7 @@ class ScatteredClouds:
         else:
             self._density = self._sky.density(layer.coverage)
             notes.append(f"Coverage is {layer.coverage:g} in the mean over the unbounded sky, not in each frame.")
-        self.declares = Declares(
+        self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if any(self._speed) else frozenset(),
             evolves=False,
             tileable=True,

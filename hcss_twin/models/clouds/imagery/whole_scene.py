@@ -23,7 +23,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
 )
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
 
 # Relative difference of pixel sizes that is accepted as equal.
 _SAME_SIZE = 0.01
@@ -193,7 +193,7 @@ class WholeScene:
         ]
         if missing:
             notes.append(f"{missing} pixels of the scene are missing in the image and taken for clear sky.")
-        self.declares = Declares(
+        self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if self._window.moves else frozenset(),
             evolves=False,
             tileable=True,

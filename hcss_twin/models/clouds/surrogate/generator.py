@@ -22,7 +22,7 @@ from hcss_twin.models.clouds.surrogate.template import (
     underlying_magnitude,
 )
 from hcss_twin.models.clouds.thickness import window_inside
-from hcss_twin.providers import CloudInputs, Declares, Grid
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
 
 EVOLVING_ITERATIONS = 4
 """Default number for every frame of evolving clouds.
@@ -81,7 +81,7 @@ class SurrogateClouds:
         If image, crop, period and scene do not match, or the layer has tapered edges.
     """
 
-    declares: Declares
+    declares: CloudDeclaration
     honours = ("coverage_mode",)
 
     def __init__(self, inputs: CloudInputs, parameters: SurrogateParameters) -> None:
@@ -137,7 +137,7 @@ class SurrogateClouds:
             skipped = _approximations(self._noise, first, self._evolves, share, self.period, thickness.shape)
         self.skipped = tuple(skipped)
         changes = not self._is_flat and (self._evolves or any(self._speed))
-        self.declares = Declares(
+        self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if changes else frozenset(),
             evolves=self._evolves and not self._is_flat,
             tileable=self._whole_plane,

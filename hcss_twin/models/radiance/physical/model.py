@@ -37,7 +37,7 @@ from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.models.radiance.physical.turned_glint import SeaModes, sunlit_modes, turned_glint, unlit_sea_modes
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun, TransmittanceProvider
+from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
 
 MEASURED_STREAMS, MEASURED_MODES = 8, 16
 """Minimum numbers of streams and azimuth modes for which the model states a measured error."""
@@ -118,7 +118,7 @@ class Physical:
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
-        self.declares = Declares(
+        self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, inputs, self.closed_form),
             own_errors=_own_errors(parameters, self.closed_form),

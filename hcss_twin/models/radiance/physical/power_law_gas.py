@@ -21,7 +21,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path, to_space
 from hcss_twin.physics.profile import Profile, airmass_of_legs
-from hcss_twin.providers import Declares, TransmittanceProvider
+from hcss_twin.providers import AtmosphereDeclaration, TransmittanceProvider
 
 _SLANT_DEG = 60.0
 _MIN_DEPTH, _MAX_DEPTH = 1e-12, 700.0
@@ -41,13 +41,13 @@ class PowerLawGas:
     Parameters
     ----------
     provider : TransmittanceProvider
-        Declares ``legs = "to_space"``.
+        AtmosphereDeclaration ``legs = "to_space"``.
     profile : Profile
         Its levels are the layer boundaries; targets outside the provider's range are not requested.
     """
 
     def __init__(self, provider: TransmittanceProvider, profile: Profile) -> None:
-        self.declares: Declares = provider.declares
+        self.declares: AtmosphereDeclaration = provider.declares
         self._provider = provider
         self._profile = profile
         low, high = provider.declares.valid.get("target_altitude_m", (0.0, float(profile.altitude_m[-1])))

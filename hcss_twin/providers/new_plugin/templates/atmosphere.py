@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from hcss_twin.physics.paths import Path
-from hcss_twin.providers import Array, AtmosphereInputs, Declares
+from hcss_twin.providers import Array, AtmosphereInputs, AtmosphereDeclaration
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -19,7 +19,7 @@ class Parameters(BaseModel):
 class Provider:
     """Absorber amounts are added along all legs of a path; never multiply transmittances of legs."""
 
-    declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+    declares = AtmosphereDeclaration()
 
     def __init__(self, inputs: AtmosphereInputs, parameters: Parameters) -> None:
         self._profile = inputs.profile

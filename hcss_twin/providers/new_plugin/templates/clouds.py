@@ -1,7 +1,7 @@
 """Bars of cloud along y, of one thickness: they cover the same share of each period, and drift unchanged."""
 
 import numpy as np
-from hcss_twin.providers import CloudInputs, Declares
+from hcss_twin.providers import CloudInputs, CloudDeclaration
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,7 +23,7 @@ class Provider:
         self._bars_per_pixel = pixel_m / parameters.period_m
         self._pixels_per_s = (motion.platform_speed_m_s - motion.cloud_velocity_m_s[0]) / pixel_m
         self._phase = np.random.default_rng(inputs.seed).random()
-        self.declares = Declares(depends_on=frozenset({"time"} if self._pixels_per_s else ()))
+        self.declares = CloudDeclaration(depends_on=frozenset({"time"} if self._pixels_per_s else ()))
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) in metres of the window that two slices cut out of the image; 0: clear."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
-from hcss_twin.providers import Declares, ElementInputs, ElementPixels, ElementScene
+from hcss_twin.providers import Declaration, ElementInputs, ElementPixels, ElementScene
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -20,7 +20,7 @@ class Parameters(BaseModel):
 class Provider:
     """The pixel right and below the image centre is covered in part by a black body."""
 
-    declares = Declares()
+    declares = Declaration()
     variables: Mapping[str, tuple[str, str]] = MappingProxyType({"number": ("1", "Number of the square.")})
 
     def __init__(self, inputs: ElementInputs, parameters: Parameters) -> None:

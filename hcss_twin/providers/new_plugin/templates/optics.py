@@ -1,7 +1,7 @@
 """Particles much larger than the wavelength: the extinction cross-section is twice the geometric one."""
 
 import numpy as np
-from hcss_twin.providers import Array, Declares, Microphysics, OpticsInputs, SingleScattering
+from hcss_twin.providers import Array, OpticsDeclaration, Microphysics, OpticsInputs, SingleScattering
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -17,7 +17,7 @@ class Parameters(BaseModel):
 class Provider:
     """Extinction 2 pi r^2 of every particle, grey."""
 
-    declares = Declares(notes=("particles much larger than the wavelength, grey",))
+    declares = OpticsDeclaration(notes=("particles much larger than the wavelength, grey",))
 
     def __init__(self, inputs: OpticsInputs, parameters: Parameters) -> None:
         self._parameters = parameters

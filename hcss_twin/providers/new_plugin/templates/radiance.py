@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array, Declares, RadianceInputs, Sun
+from hcss_twin.providers import Array, RadianceDeclaration, RadianceInputs, Sun
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -20,7 +20,9 @@ class Parameters(BaseModel):
 class Provider:
     """Each cloud absorbs what comes from below, and emits at the temperature of its top."""
 
-    declares = Declares(depends_on=frozenset({"view_zenith", "thickness"}), notes=("nothing scatters or reflects",))
+    declares = RadianceDeclaration(
+        depends_on=frozenset({"view_zenith", "thickness"}), notes=("nothing scatters or reflects",)
+    )
     terms: Mapping[str, str] = {"sea": "emitted by the sea", "clouds": "by the clouds", "air": "by the air"}
     solar_terms: frozenset[str] = frozenset()
 

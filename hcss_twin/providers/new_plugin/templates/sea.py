@@ -1,7 +1,7 @@
 """A grey sea that reflects the same in all directions (Lambert)."""
 
 import numpy as np
-from hcss_twin.providers import Array, Declares, SeaInputs
+from hcss_twin.providers import Array, SeaDeclaration, SeaInputs
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -16,7 +16,7 @@ class Parameters(BaseModel):
 class Provider:
     """BRDF = (1 - emissivity) / pi: what is not emitted is reflected (Kirchhoff)."""
 
-    declares = Declares()
+    declares = SeaDeclaration()
 
     def __init__(self, inputs: SeaInputs, parameters: Parameters) -> None:
         self._emissivity = parameters.emissivity

@@ -1,7 +1,7 @@
 """A converter without noise: radiance is counted in equal steps."""
 
 import numpy as np
-from hcss_twin.providers import Array, Declares, Measured, SensorInputs
+from hcss_twin.providers import Array, SensorDeclaration, Measured, SensorInputs
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -17,7 +17,7 @@ class Parameters(BaseModel):
 class Provider:
     """Every pixel alone: digital number, whether it is saturated, and the radiance in the middle of its step."""
 
-    declares = Declares(reach_pixels=0)
+    declares = SensorDeclaration(reach_pixels=0)
     variables: tuple[str, ...] = ("digital_number", "saturated")
 
     def __init__(self, inputs: SensorInputs, parameters: Parameters) -> None:

@@ -1,7 +1,7 @@
 """A round island of given temperature in the sea."""
 
 import numpy as np
-from hcss_twin.providers import Declares, SurfaceClass, SurfaceInputs, SurfaceMap
+from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -19,7 +19,7 @@ class Parameters(BaseModel):
 class Provider:
     """Sand within a radius of a place, sea elsewhere."""
 
-    declares = Declares()
+    declares = Declaration()
 
     def __init__(self, inputs: SurfaceInputs, parameters: Parameters) -> None:
         self._ground, self._parameters = inputs.ground, parameters

@@ -11,7 +11,7 @@ def hcss_register_transmittance_providers() -> list[ProviderSpec]:
             name="grey",
             target="hcss_grey_atmosphere.provider:GreyAtmosphere",
             parameters="hcss_grey_atmosphere.parameters:GreyParameters",
-            api_version=1,
+            api_version=2,
             summary="grey, well-mixed gas: T = exp(-optical depth x air mass)",
         )
     ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from hcss_grey_atmosphere.parameters import GreyParameters
 from hcss_twin.physics.paths import Path
-from hcss_twin.providers import Array, AtmosphereInputs, Declares
+from hcss_twin.providers import Array, AtmosphereDeclaration, AtmosphereInputs
 
 
 class GreyAtmosphere:
@@ -17,7 +17,7 @@ class GreyAtmosphere:
         mass = -np.diff(inputs.profile.pressure_Pa)
         self._share = mass / mass.sum()
         self._optical_depth = parameters.optical_depth
-        self.declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+        self.declares = AtmosphereDeclaration()
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of whole composite paths, the same at all wavenumbers."""

@@ -11,7 +11,7 @@ def hcss_register_transmittance_providers() -> list[ProviderSpec]:
             name="lowtran7",
             target="hcss_lowtran7.provider:Lowtran7",
             parameters="hcss_lowtran7.parameters:Lowtran7Parameters",
-            api_version=1,
+            api_version=2,
             summary="LOWTRAN7, the original Fortran: band model of 20 cm-1, aerosols; needs gfortran",
             references=("Kneizys et al., Users Guide to LOWTRAN 7, AFGL-TR-88-0177 (1988)",),
         )

@@ -20,7 +20,7 @@ from hcss_lowtran7.source import find_source
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.paths import Leg, Path
 from hcss_twin.physics.profile import local_zenith_deg
-from hcss_twin.providers import AtmosphereInputs, Declares
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
 
 Array = NDArray[np.float64]
 
@@ -72,8 +72,7 @@ class Lowtran7:
         levels = self._air.levels
         self._top_m = 100_000.0 if levels is None else 1000.0 * float(levels.altitude_km[-1])
         self._known: dict[tuple[int, tuple[Leg, ...]], _Spectrum] = {}
-        self.declares = Declares(
-            depends_on=frozenset({"view_zenith", "sun_zenith"}),
+        self.declares = AtmosphereDeclaration(
             valid={"wavenumber_cm1": (FIRST_CM1, LAST_CM1)},
             native_grid_cm1=np.arange(FIRST_CM1, LAST_CM1 + STEP_CM1 / 2, STEP_CM1),
             resolution_cm1=20.0,

@@ -1,0 +1,185 @@
+"""What providers declare: notes for users and properties that let the engine skip work or place nodes."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Set
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self, TypeVar
+
+from hcss_twin.core.errors import choose_from
+from hcss_twin.providers.common import LEGS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Declaration:
+    """What a provider of any kind can declare; kinds with more have a declaration of their own.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        Notes for users; copied into plan and cube.
+    own_errors : tuple of str
+        Provider-stated accuracy with its reference, quoted in the certificate in addition to the engine's error.
+    """
+
+    notes: tuple[str, ...] = ()
+    own_errors: tuple[str, ...] = ()
+
+
+class Note(str):
+    """A note for ``Declaration.notes`` that does not apply to every scene.
+
+    Parameters
+    ----------
+    text : str
+    sunlight : bool
+        Only for scenes with sunlight.
+    below_um : float
+        Only for bands that reach below this wavelength.
+    """
+
+    sunlight: bool
+    below_um: float
+
+    def __new__(cls, text: str, *, sunlight: bool = False, below_um: float = math.inf) -> Self:
+        """Create the text with its conditions."""
+        note = super().__new__(cls, text)
+        note.sunlight, note.below_um = sunlight, below_um
+        return note
+
+
+Declared = TypeVar("Declared", bound=Declaration)
+
+
+def attributed(declares: Declared, speaker: str) -> Declared:
+    """Return a declaration whose notes and own errors begin with ``speaker``, e.g. ``"optics provider ada"``."""
+
+    def with_speaker(texts: Iterable[str]) -> tuple[str, ...]:
+        return tuple(_with_text(text, f"{speaker}: {text}") for text in texts)
+
+    spoken: dict[str, Any] = {name: with_speaker(getattr(declares, name)) for name in ("notes", "own_errors")}
+    by_material = getattr(declares, "notes_by_material", None)
+    if by_material is not None:
+        spoken["notes_by_material"] = {name: with_speaker(texts) for name, texts in by_material.items()}
+    return replace(declares, **spoken)
+
+
+def _with_text(note: str, text: str) -> str:
+    return Note(text, sunlight=note.sunlight, below_um=note.below_um) if isinstance(note, Note) else text
+
+
+def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[str, ...]:
+    """Return the notes that apply to a scene with this sunlight and shortest wavelength, each once."""
+    selected = (
+        note
+        for note in notes
+        if not isinstance(note, Note) or ((sunlight or not note.sunlight) and shortest_um < note.below_um)
+    )
+    return tuple(dict.fromkeys(selected))
+
+
+def among(*names: str) -> dict[str, Any]:
+    """Return the metadata of a field that may hold only these names."""
+    return {"among": names}
+
+
+def check_declaration(declares: Any) -> None:
+    """Check the names, ranges and types of a declaration.
+
+    Raises
+    ------
+    ValueError
+        If it names an unknown dependency or range, a range is not (low, high), the native grid does not ascend, or
+        another field has the wrong type.
+    """
+    for each in fields(declares):
+        check = _CHECKS.get(each.name)
+        if check is not None:
+            check(f"declares.{each.name}", getattr(declares, each.name), each.metadata.get("among", ()))
+
+
+def _check_dependencies(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    for each in value or ():
+        if each not in allowed:
+            raise ValueError(f"{name} names '{each}'; {choose_from(each, allowed)}")
+
+
+def _check_ranges(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    for each, bounds in value.items():
+        if each not in allowed:
+            raise ValueError(f"{name} names '{each}', which the engine does not use; {choose_from(each, allowed)}")
+        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
+            raise ValueError(f"{name}['{each}'] is {bounds}; expected (low, high)")
+
+
+def _check_legs(name: str, value: Any, _: tuple[str, ...]) -> None:
+    if value not in LEGS:
+        raise ValueError(f"{name} is {value!r}; {choose_from(str(value), LEGS)}")
+
+
+def _check_resolution(name: str, value: Any, _: tuple[str, ...]) -> None:
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ValueError(f"{name} is {value!r}; allowed: 0 or more")
+
+
+def _check_texts(name: str, value: Any, _: tuple[str, ...] = ()) -> None:
+    # a single string is a sequence of letters, each of which would become a note
+    if not isinstance(value, tuple) or not all(isinstance(each, str) for each in value):
+        raise ValueError(f"{name} is {value!r}; expected a tuple of strings")
+
+
+def _check_texts_by_name(name: str, value: Any, _: tuple[str, ...]) -> None:
+    for each, texts in value.items():
+        _check_texts(f"{name}['{each}']", texts)
+
+
+def _check_materials(name: str, value: Any, _: tuple[str, ...]) -> None:
+    if (
+        not isinstance(value, Set)
+        or not value
+        or not all(isinstance(each, str) and re.fullmatch("[a-z][a-z0-9-]*", each) for each in value)
+    ):
+        raise ValueError(f"{name} is {value!r}; expected a set of names of lower-case letters, digits and hyphens")
+
+
+def _check_flag(name: str, value: Any, _: tuple[str, ...]) -> None:
+    if not isinstance(value, bool):
+        raise ValueError(f"{name} is {value!r}; expected True or False")
+
+
+def _check_reach(name: str, value: Any, _: tuple[str, ...]) -> None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
+        raise ValueError(f"{name} is {value!r}; expected None or a whole number, 0 or more")
+
+
+def _check_grid(name: str, value: Any, _: tuple[str, ...]) -> None:
+    if value is None:
+        return
+    import numpy as np
+
+    nodes = np.asarray(value)
+    if nodes.ndim != 1 or nodes.size < 2 or nodes.dtype.kind != "f" or not np.all(np.diff(nodes) > 0.0):
+        raise ValueError(
+            f"{name} has shape {nodes.shape} and type {nodes.dtype}; expected two or more "
+            "ascending floating-point wavenumbers"
+        )
+
+
+_CHECKS: Mapping[str, Callable[[str, Any, tuple[str, ...]], None]] = {
+    "depends_on": _check_dependencies,
+    "valid": _check_ranges,
+    "legs": _check_legs,
+    "resolution_cm1": _check_resolution,
+    "notes": _check_texts,
+    "own_errors": _check_texts,
+    "notes_by_material": _check_texts_by_name,
+    "notes_by_phase": _check_texts_by_name,
+    "materials": _check_materials,
+    "evolves": _check_flag,
+    "tileable": _check_flag,
+    "remembers": _check_flag,
+    "reach_pixels": _check_reach,
+    "native_grid_cm1": _check_grid,
+}
