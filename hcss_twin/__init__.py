@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     )
     from hcss_twin.cube.export.cube_export import export_cube
     from hcss_twin.cube.reader import open_cube
+    from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
     from hcss_twin.engine.sense import sense
     from hcss_twin.engine.simulate import simulate
     from hcss_twin.plan.make_plan import make_plan
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CatalogError",
+    "ColumnSpectra",
     "CubeError",
     "EvaluationChoice",
     "HcssError",
@@ -58,6 +60,7 @@ __all__ = [
     "ScenarioError",
     "SweepError",
     "__version__",
+    "column_spectra",
     "evaluate",
     "export_cube",
     "fit",
@@ -79,6 +82,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     homes = {
         "CatalogError": "core.errors",
+        "ColumnSpectra": "engine.column_spectra",
         "CubeError": "core.errors",
         "EvaluationChoice": "analysis.comparison.footage",
         "HcssError": "core.errors",
@@ -89,6 +93,7 @@ def __getattr__(name: str) -> Any:
         "ScenarioError": "core.errors",
         "SweepError": "core.errors",
         "ProviderSpec": "providers.registry.specs",
+        "column_spectra": "engine.column_spectra",
         "evaluate": "analysis.comparison.evaluate",
         "export_cube": "cube.export.cube_export",
         "fit": "analysis.uncertainty.fit",

@@ -211,10 +211,12 @@ class InstantElements:
         return pixel[: len(self._plan.bands), 0, 0].astype(np.float64)
 
     def _zenith_deg(self, row: int, column: int) -> float:
-        """View zenith angle of a pixel."""
+        """View zenith angle of a pixel, which may lie outside the image."""
         if self._views is None:
             return self._plan.view.zenith_deg
-        return self._views.of_pixels([row], [column])[0].zenith_deg
+        grid = self._plan.grid
+        place = (2.0 * column + 1.0 - grid.columns) / grid.columns, (2.0 * row + 1.0 - grid.rows) / grid.rows
+        return self._views.at([place])[0].zenith_deg
 
 
 def _points(corner: tuple[int, int], samples: int) -> Window:

@@ -184,5 +184,45 @@ def to_geographic_with_turn(x_m: Array, y_m: Array, latitude: float, longitude: 
     return north, longitude + east, (turn + 180.0) % 360.0 - 180.0
 
 
+_PLACED_M = 1e-4
+"""Convergence limit of :func:`to_plane`."""
+
+_PLANE_ITERATIONS = 60
+
+
+def to_plane(latitude_deg: Array, longitude_deg: Array, latitude: float, longitude: float) -> tuple[Array, Array]:
+    """Return x and y in m of places in the plane centred on a place: the inverse of :func:`to_geographic`.
+
+    Each iteration moves by the remaining vector on the tangent plane; its error falls by the square of the distance
+    from the centre over six times that of the Earth's radius.
+
+    Parameters
+    ----------
+    latitude_deg, longitude_deg : ndarray (...)
+        Geodetic, less than 60 degrees from the centre.
+    latitude, longitude : float
+        Centre, degrees.
+
+    Raises
+    ------
+    ValueError
+        If a place is farther away.
+    """
+    target = to_earth_centred(latitude_deg, longitude_deg)
+    x, y = np.zeros(target.shape[:-1]), np.zeros(target.shape[:-1])
+    if np.any(target @ to_earth_centred(np.array(latitude), np.array(longitude)) < 0.5 * SEMI_MINOR_AXIS_M**2):
+        raise ValueError("a place 60 degrees or more from the image centre; allowed: nearer ones")
+    for _ in range(_PLANE_ITERATIONS):
+        north, east, turn = to_geographic_with_turn(x, y, latitude, longitude)
+        rest = target - to_earth_centred(north, east)
+        toward_east, toward_north, _up = east_north_up(north, east)
+        right, ahead = np.sum(rest * toward_east, axis=-1), np.sum(rest * toward_north, axis=-1)
+        sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
+        x, y = x + right * cosine - ahead * sine, y + right * sine + ahead * cosine
+        if np.all(np.hypot(right, ahead) < _PLACED_M):
+            break
+    return x, y
+
+
 def _ends(x_m: Array, y_m: Array, latitude: float) -> tuple[Array, Array, Array]:
     return direct(latitude, np.hypot(x_m, y_m), np.arctan2(x_m, y_m))

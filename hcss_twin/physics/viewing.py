@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -120,7 +121,7 @@ class LinesOfSight:
                 break
         return distance
 
-    @property
+    @cached_property
     def sensor_m(self) -> Array:
         """Position (3,) of the sensor from the Earth's centre."""
         start, direction = self._line()

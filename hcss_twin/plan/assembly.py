@@ -232,7 +232,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
     particles = particle_optics(builder, scenario, catalog, clouds, optics)
-    for name, each in {} if particles is None else particles.by_name.items():
+    for each, name in {} if particles is None else particles.names.items():
         with builder.collect_problems("bands"):
             _require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
     builder.raise_problems()
@@ -377,12 +377,19 @@ def _elements(
         return radiance
 
     elements: list[ElementProvider] = []
-    inputs = ElementInputs(bands, grid, view, black_body, catalog)
+    place = scenario.place
+    inputs = ElementInputs(bands, grid, view, black_body, catalog, place.latitude, place.longitude)
     for index, section in enumerate(scenario.elements):
         name = selected(section, "provider")
         with builder.collect_problems(f"elements[{index}].provider", section.parameters):
             label = str(Kind.ELEMENTS) if len(scenario.elements) == 1 else f"{Kind.ELEMENTS}[{index}]"
-            elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
+            try:
+                elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
+            except ScenarioError as error:  # of the provider, which does not know the place of its section
+                own = f"elements[{index}].parameters"
+                raise ScenarioError(
+                    [Problem(f"{own}.{each.field}", each.message) for each in error.problems]
+                ) from error
     return tuple(elements)
 
 

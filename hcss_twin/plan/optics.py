@@ -76,14 +76,14 @@ class ParticleOptics:
         The provider of each layer.
     fields : tuple of str (L,)
         Scenario field that selects it.
-    by_name : mapping of str to Optics
-        Each provider in use.
+    names : mapping of Optics to str
+        Each provider in use, with its name.
     """
 
     optics: Optics
     of_layers: tuple[Optics, ...]
     fields: tuple[str, ...]
-    by_name: Mapping[str, Optics]
+    names: Mapping[Optics, str]
 
 
 def default_optics(builder: Builder, scenario: Scenario, catalog: Catalog) -> Optics | None:
@@ -128,15 +128,15 @@ def particle_optics(
     for layer, section, optics in zip(layers, chosen, of_layers, strict=True):
         with builder.collect_problems(layer.field):
             _require_material(layer, optics, selected(section, "provider"))
-    by_name = {selected(section, "provider"): each for section, each in zip(chosen, of_layers, strict=True)}
+    names = {each: selected(section, "provider") for section, each in zip(chosen, of_layers, strict=True)}
     if len(set(of_layers)) <= 1:
         only = (*of_layers, default)[0]
         assert only is not None
-        return ParticleOptics(only, of_layers, tuple(fields), by_name)
+        return ParticleOptics(only, of_layers, tuple(fields), names)
     with builder.collect_problems(layers[-1].field):
-        _require_different(layers, of_layers)
+        _require_different(layers, of_layers, names)
     particles = [each.layer.microphysics for each in layers]
-    return ParticleOptics(LayerOptics(of_layers, particles), of_layers, tuple(fields), by_name)
+    return ParticleOptics(LayerOptics(of_layers, particles), of_layers, tuple(fields), names)
 
 
 def _key(section: OpticsSection) -> str:
@@ -155,12 +155,14 @@ def _require_material(layer: AssembledLayer, optics: Optics, name: str) -> None:
         raise ScenarioError([Problem(f"{layer.field}.{key}", message)])
 
 
-def _require_different(layers: Sequence[AssembledLayer], optics: Sequence[Optics]) -> None:
+def _require_different(layers: Sequence[AssembledLayer], optics: Sequence[Optics], names: Mapping[Optics, str]) -> None:
     """Reject equal particles with different optics."""
-    known: Mapping[Microphysics, Optics] = {
-        _single(each.layer.microphysics): provider for each, provider in zip(layers, optics, strict=True)
-    }
-    for each, provider in zip(layers, optics, strict=True):
-        if known[_single(each.layer.microphysics)] is not provider:
-            message = "differs from that of another layer with equal particles; allowed: one provider for both"
-            raise ScenarioError([Problem(f"{layers[-1].field}.optics.provider", message)])
+    known: dict[Microphysics, Optics] = {}
+    for layer, provider in zip(layers, optics, strict=True):
+        first = known.setdefault(_single(layer.layer.microphysics), provider)
+        if first is not provider:
+            message = (
+                f"'{names[provider]}' with its parameters is not the optics of another layer with equal particles; "
+                f"allowed: those of that layer, '{names[first]}' with its parameters"
+            )
+            raise ScenarioError([Problem(f"{layer.field}.optics.provider", message)])

@@ -33,6 +33,8 @@ class ElementInputs:
         Maps a temperature in K to the radiance (B,) of a black body in each band, W m-2 sr-1.
     catalog : Catalog
         Reader of data files.
+    latitude_deg, longitude_deg : float
+        Of the image centre at the start.
     """
 
     bands: tuple[SensorBand, ...]
@@ -40,6 +42,20 @@ class ElementInputs:
     view: View
     black_body: Callable[[float], Array]
     catalog: Catalog
+    latitude_deg: float = 0.0
+    longitude_deg: float = 0.0
+
+    def to_plane(self, latitude_deg: Array, longitude_deg: Array) -> tuple[Array, Array]:
+        """Return x and y (N,) in m east and north of the image centre at the start, of geodetic places on WGS 84.
+
+        Raises
+        ------
+        ValueError
+            If a place is 60 degrees or more away.
+        """
+        from hcss_twin.physics.geodesy import to_plane
+
+        return to_plane(latitude_deg, longitude_deg, self.latitude_deg, self.longitude_deg)
 
 
 @dataclass(frozen=True)

@@ -35,9 +35,12 @@ def with_material(data: Any) -> Any:
     """
     if not isinstance(data, dict) or "phase" not in data:
         return data
-    if "material" in data:
+    older, rest = data["phase"], {key: value for key, value in data.items() if key != "phase"}
+    if older is None:  # as scenarios in cubes of version 0.1 have it
+        return rest
+    if rest.get("material") is not None:
         raise PydanticCustomError("two_ways", "phase given together with material, its present name; allowed: material")
-    return {"material" if key == "phase" else key: value for key, value in data.items()}
+    return {**rest, "material": older}
 
 
 LARGEST_UM = 500.0

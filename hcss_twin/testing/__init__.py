@@ -35,7 +35,7 @@ pytest.register_assert_rewrite(
 )
 
 from hcss_twin.testing.clouds import CloudGeneratorContract  # noqa: E402
-from hcss_twin.testing.elements import ElementContract, PlainScene  # noqa: E402
+from hcss_twin.testing.elements import ElementContract, KnownElement, PlainScene  # noqa: E402
 from hcss_twin.testing.optics import OpticsContract, TransmittanceContract  # noqa: E402
 from hcss_twin.testing.radiance import RadianceModelContract  # noqa: E402
 from hcss_twin.testing.registration import assert_registered  # noqa: E402
@@ -66,6 +66,7 @@ from hcss_twin.testing.surfaces import SurfaceContract  # noqa: E402
 __all__ = [
     "CloudGeneratorContract",
     "ElementContract",
+    "KnownElement",
     "OpticsContract",
     "PlainGas",
     "PlainOptics",

@@ -2,14 +2,44 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
+from hcss_twin.core.errors import HcssError
 from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementProvider, SightPath, Sun
 from hcss_twin.providers.common import FRACTION_TOLERANCE, check_element_variables
 from hcss_twin.testing.samples import ProviderContract, frozen, sample_element_inputs
 
 Pixel = dict[tuple[int, int], list[tuple[float, ...]]]
+
+AROUND = 64
+"""Rows and columns around the image that show an element whole."""
+
+SHIFT = (3, -2)
+"""Rows and columns by which a moved image shows elements elsewhere."""
+
+
+@dataclass(frozen=True)
+class KnownElement:
+    """What the author of an element knows of it at one instant, in closed form.
+
+    Attributes
+    ----------
+    x_m, y_m, altitude_m : float
+        Its centre.
+    intensity : ndarray (B,)
+        Radiant intensity toward the sensor, W sr-1; of a body: radiance times area, as seen from the sensor.
+    """
+
+    x_m: float
+    y_m: float
+    altitude_m: float
+    intensity: Array
 
 
 class PlainScene:
@@ -31,6 +61,18 @@ class PlainScene:
         return SightPath(transmittance, emission, np.ones_like(transmittance))
 
 
+class _MovedScene(PlainScene):
+    """A plain scene whose image shows points elsewhere, by rows and columns, and by rows per metre of altitude."""
+
+    def __init__(self, inputs: ElementInputs, shift: tuple[float, float], rows_per_m: float) -> None:
+        super().__init__(inputs)
+        self._shift, self._rows_per_m = shift, rows_per_m
+
+    def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        row, column = super().project(x_m, y_m, altitude_m)
+        return row + self._shift[0] + self._rows_per_m * altitude_m, column + self._shift[1]
+
+
 class ElementContract(ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -45,6 +87,10 @@ class ElementContract(ProviderContract):
     def make_provider(self, inputs: ElementInputs) -> ElementProvider:
         """Return the provider under test."""
         raise NotImplementedError("define make_provider(self, inputs)")
+
+    def known(self, inputs: ElementInputs, time_s: float) -> KnownElement | None:
+        """Return what a closed form says of the element; override to have position, motion and strength checked."""
+        return None
 
     @pytest.fixture
     def inputs(self) -> ElementInputs:
@@ -73,18 +119,26 @@ class ElementContract(ProviderContract):
             assert given is not None
             assert given.shape[-1:] == (len(inputs.bands),)
             assert np.all(np.isfinite(given) & (given >= 0.0))
+            assert all(each.shape == part.rows.shape for each in part.truth.values())
+            assert all(np.all(np.isfinite(each)) for each in part.truth.values())
             assert part.intensity is None or np.sum(part.share) <= 1.0 + FRACTION_TOLERANCE
             assert set(part.truth) == set(provider.variables)
         assert found, "nothing appears in the image at times_s: choose parameters or times at which something does"
 
     def test_a_window_has_the_pixels_of_the_image(self, provider: ElementProvider, inputs: ElementInputs) -> None:
-        """Windows, and rows outside the image, change no bit of a pixel."""
+        """Windows that cut through elements, and rows outside the image, change no bit of a pixel."""
         rows, columns = inputs.grid.rows, inputs.grid.columns
-        cuts = (slice(-3, 7), slice(7, 8), slice(8, rows)), (slice(0, columns // 2), slice(columns // 2, columns + 2))
         for time in self.times_s:
             whole, pieces = _pixels(_whole(provider, inputs, time)), Pixel()
+            row, column = next(iter(whole), (7, columns // 2))
+            cuts = (
+                (slice(-3, row), slice(row, row + 1), slice(row + 1, rows)),
+                (slice(0, column + 1), slice(column + 1, columns + 2)),
+            )
             for window in ((each, other) for each in cuts[0] for other in cuts[1]):
-                pieces |= _pixels(list(provider.pixels(time, *window, PlainScene(inputs))))
+                found = _pixels(list(provider.pixels(time, *window, PlainScene(inputs))))
+                assert all(one.start <= n < one.stop for at in found for n, one in zip(at, window, strict=True))
+                pieces |= found
             inside = {at: each for at, each in pieces.items() if 0 <= at[0] < rows and 0 <= at[1] < columns}
             assert inside == whole
 
@@ -95,18 +149,135 @@ class ElementContract(ProviderContract):
         backward = [_pixels(_whole(other, inputs, time)) for time in reversed(self.times_s)]
         assert forward == backward[::-1]
 
-    def test_a_band_alone_is_as_among_others(self, inputs: ElementInputs) -> None:
-        """Intensity and radiance follow the number of bands."""
-        alone = sample_element_inputs(bands=1)
-        for part in _whole(self.make_provider(alone), alone, self.times_s[0]):
-            given = part.intensity if part.radiance is None else part.radiance
-            assert given is not None
-            assert given.shape[-1] == 1
+    def test_a_band_alone_is_as_among_others(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """A band has the same intensity or radiance with and without the others; a provider may need all bands."""
+        among = _whole(provider, inputs, self.times_s[0])
+        for band, own in enumerate(inputs.bands):
+            body = _one_of(inputs, band)
+            alone = dataclasses.replace(inputs, bands=(own,), black_body=body)
+            try:
+                found = _whole(self.make_provider(alone), alone, self.times_s[0])
+            except HcssError:
+                continue
+            assert len(found) == len(among)
+            for one, other in zip(found, among, strict=True):
+                assert _strength(one).shape[-1] == 1
+                np.testing.assert_allclose(_strength(one)[..., 0], _strength(other)[..., band], rtol=1e-9)
+
+    def test_an_element_is_where_the_scene_projects_it(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """An image moved by whole pixels shows the same pixels there."""
+        for time in self.times_s:
+            before, after = (_pixels(_around(provider, inputs, time, shift=each)) for each in ((0.0, 0.0), SHIFT))
+            low, high = -AROUND + 4, min(inputs.grid.rows, inputs.grid.columns) + AROUND - 4
+            inside = {at for at in before if all(low <= each < high for each in at)}
+            assert {(row + SHIFT[0], column + SHIFT[1]) for row, column in inside} <= set(after)
+
+    def test_the_altitude_of_an_element_is_that_of_its_place(
+        self, provider: ElementProvider, inputs: ElementInputs
+    ) -> None:
+        """Parallax in proportion to altitude moves a part by its ``altitude_m``."""
+        for time in self.times_s:
+            for number, part in enumerate(_around(provider, inputs, time)):
+                if part.altitude_m > 0.0:
+                    moved = _around(provider, inputs, time, rows_per_m=10.0 / part.altitude_m)[number]
+                    assert _centre(moved)[0] - _centre(part)[0] == pytest.approx(10.0, abs=1.0)
+
+    def test_the_shares_of_a_source_sum_to_one(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """All energy of an unresolved source is somewhere on the plane."""
+        for time in self.times_s:
+            for part in _around(provider, inputs, time):
+                if part.intensity is not None and not _reaches_the_end(part, inputs):
+                    assert np.sum(part.share) == pytest.approx(1.0, abs=1e-6)
+
+    def test_an_element_keeps_its_place_among_smaller_pixels(self, inputs: ElementInputs) -> None:
+        """Pixels of half the size show it at the same distance from the image centre, to a pixel and its extent."""
+        grid = inputs.grid
+        fine = dataclasses.replace(
+            grid, rows=2 * grid.rows, columns=2 * grid.columns, pixel_size_m=grid.pixel_size_m / 2
+        )
+        finer = dataclasses.replace(inputs, grid=fine)
+        one, other = self.make_provider(inputs), self.make_provider(finer)
+        for time in self.times_s:
+            parts = zip(_whole(one, inputs, time), _whole(other, finer, time), strict=True)
+            for coarse, small in parts:
+                extent = 1.0 + max(np.ptp(coarse.rows), np.ptp(coarse.columns))
+                np.testing.assert_allclose(_centre(small) / 2.0, _centre(coarse), atol=extent)
+
+    def test_a_body_shines_by_its_temperature(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """By night at most like a black body of ``temperature_K`` and with a similar spectrum, to a factor of 2."""
+        for part in _whole(provider, inputs, self.times_s[0]):
+            if part.temperature_K is not None:
+                emissivity = _strength(part) / inputs.black_body(part.temperature_K)
+                assert np.max(emissivity, initial=0.0) <= 2.0 * np.min(emissivity, initial=np.inf)
+                if part.radiance is not None:
+                    assert np.all((emissivity >= 0.01) & (emissivity <= 1.0 + 1e-6))
+
+    def test_place_and_strength_are_those_of_a_closed_form(
+        self, provider: ElementProvider, inputs: ElementInputs
+    ) -> None:
+        """Centroid to half a pixel, altitude and total intensity are what ``known`` says."""
+        grid, cosine = inputs.grid, math.cos(math.radians(inputs.view.zenith_deg))
+        if self.known(inputs, self.times_s[0]) is None:
+            pytest.skip("define known(self, inputs, time_s) to have position, motion and strength checked")
+        for time in self.times_s:
+            if (known := self.known(inputs, time)) is None:
+                assert not _around(provider, inputs, time)
+                continue
+            parts, area_m2 = _around(provider, inputs, time), grid.pixel_size_m**2 * cosine
+            totals = [(1.0 if each.radiance is None else area_m2) * _total(each) for each in parts]
+            np.testing.assert_allclose(np.sum(totals, axis=0), known.intensity, rtol=1e-3, err_msg="W/sr")
+            weight = np.array([np.sum(each.share) for each in parts])
+            places = np.array([[*_centre(each), each.altitude_m] for each in parts])
+            row, column, altitude_m = weight @ places / weight.sum()
+            place = known.y_m / grid.pixel_size_m + grid.rows / 2, known.x_m / grid.pixel_size_m + grid.columns / 2
+            np.testing.assert_allclose((row, column), place, atol=0.51, err_msg="row and column")
+            assert altitude_m == pytest.approx(known.altitude_m, rel=1e-6, abs=1e-6)
 
 
 def _whole(provider: ElementProvider, inputs: ElementInputs, time_s: float) -> list[ElementPixels]:
     window = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
     return list(provider.pixels(time_s, *window, PlainScene(inputs)))
+
+
+def _around(
+    provider: ElementProvider,
+    inputs: ElementInputs,
+    time_s: float,
+    shift: tuple[float, float] = (0.0, 0.0),
+    rows_per_m: float = 0.0,
+) -> list[ElementPixels]:
+    """Return the parts in the image and around it."""
+    window = slice(-AROUND, inputs.grid.rows + AROUND), slice(-AROUND, inputs.grid.columns + AROUND)
+    return list(provider.pixels(time_s, *window, _MovedScene(inputs, shift, rows_per_m)))
+
+
+def _reaches_the_end(part: ElementPixels, inputs: ElementInputs) -> bool:
+    sizes = (part.rows, inputs.grid.rows), (part.columns, inputs.grid.columns)
+    return any(each.min() == -AROUND or each.max() == size + AROUND - 1 for each, size in sizes)
+
+
+def _one_of(inputs: ElementInputs, band: int) -> Callable[[float], Array]:
+    return lambda temperature_K: inputs.black_body(temperature_K)[band : band + 1]
+
+
+def _strength(part: ElementPixels) -> Array:
+    given = part.intensity if part.radiance is None else part.radiance
+    assert given is not None
+    return given
+
+
+def _total(part: ElementPixels) -> Array:
+    """Sum (B,) over the pixels."""
+    each = np.broadcast_to(_strength(part), (part.rows.size, _strength(part).shape[-1]))
+    total: Array = part.share @ each
+    return total
+
+
+def _centre(part: ElementPixels) -> Array:
+    """Row and column of the centroid."""
+    weighted = np.array([part.share @ (part.rows + 0.5), part.share @ (part.columns + 0.5)])
+    centre: Array = weighted / np.sum(part.share)
+    return centre
 
 
 def _pixels(parts: list[ElementPixels]) -> Pixel:

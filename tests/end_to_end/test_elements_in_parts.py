@@ -124,12 +124,23 @@ def test_verification_reproduces_elements(whole):
     [
         ({}, "elements[0].parameters", "no source; allowed: tracks, file or both"),
         ({"tracks": [{"area": 2.0}]}, "elements[0].parameters.tracks[0]", "either intensity, or temperature with area"),
-        ({"tracks": [{"intensity": {"mwir": 1.0}}]}, "elements", "'lwir' is missing"),
+        ({"tracks": [{"intensity": {"mwir": 1.0}}]}, "elements[0].parameters.tracks[0].intensity", "'lwir' is missing"),
+        (
+            {"tracks": [{"intensity": 1.0}, {"intensity": {"mwir": 1.0, "lwir": 1.0, "mwri": 1.0}}]},
+            "elements[0].parameters.tracks[1].intensity",
+            "'mwri' is no band: allowed: lwir, mwir; closest is 'mwir'",
+        ),
+        ({"file": "far.csv"}, "elements[0].parameters.file", "60 degrees or more from the image centre"),
         ({"file": "none.csv"}, "elements[0].parameters.file", "no file 'none.csv'"),
-        ({"file": "bad.csv"}, "elements[0].parameters.file", "column 'altitude' is missing; allowed: source, time, x"),
+        (
+            {"file": "bad.csv"},
+            "elements[0].parameters.file",
+            "column 'altitude' is missing; allowed: source, time, alt",
+        ),
     ],
 )
 def test_wrong_parameters_name_field_and_what_is_allowed(folder, parameters, field, message):
+    (folder / "far.csv").write_text("source, time, latitude, longitude, altitude, intensity\n1, 0, -40, 150, 0, 1\n")
     (folder / "bad.csv").write_text("source, time, x, y, intensity\n1, 0, 0, 0, 1\n")
     with pytest.raises(ScenarioError) as error:
         make_plan(Scenario.from_toml(SCENE, {**CHEAP, "elements": [{"parameters": parameters}]}, base=folder))

@@ -171,3 +171,19 @@ def test_a_body_that_radiates_like_the_sea_cannot_be_seen(clouds):
     plain, shown = frame(plan)["radiance"], with_square(plan, Square(like_sea, kelvin))
     # The air weakens the sea's emissivity within a band a little differently from a black body's.
     np.testing.assert_allclose(shown, plain, rtol=2.5e-3)
+
+
+def test_a_track_in_latitude_and_longitude_is_where_proj_has_it(tmp_path):
+    import pyproj
+
+    plane = pyproj.Proj(proj="aeqd", lat_0=35.0, lon_0=150.0, ellps="WGS84")
+    (east, west), (north, south) = plane(np.array([103.0, -137.0]), np.array([93.0, -107.0]), inverse=True)
+    table = "source, time, latitude, longitude, altitude, intensity\n"
+    table += f"1, 0, {north!r}, {east!r}, 10, 1e4\n1, 4, {south!r}, {west!r}, 10, 1e4\n"
+    (tmp_path / "globe.csv").write_text(table.replace("np.float64(", "").replace(")", ""))
+    raw = {key: value for key, value in BASE.items() if key not in CHEAP}
+    raw |= {"elements": [{"parameters": {"file": "globe.csv"}}], "frames": {"count": 5, "interval": 1.0}}
+    plan = make_plan(Scenario.from_dict(raw, CHEAP, base=tmp_path))
+    for time, result in enumerate(stream(plan, tables_of(plan))):
+        x, y = 103.0 - 60.0 * time, 93.0 - 50.0 * time
+        assert np.argwhere(result["element"]).tolist() == [[math.floor(y / 20) + 6, math.floor(x / 20) + 8]]

@@ -200,5 +200,10 @@ def test_equal_particles_have_one_optics(folder):
 def test_phase_is_the_older_name_of_material(folder):
     old, new = (scenario(folder, {"type": "stratus", key: "ice"}) for key in ("phase", "material"))
     assert old.to_json() == new.to_json()
+    complete = json.loads(scenario(folder, {"type": "stratus"}).to_json())
+    for unset, given in (("material", "phase"), ("phase", "material"), ("phase", "phase")):
+        complete["clouds"]["layers"][0] |= {unset: None}  # as in cubes of this version, or of 0.1
+        again = Scenario.from_dict(complete, {f"clouds.{given}": "ice"}, base=folder)
+        assert again.to_json() == new.to_json()
     with pytest.raises(ScenarioError, match="phase given together with material"):
         scenario(folder, {"phase": "ice", "material": "ice"})

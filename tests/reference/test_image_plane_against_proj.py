@@ -10,6 +10,7 @@ from hcss_twin.physics.geodesy import (
     to_earth_centred,
     to_geographic,
     to_geographic_with_turn,
+    to_plane,
 )
 
 GLOBE = pyproj.Geod(ellps="WGS84")
@@ -38,6 +39,22 @@ def test_pixels_lie_where_proj_has_them(latitude, longitude, side_m):
     projection = pyproj.Proj(proj="aeqd", lat_0=latitude, lon_0=longitude, ellps="WGS84")
     theirs = projection(x, y, inverse=True)[::-1]
     assert np.max(apart_m(to_geographic(x, y, latitude, longitude), theirs)) < ALLOWED_M
+
+
+@latitudes
+@longitudes
+@pytest.mark.parametrize("side_m", [16e3, 4000e3])
+def test_places_lie_where_proj_has_them_in_the_plane(latitude, longitude, side_m):
+    projection = pyproj.Proj(proj="aeqd", lat_0=latitude, lon_0=longitude, ellps="WGS84")
+    x, y = plane(side_m)
+    places = projection(x, y, inverse=True)[::-1]
+    found = np.stack(to_plane(*places, latitude, longitude))
+    assert np.max(np.abs(found - np.stack(projection(*places[::-1])))) < ALLOWED_M
+
+
+def test_places_beyond_60_degrees_are_refused():
+    with pytest.raises(ValueError, match="60 degrees or more from the image centre"):
+        to_plane(np.array([0.0]), np.array([61.0]), 0.0, 0.0)
 
 
 @pytest.mark.parametrize("latitude", [-80.0, 0.0, 45.0, 89.0])

@@ -50,9 +50,9 @@ class PointSourceParameters(BaseModel):
     file: str | None = Field(
         None,
         min_length=1,
-        description="CSV file of tracks with the columns source, time (s), x, y, altitude, and `intensity`, "
-        "`intensity BAND` for each band, or temperature and area; linear between the times of a source, which is "
-        "absent before and after them.",
+        description="CSV file of tracks with the columns source, time (s), x, y or latitude, longitude (degrees), "
+        "altitude, and `intensity`, `intensity BAND` for each band, or temperature and area; linear between the times "
+        "of a source, which is absent before and after them.",
     )
     footprint: float = Field(
         0.0,

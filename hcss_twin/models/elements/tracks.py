@@ -12,7 +12,8 @@ from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_f
 from hcss_twin.models.elements.parameters import PointSourceParameters, Track
 from hcss_twin.providers import ElementInputs
 
-_PLACE = ("source", "time", "x", "y", "altitude")
+_PLACE = ("source", "time", "altitude")
+_PLANE, _GLOBE = ("x", "y"), ("latitude", "longitude")
 _INTENSITY = "intensity"
 
 
@@ -76,18 +77,19 @@ def tracks_of(parameters: PointSourceParameters, inputs: ElementInputs) -> tuple
         If a band has no intensity, or the file is wrong.
     """
     bands = [band.name for band in inputs.bands]
-    return (*(_given(track, bands) for track in parameters.tracks), *_from_file(parameters.file, bands, inputs))
+    given = (_given(track, bands, index) for index, track in enumerate(parameters.tracks))
+    return (*given, *_from_file(parameters.file, bands, inputs))
 
 
-def _given(track: Track, bands: list[str]) -> SourceTrack:
+def _given(track: Track, bands: list[str], index: int) -> SourceTrack:
     if track.temperature is not None and track.area is not None:
         strength = [track.temperature, track.area]
     elif isinstance(track.intensity, dict):
         for name in (*bands, *track.intensity):
             if name not in track.intensity or name not in bands:
-                message = f"point-sources, tracks: intensity needs a number for each band and no other; '{name}' is "
+                message = f"a number for each band and no other is needed; '{name}' is "
                 message += "missing" if name in bands else f"no band: {choose_from(name, bands)}"
-                raise ScenarioError([Problem("elements", message)])
+                raise ScenarioError([Problem(f"tracks[{index}].intensity", message)])
         strength = [track.intensity[name] for name in bands]
     else:
         strength = [float(track.intensity or 0.0)] * len(bands)
@@ -105,25 +107,34 @@ def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> lis
     strengths = ["temperature", "area"] if thermal else [f"{_INTENSITY} {band}" for band in bands]
     if _INTENSITY in columns and not thermal:
         strengths = [_INTENSITY] * len(bands)
-    wanted = {*_PLACE, *strengths}
+    across = _GLOBE if not {*_GLOBE}.isdisjoint(columns) else _PLANE
+    wanted = {*_PLACE, *across, *strengths}
     wrong = sorted(wanted.symmetric_difference(columns))
     if wrong:
         raise CatalogError(
             f"'{name}': column '{wrong[0]}' is {'missing' if wrong[0] in wanted else 'unknown'}; allowed: "
-            f"{', '.join(_PLACE)}, and {_INTENSITY}, {_INTENSITY} BAND for each band of the scene, or temperature and "
-            "area"
+            f"{', '.join(_PLACE)}; x, y or latitude, longitude; and {_INTENSITY}, {_INTENSITY} BAND for each band of "
+            "the scene, or temperature and area"
         )
     strength = np.stack([columns[each] for each in strengths], axis=1)
     low = np.nextafter(0.0, 1.0) if thermal else 0.0
     for what, least, values in (("altitude", 0.0, columns["altitude"]), (strengths[0], low, strength)):
         if np.any(values < least):
             raise CatalogError(f"'{name}': {what} {values.min():g}; allowed: {'above 0' if least else '0 or more'}")
+    x, y = (columns[each] for each in across)
+    if across == _GLOBE:
+        if np.any(np.abs(x) > 90.0):
+            raise CatalogError(f"'{name}': latitude {x[np.argmax(np.abs(x))]:g}; allowed: -90 to 90")
+        try:
+            x, y = inputs.to_plane(x, y)
+        except ValueError as error:
+            raise CatalogError(f"'{name}': {error}") from error
     tracks = []
     for source in np.unique(columns["source"]):
         own: NDArray[np.intp] = np.flatnonzero(columns["source"] == source)
         time = columns["time"][own]
         if np.any(np.diff(time) <= 0.0):
             raise CatalogError(f"'{name}': the times of source {source:g} do not ascend")
-        position = np.stack([columns[each][own] for each in _PLACE[2:]], axis=1)
+        position = np.stack([each[own] for each in (x, y, columns["altitude"])], axis=1)
         tracks.append(SourceTrack(time, position, np.zeros(3), strength[own], thermal))
     return tracks

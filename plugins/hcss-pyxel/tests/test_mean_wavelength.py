@@ -8,7 +8,7 @@ from hcss_pyxel.mean_wavelength import MeanWavelength, mean_wavelengths, mean_wa
 from scipy import constants
 from scipy.integrate import quad
 
-from hcss_twin import Scenario, make_plan, simulate
+from hcss_twin import Scenario, column_spectra, simulate
 
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 1, **CHEAP}
@@ -31,24 +31,16 @@ def test_an_isothermal_enclosure_has_the_mean_wavelength_of_planck(band):
     """Everything at one temperature: the model's spectra are replaced by those of a black body."""
     from hcss_twin.physics.planck import planck
 
-    plan = make_plan(Scenario.load("stratus", {**SMALL, **NIGHT, "bands": [band]}))
-
-    class BlackBody:
-        def clear(self, wavenumber_cm1, sun):
-            return {"all": planck(wavenumber_cm1, 290.0)}
-
-        def cloudy(self, wavenumber_cm1, thickness_m, sun):
-            return {"all": np.broadcast_to(planck(wavenumber_cm1, 290.0), (len(thickness_m), len(wavenumber_cm1)))}
-
-    black = replace(plan, assembly=replace(plan.assembly, model=BlackBody()))
-    (found,) = mean_wavelengths(black)
+    columns = column_spectra(Scenario.load("stratus", {**SMALL, **NIGHT, "bands": [band]}))
+    enclosed = np.broadcast_to(planck(columns.wavenumber_cm1, 290.0), columns.radiance.shape)
+    (found,) = mean_wavelengths(replace(columns, radiance=enclosed))
     # the scene's grid of wavenumbers sums each band to some 1e-5
     np.testing.assert_allclose(found.wavelength_um, mean_of_black_body(290.0, *band), rtol=5e-5)
 
 
 def test_sunlight_shortens_the_mean_wavelength_and_thick_cloud_hides_the_gas_below():
     by_day, by_night = (
-        mean_wavelengths(make_plan(Scenario.load("stratus", {**SMALL, "bands": ["mwir"], **when})))[0]
+        mean_wavelengths(column_spectra(Scenario.load("stratus", {**SMALL, "bands": ["mwir"], **when})))[0]
         for when in ({}, NIGHT)
     )
     assert np.all(by_day.wavelength_um < by_night.wavelength_um)
@@ -67,5 +59,5 @@ def test_the_mean_wavelength_of_an_image_counts_its_photons():
 def test_a_cube_has_the_mean_wavelengths_of_its_scenario(tmp_path):
     scenario = Scenario.load("stratus", {**SMALL, "bands": ["lwir"]})
     simulate(scenario, tmp_path / "c.nc").close()
-    (found,), (expected,) = mean_wavelengths_of(tmp_path / "c.nc"), mean_wavelengths(make_plan(scenario))
+    (found,), (expected,) = mean_wavelengths_of(tmp_path / "c.nc"), mean_wavelengths(column_spectra(scenario))
     np.testing.assert_array_equal(found.wavelength_um, expected.wavelength_um)

@@ -19,13 +19,13 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import CloudDeclaration
+from hcss_twin.providers import CloudDeclaration, Declaration, ElementPixels
 from hcss_twin.providers.registry import Registry
 from hcss_twin.providers.registry.guard import guard
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "contract"))
 
-from stranger import atmosphere, clouds, optics, radiance, sea, sensor
+from stranger import atmosphere, clouds, elements, optics, radiance, sea, sensor
 
 discovered = cache(Registry.discover)
 
@@ -70,12 +70,13 @@ CONTRACTS = {
     "atmosphere": testing.TransmittanceContract,
     "radiance": testing.RadianceModelContract,
     "sensors": testing.SensorContract,
+    "elements": testing.ElementContract,
 }
 
 
 def kit(kind, make, inputs=None, **members):
     """Return a function that makes a kit class for providers ``make(inputs)``, with other members if given."""
-    bases = (CONTRACTS[kind],) if kind in ("clouds", "sensors") else (Few, CONTRACTS[kind])
+    bases = (CONTRACTS[kind],) if kind in ("clouds", "sensors", "elements") else (Few, CONTRACTS[kind])
     own = {"make_provider": lambda self, given: make(given), **members}
     if inputs is not None:
         own["inputs"] = pytest.fixture(lambda self: inputs())
@@ -185,7 +186,10 @@ COUNTS = {
 
 def right_providers():
     """Return all of them."""
-    return [Right(*each) for each in (*_clouds(), *_sea(), *_optics(), *_atmosphere(), *_radiance(), *_sensors())]
+    return [
+        Right(*each)
+        for each in (*_clouds(), *_sea(), *_optics(), *_atmosphere(), *_radiance(), *_sensors(), *_elements())
+    ]
 
 
 def _clouds():
@@ -220,6 +224,72 @@ def _sea():
         yield f"plain-sea-{emissivity:g}", "sea", f"Lambertian, emissivity {emissivity:g}", kit("sea", plain)
     slush = lambda inputs: sea.Slush(inputs, sea.Parameters())  # noqa: E731
     yield "slush", "sea", "grains that scatter once", kit("sea", slush)
+
+
+SOURCES = (
+    {"x": -2300.0, "y": 900.0, "altitude": 4000.0, "velocity": (150.0, -70.0, 12.0), "intensity": 2e3},
+    {"x": 1100.0, "y": -640.0, "altitude": 800.0, "velocity": (-90.0, 30.0, 0.0), "intensity": 7e2},
+)
+BODY = {"x": 400.0, "y": -1330.0, "altitude": 200.0, "velocity": (30.0, 80.0, 0.0), "temperature": 900.0, "area": 12.0}
+
+
+def mean_of(tracks, inputs, time_s, strengths):
+    """The closed form of sources in straight lines: the kit weights each alike, whatever its strength."""
+    x, y, z = np.mean(
+        [np.add((each["x"], each["y"], each["altitude"]), np.multiply(each["velocity"], time_s)) for each in tracks], 0
+    )
+    return testing.KnownElement(float(x), float(y), float(z), np.sum(strengths, axis=0))
+
+
+class Flare:
+    """A light that flickers at random and burns for ten seconds."""
+
+    declares = Declaration()
+    variables = {"brightness": ("1", "Brightness of the flare, of 1.")}  # noqa: RUF012
+
+    def __init__(self, inputs):
+        self._count = len(inputs.bands)
+
+    def pixels(self, time_s, rows, columns, scene):
+        bright = scene.random.random() * (1.0 - time_s / 10.0)
+        place = [
+            np.floor(each).astype(int) for each in scene.project(*(np.full(1, each) for each in (90.0, 50.0, 300.0)))
+        ]
+        if not (
+            0.0 <= time_s < 10.0
+            and all(s.start <= at[0] < s.stop for s, at in zip((rows, columns), place, strict=True))
+        ):
+            return []
+        light = np.full(self._count, 500.0 * bright)
+        truth = {"brightness": np.array([bright])}
+        return [ElementPixels(*place, np.ones(1), 300.0, intensity=light, truth=truth)]
+
+
+def _elements():
+    def sources(tracks, footprint=0.0):
+        return lambda inputs: builtin("elements", "point-sources", inputs, tracks=tracks, footprint=footprint)
+
+    def of_tracks(self, inputs, time_s):
+        return mean_of(SOURCES, inputs, time_s, [np.full(2, each["intensity"]) for each in SOURCES])
+
+    def of_body(self, inputs, time_s):
+        return mean_of([BODY], inputs, time_s, [12.0 * inputs.black_body(900.0)])
+
+    def of_deck(self, inputs, time_s):
+        area_m2 = 9 * 200.0**2 * np.cos(np.radians(inputs.view.zenith_deg))
+        return testing.KnownElement(300.0, 300.0, 10.0, area_m2 * inputs.black_body(310.0))
+
+    yield (
+        "tracks",
+        "elements",
+        "two sources spread over a square",
+        kit("elements", sources(SOURCES, 520.0), known=of_tracks),
+    )
+    yield "one-pixel", "elements", "two sources in one pixel each", kit("elements", sources(SOURCES))
+    yield "hot-body", "elements", "a hot body that moves", kit("elements", sources([BODY], 300.0), known=of_body)
+    deck = lambda inputs: elements.Ship(inputs, elements.Parameters())  # noqa: E731
+    yield "deck", "elements", "a warm square of nine pixels", kit("elements", deck, known=of_deck)
+    yield "flare", "elements", "a light that flickers", kit("elements", Flare)
 
 
 def _optics():

@@ -48,6 +48,14 @@ SAMPLE = (
     ("counting.radiance.last-row-lost", "no_row_or_column_is_lost"),
     ("counting.measure.frame.half", "seed_and_place_matter_to_noise"),
     ("counting.inputs.corner-dropped", "seed_and_place_matter_to_noise"),
+    ("tracks.pixels.columns.stop-lost", "a_window_has_the_pixels_of_the_image"),
+    ("tracks.pixels.columns-from-last", "an_element_is_where_the_scene_projects_it"),
+    ("tracks.share.half", "the_shares_of_a_source_sum_to_one"),
+    ("deck.altitude_m.feet", "the_altitude_of_an_element_is_that_of_its_place"),
+    ("tracks.pixels.project.exchanged", "place_and_strength_are_those_of_a_closed_form"),
+    ("deck.strength.per-um", "a_band_alone_is_as_among_others"),
+    ("hot-body.temperature_K.celsius", "a_body_shines_by_its_temperature"),
+    ("tracks.pixels.time_s.dropped", "place_and_strength_are_those_of_a_closed_form"),
 )
 """Names of wrong providers and laws that refuse them."""
 
@@ -58,8 +66,8 @@ def test_the_law_refuses_the_wrong_provider(name, law):
     assert laws_broken(RIGHT[wrong.right], wrong, only=f"test_{law}") == [law]
 
 
-@pytest.mark.parametrize("name", ["picture", "film", "imagery"])
-def test_the_kit_accepts_generators_of_given_coverage_or_bounded_times(name):
+@pytest.mark.parametrize("name", ["picture", "film", "imagery", "flare"])
+def test_the_kit_accepts_given_coverage_bounded_times_and_random_light(name):
     assert laws_broken(RIGHT[name], most=0) == []
 
 

@@ -5,6 +5,7 @@ python tests/campaign/wrong_providers/wrong_providers.py       # prints name and
 
 import wrong_atmosphere
 import wrong_clouds
+import wrong_elements
 import wrong_radiance
 import wrong_sensors
 import wrong_surfaces_and_particles
@@ -19,6 +20,7 @@ def wrong_providers():
         *wrong_atmosphere.wrong_providers(),
         *wrong_radiance.wrong_providers(),
         *wrong_sensors.wrong_providers(),
+        *wrong_elements.wrong_providers(),
     ]
 
 

@@ -23,7 +23,7 @@ class Ship:
         self._inputs, self._parameters = inputs, parameters
 
     def pixels(self, time_s, rows, columns, scene):
-        first = np.array([self._inputs.grid.rows // 2, self._inputs.grid.columns // 2])
+        first = [int(each[0]) for each in scene.project(np.zeros(1), np.zeros(1), np.full(1, 10.0))]
         y, x = (each.ravel() for each in np.mgrid[: self._parameters.pixels, : self._parameters.pixels])
         y, x = y + first[0], x + first[1]
         here = (y >= rows.start) & (y < rows.stop) & (x >= columns.start) & (x < columns.stop)

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_pyxel.airy import airy_kernel
+from hcss_pyxel.files import complete_or_absent, frame_times_s
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
-from hcss_twin.core.files import atomic_write
-from hcss_twin.cube.coordinates import frame_times_s
-from hcss_twin.cube.reader import open_cube
+from hcss_twin import open_cube
 from hcss_twin.errors import CubeError, HcssError, choose_from
 
 FILL = 2.0 / 3.0
@@ -174,7 +173,7 @@ def write_example(
     folder.mkdir(parents=True, exist_ok=True)
     numbers = BytesIO()
     np.save(numbers, airy_kernel(central, instrument.f_number, instrument.pitch_um))
-    with atomic_write(pipeline, CubeError) as draft_pipeline, atomic_write(kernel, CubeError) as draft_kernel:
+    with complete_or_absent(pipeline) as draft_pipeline, complete_or_absent(kernel) as draft_kernel:
         draft_pipeline.write_text(text, encoding="utf-8")
         draft_kernel.write_bytes(numbers.getvalue())
     return Example(pipeline, kernel, band, times, integration, fill, known_um, why_not)

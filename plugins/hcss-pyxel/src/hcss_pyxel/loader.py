@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_pyxel.exposure import BETWEEN, Between, frame_weights
+from hcss_pyxel.files import frame_times_s
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
-from hcss_twin.cube.coordinates import frame_times_s
-from hcss_twin.cube.reader import open_cube
+from hcss_twin import open_cube
 from hcss_twin.errors import choose_from
 
 if TYPE_CHECKING:

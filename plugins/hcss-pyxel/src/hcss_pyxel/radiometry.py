@@ -11,8 +11,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import constants
 
-from hcss_twin.physics.planck import PLANCK_J_S, SPEED_OF_LIGHT_M_S, planck, wavenumber_from_um
+from hcss_twin.physics.planck import planck, wavenumber_from_um
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ def photons(radiance: Array, etendue_m2_sr: float, seconds: float, wavelength_um
     result: Array = (
         radiance
         * (etendue_m2_sr * seconds)
-        * (np.asarray(wavelength_um, dtype=np.float64) * 1e-6 / (PLANCK_J_S * SPEED_OF_LIGHT_M_S))
+        * (np.asarray(wavelength_um, dtype=np.float64) * 1e-6 / (constants.h * constants.c))
     )
     return result
 

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from hcss_pyxel.files import complete_or_absent
 from hcss_pyxel.loader import load_cube
-from hcss_twin.core.files import atomic_write
-from hcss_twin.cube.reader import open_cube
-from hcss_twin.errors import CubeError, HcssError, choose_from
+from hcss_twin import open_cube
+from hcss_twin.errors import HcssError, choose_from
 
 LOADER = "hcss_pyxel.load_cube"
 
@@ -52,7 +52,7 @@ def run_pipeline(pipeline: Path, output: Path) -> dict[str, float]:
         print(file=sys.stderr)
         raise HcssError(str(error)) from error
     held.attrs.update(_provenance(pipeline, calls))
-    with atomic_write(output, CubeError) as draft:
+    with complete_or_absent(output) as draft:
         held.to_netcdf(draft, engine="netcdf4")
     return {f"{name} ({data.attrs.get('units', '')})": float(data.mean()) for name, data in held.data_vars.items()}
 

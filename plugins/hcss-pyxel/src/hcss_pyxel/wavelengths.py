@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from hcss_pyxel.mean_wavelength import MeanWavelength
 from hcss_pyxel.radiometry import black_body_wavelength_um
-from hcss_twin.cube.reader import open_cube
+from hcss_twin import open_cube
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,55 @@
+"""The packages in plugins/ import only what is promised to plugins of others, in source and tests.
+
+hcss-paper names the other modules that it uses in its README, which its own tests compare. The tests of hcss-lowtran7
+read a standard atmosphere of this package for comparison.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+from provider_api_text import GROUND
+
+import hcss_twin
+from hcss_twin import providers, testing
+
+PLUGINS = Path(__file__).parents[2] / "plugins"
+PUBLIC = {
+    "hcss_twin": set(hcss_twin.__all__),
+    "hcss_twin.providers": set(providers.__all__),
+    "hcss_twin.testing": set(testing.__all__),
+    **{module: set(names) for module, (_, names) in GROUND.items()},
+    "hcss_twin.core.commands": {"CommandSpec", "hookimpl"},
+    # Every error class is public, at the top level and here.
+    "hcss_twin.errors": {name for name in hcss_twin.__all__ if name.endswith("Error")}
+    | set(GROUND["hcss_twin.errors"][1]),
+}
+FOLDERS = sorted(
+    path for name in ("src", "tests") for path in PLUGINS.glob(f"*/{name}") if path.parent.name != "hcss-paper"
+)
+
+
+def private_imports(text):
+    """Yield what a module imports of hcss_twin beyond the public names."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            yield from (
+                each.name for each in node.names if each.name.startswith("hcss_twin.") and each.name not in PUBLIC
+            )
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "hcss_twin":
+            known = PUBLIC.get(node.module, set())
+            yield from (f"{node.module}.{each.name}" for each in node.names if each.name not in known)
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda path: f"{path.parent.name}-{path.name}")
+def test_a_plugin_imports_public_names_only(folder):
+    found = {name for path in folder.rglob("*.py") for name in private_imports(path.read_text(encoding="utf-8"))}
+    allowed = {"hcss_twin.models.atmosphere.profile_file.load_profile"}
+    assert found <= (allowed if (folder.parent.name, folder.name) == ("hcss-lowtran7", "tests") else set())
+
+
+def test_private_imports_are_seen():
+    text = (
+        "import hcss_twin.plan.plan\nfrom hcss_twin.core.files import atomic_write\nfrom hcss_twin import Plan, sense"
+    )
+    assert set(private_imports(text)) == {"hcss_twin.plan.plan", "hcss_twin.core.files.atomic_write", "hcss_twin.Plan"}

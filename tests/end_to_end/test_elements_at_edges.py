@@ -1,0 +1,144 @@
+"""Elements at the edges of images and windows, below blurring optics, in wide fields and in sweeps on Dask."""
+
+import math
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sweep
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.stream import stream
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.viewing import LinesOfSight
+
+SCENE = """
+time = 2024-04-20T22:30:00+10:00
+place = {latitude = 35.0, longitude = 150.0}
+image = {rows = 12, columns = 16, pixel_size = 20.0}
+frames.count = 1
+bands = ["lwir-10.8"]
+output = {variables = ["radiance", "element", "element_share", "element_radiance"], certificate = 0}
+"""
+BLUR = {"sensor": {"parameters": {"psf": "gaussian", "psf_sigma": 1.2}}}
+WIDE = {"image.rows": 30, "image.columns": 40, "image.pixel_size": 3000.0, "platform.altitude": "800 km"}
+STRENGTH = 1e5
+
+
+def planned(tracks, footprint=0.0, **changes):
+    raw = {**CHEAP, **changes, "elements": [{"parameters": {"tracks": tracks, "footprint": footprint}}]}
+    return make_plan(Scenario.from_toml(SCENE, raw))
+
+
+def frame(plan):
+    return next(stream(plan, tables_of(plan)))
+
+
+def source(x, y, **more):
+    return {"x": x, "y": y, "intensity": STRENGTH, **more}
+
+
+def transmitted(plan, altitude_m, zenith_deg):
+    """Band mean of the transmittance to space, for light of no colour."""
+    grid = plan.spectral_grid
+    [through] = plan.assembly.transmittance.transmittance(grid.wavenumber_cm1, [to_space(altitude_m, zenith_deg)])
+    return float((grid.weights_cm1 @ through)[0] / grid.weights_cm1.sum())
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "inside"),
+    [
+        # Squares of 50 m; the image extends 160 m and 120 m from its centre.
+        (160.0, 0.0, 0.5),
+        (-170.0, 3.0, 0.3),
+        (0.0, -120.0, 0.5),
+        (159.0, 119.0, 0.52 * 0.52),
+        (200.0, 0.0, 0.0),
+    ],
+)
+def test_an_image_has_the_share_of_a_source_that_lies_in_it(x, y, inside):
+    plan = planned([source(x, y)], footprint=50.0)
+    result = frame(plan)
+    assert np.nansum(result["element_share"]) == pytest.approx(inside, abs=1e-6)
+    flux = result["element_radiance"].sum() * 400.0 * math.cos(math.radians(plan.view.zenith_deg))
+    assert flux == pytest.approx(inside * STRENGTH * transmitted(plan, 0.0, plan.view.zenith_deg), rel=1e-4, abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def wide():
+    places = (-5e3, 2.2e3, 1e4), (59e3, -44e3, 0.0), (-61e3, 44.5e3, 0.0), (20.1e3, 30.3e3, 100.0)
+    tracks = [source(x, y, altitude=altitude, intensity=1e3 * STRENGTH) for x, y, altitude in places]
+    plan = planned(tracks, footprint=4500.0, **WIDE, **{"view.zenith": 40.0})
+    assert plan.views is not None
+    return plan, tracks, frame(plan)
+
+
+def test_in_a_wide_field_each_pixel_has_the_path_of_its_own_line_of_sight(wide):
+    plan, tracks, result = wide
+    view = plan.scenario.view
+    lines = LinesOfSight(35.0, 150.0, view.zenith, view.azimuth, 800e3)
+    expected, zeniths = np.zeros((30, 40)), []
+    for each in tracks:
+        for row, column in np.ndindex(30, 40):
+            x, y = (column - 19.5) * 3e3, (row - 14.5) * 3e3
+            overlap = [
+                max(min(at + 1.5e3, middle + 2.25e3) - max(at - 1.5e3, middle - 2.25e3), 0.0) / 4.5e3
+                for at, middle in ((x, each["x"]), (y, each["y"]))
+            ]
+            if math.prod(overlap):
+                zenith = float(lines.from_points(np.array(x), np.array(y)).zenith_deg)
+                zeniths.append(zenith)
+                reach = math.prod(overlap) * 1e3 * STRENGTH * transmitted(plan, each["altitude"], zenith)
+                expected[row, column] += reach / (9e6 * math.cos(math.radians(zenith)))
+    assert max(zeniths) - min(zeniths) > 4.0
+    np.testing.assert_array_equal(result["element"] > 0, expected > 0)
+    np.testing.assert_allclose(result["element_radiance"][0], expected, rtol=2e-5, atol=2e-6)
+
+
+def test_a_window_of_a_wide_field_cuts_through_sources(wide):
+    _, tracks, result = wide
+    rows, columns = (14, 25), (17, 26)
+    assert 0 < np.count_nonzero(result["element"][slice(*rows), slice(*columns)]) < np.count_nonzero(result["element"])
+    window = {"image.window": {"rows": list(rows), "columns": list(columns)}}
+    part = frame(planned(tracks, footprint=4500.0, **WIDE, **window, **{"view.zenith": 40.0}))
+    for name, values in part.items():
+        assert values.tobytes() == result[name][(..., slice(*rows), slice(*columns))].tobytes(), name
+
+
+def test_optics_blur_sources_at_and_beyond_the_edges_as_a_gaussian(tmp_path):
+    # Rows and columns of the sources: in the image, on its edge, and outside.
+    places = [(3, 4), (0, 9), (13, 12), (7, -2)]
+    tracks = [source(20.0 * (column - 7.5), 20.0 * (row - 5.5), altitude=2e5) for row, column in places]
+    measured = []
+    for name, elements in (("with", tracks), ("without", [source(0.0, 0.0, intensity=0.0)])):
+        run(planned(elements, **BLUR), tmp_path / f"{name}.nc")
+        with open_cube(tmp_path / f"{name}.sensor.nc") as cube:
+            measured.append(cube["radiance"].to_numpy()[0, 0].astype(float))
+    row, column = np.mgrid[:12, :16]
+    spread = sum(np.exp(-((row - y) ** 2 + (column - x) ** 2) / (2 * 1.2**2)) / (2 * np.pi * 1.2**2) for y, x in places)
+    plan = planned(tracks)
+    expected = spread * STRENGTH / (400.0 * math.cos(math.radians(plan.view.zenith_deg)))
+    np.testing.assert_allclose(measured[0] - measured[1], expected, atol=2e-3 * expected.max())
+
+
+@pytest.mark.long
+def test_a_sweep_on_dask_has_the_elements_of_a_serial_one(tmp_path):
+    (tmp_path / "scene.toml").write_text(
+        SCENE + "[[elements]]\nparameters = {footprint = 50.0, tracks = [{x = 150, intensity = 1e5}]}\n"
+    )
+    cubes = []
+    for name, workers in (("serial", 1), ("dask", 2)):
+        result = sweep(
+            str(tmp_path / "scene.toml"),
+            tmp_path / name,
+            over={"view.zenith": [0.0, 30.0]},
+            overrides=CHEAP,
+            workers=workers,
+            dataset=tmp_path / f"{name}.nc",
+        )
+        with open_sweep(result.dataset) as data:
+            cubes.append(data.load())
+    assert float(cubes[0]["element_share"].max()) > 0.0
+    for name in cubes[0].data_vars:
+        np.testing.assert_array_equal(cubes[0][name], cubes[1][name], err_msg=name)
