@@ -21,7 +21,7 @@ _WHOLE_ARRAYS = ("ACTUAL: ", "DESIRED: ", "x: ", "y: ")
 _BYWORK = ("+ where <function", "assert np.False_", "First 5 mismatches", "[")
 """How lines of a message begin from which whole arrays follow, and lines that tell nothing about the numbers."""
 
-_WIDTH = len("not applicable")
+_WIDTH = len("expected failure")
 
 
 @click.command("new-plugin")
@@ -60,15 +60,20 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
 def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: float, as_json: bool) -> None:
     """Hold the installed provider NAME to the conformance kit, and measure the cost of its calls.
 
-    It runs in a process of its own. Every law is listed: passed, failed, not applicable, or not run. The command fails
-    if a law does.
+    It runs in a process of its own. Every law is listed: passed, failed, expected failure (declared by the provider),
+    not applicable, or not run. The command fails if a law does. Cubes quote the result.
     """
     if find_spec("pytest") is None:
         raise click.ClickException("the conformance kit needs pytest: pip install pytest")
+    from hcss_twin.providers.registry.checks import keep_check
     from hcss_twin.providers.registry.registry import Registry
     from hcss_twin.testing.check import check_provider, find
 
-    result = check_provider(find(Registry.discover(), name, kind), assigned(assignments), limit)
+    registry, parameters = Registry.discover(), assigned(assignments)
+    entry = find(registry, name, kind)
+    result = check_provider(entry, parameters, limit)
+    model = registry.parameters_model(entry)
+    keep_check(entry, None if model is None else model(**parameters), result.count)
     click.echo(json.dumps(result.as_dict(), indent=1) if as_json else check_text(result))
     if not result.passed:
         sys.exit(1)
@@ -80,7 +85,8 @@ def check_text(check: Check) -> str:
     before = ""
     for law in check.laws:
         lines.append(
-            f"  {law.outcome:<{_WIDTH}}  {law.name}" + (f": {law.why}" if law.outcome.startswith("not") else "")
+            f"  {law.outcome:<{_WIDTH}}  {law.name}"
+            + (f": {law.why}" if law.outcome not in ("passed", "failed") else "")
         )
         if law.outcome == "failed":
             shown = ["as above"] if law.why == before else [f"law: {law.meaning}", *_cut(law.why)]

@@ -48,6 +48,9 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_seed", "text", ALWAYS, "The scenario's seed."),
     AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and libraries."),
     AttributeSpec("hcss_providers", "JSON", ALWAYS, "`name`, `distribution` and `version` of each provider, by kind."),
+    AttributeSpec("hcss_provider_laws", "JSON", "a provider is of another package",
+        "Laws of the conformance kit by outcome for each such provider: `probes`, tried before the first frame of this "
+        "run, and the last `hcss check` of the same version and parameters, or \"not checked\"."),
     AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name or path."),
     AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
         "Values that the scenario left open: list of `field`, `value` and `why`."),

@@ -18,8 +18,12 @@ from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.description import describe_particles, describe_providers
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers.registry.checks import kept_check
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
+
+LAWS = "hcss_provider_laws"
+"""Attribute of cubes made with providers of other packages: laws of the conformance kit by outcome."""
 
 VERSIONS, PROVIDERS, FILES = "hcss_versions", "hcss_providers", "hcss_files_sha256"
 
@@ -56,6 +60,9 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
     }
+    laws = _laws_of_plugins(plan)
+    if laws:
+        attributes[LAWS] = json.dumps(laws)
     if plan.needs_radiance:
         attributes["hcss_accuracy_requested"] = plan.accuracy.relative
     if plan.needs_radiance and plan.accuracy.kelvin is not None:
@@ -69,6 +76,21 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
         attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes
+
+
+def _laws_of_plugins(plan: Plan) -> dict[str, Any]:
+    """Return how providers of other packages fared with the laws of the conformance kit: in this run, and checked."""
+    probed = {each.label: each for each in plan.probes}
+    laws: dict[str, Any] = {}
+    for label, built in plan.assembly.built.items():
+        if not built.entry.is_own:
+            in_run = probed.get(label)
+            checked = kept_check(built.entry, built.parameters, plan.catalog.shelf)
+            laws[label] = {
+                "probes": "none" if in_run is None else in_run.count,
+                "hcss check": "not checked" if checked is None else checked,
+            }
+    return laws
 
 
 def _summary(plan: Plan) -> str:
@@ -257,7 +279,16 @@ class Recorded:
         now : mapping
             Global attributes of the recomputation.
         """
-        repeated = (SCENARIO_ATTRIBUTE, VERSIONS, PROVIDERS, FILES, FORMAT_ATTRIBUTE, *CERTIFICATE, CLEAN_CERTIFICATE)
+        repeated = (
+            SCENARIO_ATTRIBUTE,
+            VERSIONS,
+            PROVIDERS,
+            FILES,
+            LAWS,
+            FORMAT_ATTRIBUTE,
+            *CERTIFICATE,
+            CLEAN_CERTIFICATE,
+        )
         before, after = dict(leaves(self.scenario)), dict(leaves(json.loads(now[SCENARIO_ATTRIBUTE])))
         pairs = [(f"scenario key {key}", before.get(key), after.get(key)) for key in dict.fromkeys((*before, *after))]
         pairs += [

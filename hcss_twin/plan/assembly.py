@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand,
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.builder import Builder, attribute_to_field
+from hcss_twin.plan.builder import Builder, Built, attribute_to_field
 from hcss_twin.plan.clouds import assemble_clouds
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
@@ -74,6 +74,8 @@ class Assembly:
         Builds the radiance model of the same scene for another sea, view or sea temperature.
     sea_of : callable
         Builds the sea model for another temperature.
+    built : mapping of str to Built
+        How each provider was made, by the same labels as ``entries``.
     code : mapping of str to (str, str, str)
         Name, version and fingerprint of each provider, on which cached results depend.
     lines_of_sight : LinesOfSight or None
@@ -111,6 +113,7 @@ class Assembly:
     elements: tuple[ElementProvider, ...] = ()
     surfaces: SceneSurfaces | None = None
     surface: SurfaceState | None = None
+    built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
     def view(self) -> View:
@@ -296,6 +299,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         lines_of_sight=sight,
         elements=elements,
         surfaces=surfaces,
+        built=builder.built,
     )
 
 

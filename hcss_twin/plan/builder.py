@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from hcss_twin.core.catalog import Catalog
@@ -13,6 +14,26 @@ from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
+
+
+@dataclass(frozen=True)
+class Built:
+    """A guarded provider and how it was made.
+
+    Attributes
+    ----------
+    parameters : pydantic model or None
+    inputs
+        The input dataclass of its kind.
+    make : callable
+        Maps other inputs to another guarded provider with the same parameters.
+    """
+
+    entry: Entry
+    parameters: Any
+    inputs: Any
+    provider: Any
+    make: Callable[[Any], Any]
 
 
 @contextmanager
@@ -43,12 +64,18 @@ class Builder:
         self._registry = registry
         self._problems: list[Problem] = []
         self.entries: dict[str, Entry] = {}
+        self.built: dict[str, Built] = {}
 
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any], label: str = "") -> Any:
         """Create and guard a provider, and record it under ``label``, by default its kind."""
         entry, values = self._resolved(kind, name, parameters)
-        provider = guard(entry, self._registry.create(entry, inputs, values), inputs)
+
+        def make(inputs: Any) -> Any:
+            return guard(entry, self._registry.create(entry, inputs, values), inputs)
+
+        provider = make(inputs)
         self.entries[label or str(kind)] = entry
+        self.built.setdefault(label or str(kind), Built(entry, values, inputs, provider, make))
         return provider
 
     def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:

@@ -14,6 +14,7 @@ from hcss_twin.models.optics.size_distribution import (
 )
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.scenario.scenario import Scenario
@@ -61,6 +62,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         },
         "filled_in": [vars(item) for item in plan.filled_in],
         "notes": list(plan.notes),
+        "provider_costs": [vars(each) for each in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],
         **({} if plan.surfaces is None else {"surfaces": _surfaces(plan.surfaces)}),
         **({} if plan.sensor is None else {"sensor": plan.sensor.as_dict()}),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import timedelta
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.probes import Probed
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
@@ -71,6 +75,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
+    probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
     analysis, surfaces = analyse_scene(scenario, assembly, catalog, suns), None
     if assembly.surfaces is not None:
@@ -105,13 +110,19 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
         filled_in=assembly.filled_in,
-        notes=(*_notes(scenario, assembly, variables, waves is not None, sunlight), *analysis.notes, *_on_land(land)),
+        notes=(
+            *_notes(scenario, assembly, variables, waves is not None, sunlight),
+            *analysis.notes,
+            *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
+            *_on_land(land),
+        ),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,
         views=analysis.views,
         surfaces=surfaces,
         land_share=land,
+        probes=probes,
     )
 
 
@@ -121,6 +132,15 @@ def _on_land(share: float) -> tuple[str, ...]:
         "sea everywhere; with [surfaces] land is land"
     )
     return (text,) if share > 0.0 else ()
+
+
+def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> tuple[Probed, ...]:
+    if all(entry.is_own for entry in assembly.entries.values()):
+        return ()
+    from hcss_twin.plan.probes import probe_providers  # the laws are needed for plugins only
+
+    radiance = wants_radiance(cube_variables(scenario, assembly, True))
+    return probe_providers(assembly, catalog, radiance).results
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:

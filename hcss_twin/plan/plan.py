@@ -26,6 +26,7 @@ from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
 
 
@@ -76,6 +77,8 @@ class Plan:
         States of the surfaces; None for sea everywhere.
     land_share : float
         Share of land in the image of a scene without surfaces.
+    probes : tuple of Probed
+        How the providers of other packages fared with the laws of their kinds.
     """
 
     scenario: Scenario
@@ -103,6 +106,7 @@ class Plan:
     views: ViewAxis | None = None
     surfaces: PlannedSurfaces | None = None
     land_share: float = 0.0
+    probes: tuple[Probed, ...] = ()
 
     @property
     def budget(self) -> Budget:

@@ -66,7 +66,15 @@ class TransmittanceProvider(Protocol):
 
 
 class TransmittanceOptions(Protocol):
-    """Optional members of a transmittance provider."""
+    """Optional members of a transmittance provider.
+
+    Attributes
+    ----------
+    thread_safe : bool
+        Whether several threads may call ``transmittance`` at once: then each computes a part of the wavenumbers.
+    """
+
+    thread_safe: bool
 
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return thermal emission (P, V) of single legs, seen from space, W m-2 sr-1 (cm-1)-1, 0 or more.

@@ -165,6 +165,8 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "absorber_amounts": (callable, "a method"),
     "transmittance_of_amounts": (callable, "a method"),
     "bound_profile": (callable, "a static method"),
+    "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
+    "expected_failures": (lambda value: isinstance(value, Mapping), "a mapping of laws to reasons"),
     "sea_sun_terms": (_is_names, "a set of names of terms"),
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
 }

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass, fields, replace
-from typing import Any, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 from hcss_twin.core.errors import choose_from
 from hcss_twin.providers.common import LEGS
@@ -26,6 +26,18 @@ class Declaration:
 
     notes: tuple[str, ...] = ()
     own_errors: tuple[str, ...] = ()
+
+
+class ProviderOptions(Protocol):
+    """Optional members of a provider of any kind.
+
+    Attributes
+    ----------
+    expected_failures : mapping of str to str
+        Laws of the conformance kit that the provider breaks on purpose, each with the reason; on the class.
+    """
+
+    expected_failures: Mapping[str, str]
 
 
 class Note(str):

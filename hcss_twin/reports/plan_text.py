@@ -10,6 +10,7 @@ from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
@@ -39,6 +40,8 @@ def _rows(plan: Plan) -> Rows:
     yield "approximated", "or omitted, with the largest share of the radiance of a pixel it can change (more: --json)"
     for bound, text in approximations(plan):
         yield "", f"{bound:<{_BOUND}}{text}"
+    for cost in provider_costs(plan):
+        yield "cost", f"{cost.label}: about {cost.seconds:.2g} s in {cost.calls} calls of {cost.member}"
     for note in plan.notes:
         yield "note", note
 

@@ -1,7 +1,8 @@
 """Run the conformance kit on an installed provider, without a test file of its author (``hcss check``).
 
 The kit runs in a process of its own, which writes what happens to a file (:mod:`hcss_twin.testing.law_events`). A call
-that does not return in time, or that ends the process, is a failure of the law that made it, and is named.
+that does not return in time, or that ends the process, is a failure of the law that made it, and is named; another
+process tries the laws that remain. The result is kept, and cubes made with the provider quote it.
 """
 
 from __future__ import annotations
@@ -22,16 +23,19 @@ from typing import Any, Literal
 from hcss_twin.core.errors import OptionError, ProviderError, ProviderNameError, choose_from
 from hcss_twin.providers.registry import Entry, Kind, Registry
 
-Outcome = Literal["passed", "failed", "not applicable", "not run"]
+Outcome = Literal["passed", "failed", "expected failure", "not applicable", "not run"]
 
 START_LIMIT_S = 120.0
 """Time for the start of Python and the import of the kit, before any law runs."""
 
 POLL_S = 0.05
 
+MOST_STOPS = 2
+"""Calls of a member that do not return; laws that need it are not run after that."""
+
 _TEST_FILE = """from hcss_twin.testing.law_events import contract_of
 
-TestInstalled = contract_of({kind!r}, {name!r}, {parameters!r}, {events!r})
+TestInstalled = contract_of({kind!r}, {name!r}, {parameters!r}, {events!r}, {blocked!r})
 """
 
 
@@ -45,9 +49,9 @@ class Law:
         What the law says, in a few words, with the case in parentheses.
     meaning : str
         The law in one sentence.
-    outcome : {"passed", "failed", "not applicable", "not run"}
+    outcome : {"passed", "failed", "expected failure", "not applicable", "not run"}
     why : str
-        Numbers of a failure; why the law does not apply, or was not run.
+        Numbers of a failure; why it is expected, why the law does not apply, or was not run.
     seconds : float
         Time it took.
     """
@@ -89,8 +93,8 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether all laws passed that apply."""
-        return bool(self.laws) and all(law.outcome in ("passed", "not applicable") for law in self.laws)
+        """Whether all laws passed that apply, but for expected failures."""
+        return bool(self.laws) and all(law.outcome not in ("failed", "not run") for law in self.laws)
 
     @property
     def count(self) -> dict[str, int]:
@@ -147,29 +151,30 @@ def check_provider(entry: Entry, parameters: Mapping[str, Any] | None = None, li
         events, log = folder / "events.jsonl", folder / "log.txt"
         events.touch()
         test = folder / "test_installed.py"
-        test.write_text(
-            _TEST_FILE.format(
-                kind=str(entry.kind), name=entry.qualified_name, parameters=dict(parameters or {}), events=str(events)
-            ),
-            encoding="utf-8",
-        )
+        given = {"kind": str(entry.kind), "name": entry.qualified_name, "parameters": dict(parameters or {})}
         run = _Run(Check(f"{entry.kind.human} {entry.name}  [{entry.origin}]"))
-        with log.open("wb") as output:
-            process = subprocess.Popen(_command(test, events), stdout=output, stderr=output, env=_environment())
-        try:
-            stopped = _follow(process, events, run, limit_s)
-        finally:
-            process.kill()
-            process.wait()
-        said = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
-    return run.result(entry, stopped, process.returncode, "".join(said))
+        while True:
+            test.write_text(_TEST_FILE.format(**given, events=str(events), blocked=run.blocked), encoding="utf-8")
+            start = events.stat().st_size
+            with log.open("wb") as output:
+                command = _command(test, events, run.finished)
+                process = subprocess.Popen(command, stdout=output, stderr=output, env=_environment())
+            try:
+                stopped = _follow(process, events, start, run, limit_s)
+            finally:
+                process.kill()
+                process.wait()
+            said = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
+            if run.ended(entry, stopped, process.returncode, "".join(said)):
+                return run.result()
 
 
-def _command(test: Path, events: Path) -> list[str]:
+def _command(test: Path, events: Path, finished: list[str]) -> list[str]:
     # -P: not the folder in which the user happens to be; -c: no settings of a project around it
     pytest = [sys.executable, "-P", "-m", "pytest", "-q", "-c", os.devnull, f"--rootdir={test.parent}", "--noconftest"]
     return [
-        *pytest, "-p", "no:cacheprovider", "-p", "hcss_twin.testing.law_events", f"--hcss-events={events}", str(test)
+        *pytest, "-p", "no:cacheprovider", "-p", "hcss_twin.testing.law_events", f"--hcss-events={events}",
+        *(f"--deselect={law}" for law in finished), str(test)
     ]  # fmt: skip
 
 
@@ -179,9 +184,10 @@ def _environment() -> dict[str, str]:
     return {**ours, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 
 
-def _follow(process: subprocess.Popen[bytes], events: Path, run: _Run, limit_s: float) -> str:
-    """Take events until the process ends; return why it was stopped, empty if it ended by itself."""
+def _follow(process: subprocess.Popen[bytes], events: Path, start: int, run: _Run, limit_s: float) -> str:
+    """Take events from byte ``start`` until the process ends; return why it was stopped, or nothing."""
     with events.open(encoding="utf-8") as lines:
+        lines.seek(start)
         last, patience, rest = time.monotonic(), max(limit_s, START_LIMIT_S), ""
         while True:
             ended = process.poll() is not None
@@ -209,6 +215,7 @@ class _Run:
         self._laws: dict[str, Law] = {}
         self._open: dict[int, str] = {}
         self._seconds: dict[str, list[float]] = defaultdict(list)
+        self._stops: Counter[str] = Counter()
 
     @property
     def doing(self) -> str:
@@ -222,8 +229,8 @@ class _Run:
             case {"error": text}:
                 self._error = text
             case {"laws": laws}:
-                self._laws = {each["id"]: Law(each["name"], each["meaning"]) for each in laws}
-                self.check.laws = list(self._laws.values())
+                self._laws = {each["id"]: Law(each["name"], each["meaning"]) for each in laws} | self._laws
+                self.check.laws = self.check.laws or list(self._laws.values())
             case {"begins": law}:
                 self.now = self._laws[law]
             case {"ended": law, "outcome": outcome, "why": why, "seconds": seconds}:
@@ -235,19 +242,41 @@ class _Run:
                 self._open.pop(number, None)
                 self._seconds[member].append(seconds)
 
-    def result(self, entry: Entry, stopped: str, code: int, said: str) -> Check:
-        """Return the check; ``code`` and ``said`` are the exit code of the process and its last line."""
+    @property
+    def blocked(self) -> list[str]:
+        """Members that have failed to return too often to be called again."""
+        return [member for member, stops in self._stops.items() if stops >= MOST_STOPS]
+
+    @property
+    def finished(self) -> list[str]:
+        """Identities of the laws that have an outcome."""
+        return [key for key, law in self._laws.items() if law.outcome != "not run" or law.why]
+
+    def ended(self, entry: Entry, stopped: str, code: int, said: str) -> bool:
+        """Take the end of a process; return whether no law remains for another one.
+
+        ``code`` and ``said`` are the exit code of the process and its last line.
+        """
         if self._error:
             raise ProviderError(f"{entry.label}: {self._error}")
-        unfinished = [law for law in self.check.laws if law.outcome == "not run"]
+        unfinished = [law for law in self.check.laws if law.outcome == "not run" and not law.why]
         if not self.check.laws or (unfinished and not stopped):
             stopped = stopped or f"{self.doing} ended the process (exit code {code}); its last line: {said}"
         if not self.check.laws:
             raise ProviderError(f"{entry.label}: {stopped}")
-        for law in unfinished:
-            law.why = f"the process ended in '{self.now.name}'" if self.now is not None else stopped
-        if unfinished and self.now is not None:
-            self.now.outcome, self.now.why = "failed", stopped
+        failed, self.now = self.now, None
+        self._stops.update(text.partition("(")[0] for text in self._open.values())
+        self._open.clear()
+        if failed not in unfinished:
+            for law in unfinished:
+                law.why = stopped
+            return True
+        assert failed is not None
+        failed.outcome, failed.why = "failed", stopped
+        return len(unfinished) == 1
+
+    def result(self) -> Check:
+        """Return the check with the costs."""
         self.check.costs = [
             Cost(member, len(each), statistics.median(each), max(each)) for member, each in self._seconds.items()
         ]

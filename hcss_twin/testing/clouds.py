@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import HcssError
-from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
-from hcss_twin.providers.common import THICKNESS_TOLERANCE
-from hcss_twin.testing.samples import ProviderContract, sample_cloud_inputs, still
+from hcss_twin.providers import CloudGenerator, CloudInputs, Motion
+from hcss_twin.testing.contract import ProviderContract
+from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.laws import clouds as laws
+from hcss_twin.testing.laws.clouds import own_coverage, possible, whole
+from hcss_twin.testing.samples import sample_cloud_inputs, still
 
 
+@holds(laws.thickness_stays_within_the_layer)
 class CloudGeneratorContract(ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -58,16 +60,6 @@ class CloudGeneratorContract(ProviderContract):
         assert field.shape == (inputs.grid.rows, inputs.grid.columns)
         assert field.dtype == np.float32
 
-    def test_thickness_stays_within_the_layer(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
-        """0, or between the minimum and maximum thickness of the layer."""
-        layer: CloudLayer = inputs.layer
-        for time_s in possible(provider, inputs, (0.0, 7.0, 3600.0)):
-            field = whole(provider, inputs, time_s)
-            assert np.all(np.isfinite(field))
-            cloudy = field[field != 0.0]
-            assert np.all(cloudy >= layer.thickness_min_m * (1 - THICKNESS_TOLERANCE))
-            assert np.all(cloudy <= layer.thickness_max_m * (1 + THICKNESS_TOLERANCE))
-
     def test_no_coverage_is_clear_sky_and_full_coverage_has_no_gap(self) -> None:
         """Coverage 0: 0 everywhere. Coverage 1: cloud everywhere. A picture keeps its own coverage."""
         if own_coverage(self.make_provider(self.make_inputs())) is not None:
@@ -82,7 +74,7 @@ class CloudGeneratorContract(ProviderContract):
             own = own_coverage(providers[0])
             fields = [whole(provider, self.make_inputs(coverage)) for provider in providers]
             expected = coverage if own is None else own
-            assert np.mean(np.stack(fields) > 0.0) == pytest.approx(expected, abs=self.coverage_tolerance)
+            laws.cloudy_fraction_is(expected, fields, self.coverage_tolerance)
 
     def test_field_does_not_depend_on_earlier_calls(self, inputs: CloudInputs) -> None:
         """The same times in another order, with another instance, give bit-identical results."""
@@ -176,8 +168,7 @@ class CloudGeneratorContract(ProviderContract):
         for minimum, maximum in ((20.0, 300.0), (200.0, 1500.0)):
             layer = dataclasses.replace(inputs.layer, thickness_min_m=minimum, top_m=inputs.layer.base_m + maximum)
             field = self.frame(dataclasses.replace(inputs, layer=layer))
-            cloudy = field[field != 0.0]
-            assert np.all((cloudy >= minimum * (1 - 1e-6)) & (cloudy <= maximum * (1 + 1e-6)))
+            laws.within_layer(field, layer)
 
     def test_frozen_field_only_translates(self, inputs: CloudInputs) -> None:
         """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen.
@@ -204,27 +195,3 @@ class CloudGeneratorContract(ProviderContract):
             top, left = max(-rows, 0), max(-columns, 0)
             now = after[top : height - max(rows, 0), left : width - max(columns, 0)]
             np.testing.assert_array_equal(now, seen_again)
-
-
-def whole(provider: CloudGenerator, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
-    """Return a whole frame."""
-    return provider.thickness_m(time_s, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))
-
-
-def own_coverage(provider: CloudGenerator) -> float | None:
-    """Return the coverage that replaces that of the layer, if there is one."""
-    coverage = getattr(provider, "image_coverage", None)
-    return None if coverage is None else float(coverage)
-
-
-def possible(provider: CloudGenerator, inputs: CloudInputs, times: Sequence[float]) -> list[float]:
-    """Return those times that a generator has; beyond the first it may refuse some with an ``HcssError``."""
-
-    def has(time_s: float) -> bool:
-        try:
-            whole(provider, inputs, time_s)
-        except HcssError:
-            return False
-        return True
-
-    return [times[0], *(time_s for time_s in times[1:] if has(time_s))]

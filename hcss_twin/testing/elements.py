@@ -13,7 +13,8 @@ import pytest
 from hcss_twin.core.errors import HcssError
 from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementProvider, SightPath, Sun
 from hcss_twin.providers.common import FRACTION_TOLERANCE, check_element_variables
-from hcss_twin.testing.samples import ProviderContract, frozen, sample_element_inputs
+from hcss_twin.testing.contract import ProviderContract
+from hcss_twin.testing.samples import frozen, sample_element_inputs
 
 Pixel = dict[tuple[int, int], list[tuple[float, ...]]]
 

@@ -10,7 +10,7 @@ import itertools
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +21,28 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError
 from hcss_twin.providers.new_plugin.write import contract_name
 from hcss_twin.providers.registry import Entry, Kind, Registry
+from hcss_twin.testing.law_tests import expect_failures
 
 USUAL_CLOUD_TYPE = "stratus"
 """Its shape is that of ``CloudInputs.type_parameters``: a scene always has a cloud type."""
 
 
-class Events:
-    """A file that grows by one JSON object per line; any thread may write."""
+class NotRun(Exception):
+    """A law needs a member that did not return in earlier laws."""
 
-    def __init__(self, path: Path) -> None:
+
+class Events:
+    """A file that grows by one JSON object per line; any thread may write.
+
+    Parameters
+    ----------
+    path : Path
+    blocked : collection of str
+        Members that must not be called.
+    """
+
+    def __init__(self, path: Path, blocked: Collection[str] = ()) -> None:
+        self.blocked = blocked
         self._file = path.open("a", encoding="utf-8", buffering=1)
         self._lock = threading.Lock()
 
@@ -65,6 +78,8 @@ def timed(function: Callable[..., Any], name: str, events: Events, number: int) 
 
     @functools.wraps(function)
     def call(*arguments: Any, **keywords: Any) -> Any:
+        if name in events.blocked:
+            raise NotRun(f"{name}() did not return in earlier laws")
         given = [_shape(each) for each in arguments] + [f"{key}={_shape(each)}" for key, each in keywords.items()]
         events.write(call=number, text=f"{name}({', '.join(given)})")
         start = time.perf_counter()
@@ -86,7 +101,9 @@ def _shape(value: Any) -> str:
     return type(value).__name__ if shape is None else f"array {shape}"
 
 
-def contract_of(kind: str, name: str, parameters: Mapping[str, Any], events_path: str) -> type:
+def contract_of(
+    kind: str, name: str, parameters: Mapping[str, Any], events_path: str, blocked: Collection[str] = ()
+) -> type:
     """Return the test class of a provider, with default inputs.
 
     A transmittance provider of one profile only gets this profile; a cloud generator the shape of a usual cloud type.
@@ -99,8 +116,10 @@ def contract_of(kind: str, name: str, parameters: Mapping[str, Any], events_path
         As in a scenario.
     events_path : str
         File of the events.
+    blocked : collection of str
+        Members that must not be called.
     """
-    events = Events(Path(events_path))
+    events = Events(Path(events_path), blocked)
     registry = Registry.discover()
     entry = registry.resolve(kind, name)
     numbers = itertools.count()
@@ -138,6 +157,11 @@ def contract_of(kind: str, name: str, parameters: Mapping[str, Any], events_path
                 shape = catalog.toml(catalog.find(USUAL_CLOUD_TYPE, "cloud_types", ".toml"))["fractal"]
                 return testing.sample_cloud_inputs(coverage, seed, type_parameters=shape)
 
+    try:
+        expect_failures(Installed, getattr(registry.provider_class(entry), "expected_failures", {}))
+    except ValueError as error:
+        events.write(error=str(error))
+        raise
     return Installed
 
 
@@ -183,11 +207,16 @@ class LawEvents:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Write how a law ended; a failure to set it up is one, too."""
-        if report.skipped:
+        if report.skipped and hasattr(report, "wasxfail"):
+            outcome, why = "expected failure", report.wasxfail.removeprefix("reason: ")
+        elif report.skipped:
             outcome, why = "not applicable", str(report.longrepr[-1]).removeprefix("Skipped: ")  # type: ignore[index]
         elif report.failed:
             crash = getattr(report.longrepr, "reprcrash", None)
             outcome, why = "failed", str(report.longrepr) if crash is None else crash.message
+            _, not_run, reason = why.partition(f"{NotRun.__name__}: ")
+            if not_run:
+                outcome, why = "not run", reason
         elif report.when == "call":
             outcome, why = "passed", ""
         else:

@@ -22,17 +22,14 @@ from hcss_twin.providers import (
     TransmittanceProvider,
 )
 from hcss_twin.providers.common import FRACTION_TOLERANCE
-from hcss_twin.testing.atmosphere_laws import TransmittanceLaws
-from hcss_twin.testing.particle_laws import OpticsLaws
-from hcss_twin.testing.samples import (
-    SpectralContract,
-    sample_atmosphere_inputs,
-    sample_microphysics,
-    sample_optics_inputs,
-)
+from hcss_twin.testing.contract import SpectralContract
+from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.laws import atmosphere, particles
+from hcss_twin.testing.samples import sample_atmosphere_inputs, sample_microphysics, sample_optics_inputs
 
 
-class OpticsContract(OpticsLaws, SpectralContract):
+@holds(*particles.LAWS)
+class OpticsContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``."""
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
@@ -74,29 +71,6 @@ class OpticsContract(OpticsLaws, SpectralContract):
         np.testing.assert_allclose(bulk.moments[0], 1.0, rtol=0, atol=FRACTION_TOLERANCE)
         assert np.all(np.abs(bulk.moments[1:]) < 1.0)
 
-    def test_scattering_cosine_has_a_variance(
-        self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
-    ) -> None:
-        """Moment 2 is not below P_2 of moment 1: a mean of squares is not below the square of the mean.
-
-        Moments that carry a factor 2k + 1, or are of another kind, show here.
-        """
-        moments = provider.single_scattering(cloud, wavenumber_cm1).moments
-        if moments.shape[0] == 2:
-            pytest.skip("Henyey-Greenstein: the asymmetry parameter is all there is")
-        assert np.all(moments[2] >= 1.5 * moments[1] ** 2 - 0.5 - 1e-9)
-
-    def test_extinction_is_proportional_to_the_number_of_particles(
-        self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
-    ) -> None:
-        """Twice the particles: twice the extinction, the same albedo and phase function."""
-        once = provider.single_scattering(cloud, wavenumber_cm1)
-        double = dataclasses.replace(cloud, number_density_m3=2.0 * cloud.number_density_m3)
-        twice = provider.single_scattering(double, wavenumber_cm1)
-        np.testing.assert_allclose(twice.extinction_m1, 2.0 * once.extinction_m1, rtol=1e-9)
-        np.testing.assert_allclose(twice.albedo, once.albedo, rtol=1e-9)
-        np.testing.assert_allclose(twice.moments, once.moments, rtol=1e-9, atol=1e-12)
-
     def test_result_does_not_depend_on_batching(
         self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
     ) -> None:
@@ -129,7 +103,8 @@ def materials(provider: Optics) -> Set[str]:
     return found
 
 
-class TransmittanceContract(TransmittanceLaws, SpectralContract):
+@holds(*atmosphere.LAWS)
+class TransmittanceContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -157,10 +132,6 @@ class TransmittanceContract(TransmittanceLaws, SpectralContract):
         """Single and composite paths, from the sea and from a cloud top, as used by the engine."""
         single = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 30.0, 60.0)]
         return [*single, single[1] + single[2], single[5] + single[3]]
-
-    def test_path_without_legs_transmits_everything(self, provider: Any, wavenumber_cm1: Array) -> None:
-        """T = 1 for an empty path."""
-        np.testing.assert_array_equal(provider.transmittance(wavenumber_cm1, [Path()]), 1.0)
 
     def test_shape_type_and_range(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
         """(P, V) of real numbers in [0, 1]."""
@@ -207,24 +178,6 @@ class TransmittanceContract(TransmittanceLaws, SpectralContract):
         np.testing.assert_allclose(one_by_one, together, rtol=1e-12, atol=1e-15)
         columns = [provider.transmittance(wavenumber_cm1[i : i + 1], paths) for i in range(wavenumber_cm1.size)]
         np.testing.assert_allclose(np.concatenate(columns, axis=1), together, rtol=1e-10, atol=1e-15)
-
-    def test_amounts_add_over_legs_and_stand_for_paths(self, provider: Any, wavenumber_cm1: Array) -> None:
-        """amounts(a + b) = amounts(a) + amounts(b), and T of amounts is T of their paths, where they are offered."""
-        offered = [hasattr(provider, name) for name in ("absorber_amounts", "transmittance_of_amounts")]
-        assert all(offered) == any(offered), "absorber_amounts and transmittance_of_amounts need each other"
-        if not any(offered):
-            pytest.skip("the provider takes paths only")
-        first, second = to_space(0.0, 20.0), Path((Leg(500.0, 2500.0, 50.0),))
-        one, other, both, none = provider.absorber_amounts([first, second, first + second, Path()])
-        np.testing.assert_allclose(one + other, both, rtol=1e-9, atol=0)
-        np.testing.assert_array_equal(none, 0.0)
-        paths = [first, second, first + second, Path()]
-        np.testing.assert_allclose(
-            provider.transmittance_of_amounts(wavenumber_cm1, np.stack((one, other, both, none))),
-            provider.transmittance(wavenumber_cm1, paths),
-            rtol=1e-12,
-            atol=1e-15,
-        )
 
     def test_path_radiance_is_not_brighter_than_the_warmest_air(
         self, provider: Any, inputs: AtmosphereInputs, wavenumber_cm1: Array

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
-from hcss_twin.testing.radiance_laws import RadianceLaws
-from hcss_twin.testing.samples import SpectralContract, frozen, sample_high_layer, sample_layer, sample_radiance_inputs
+from hcss_twin.testing.contract import SpectralContract
+from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.laws import radiance
+from hcss_twin.testing.samples import frozen, sample_high_layer, sample_layer, sample_radiance_inputs
 
 NODES = 33
 """Thicknesses, evenly spaced in the logarithm, for the search of bends."""
@@ -114,7 +116,8 @@ _THICKNESS_M = frozen([[50.0], [120.0], [400.0], [800.0]])
 _TWO_LAYERS_M = frozen([[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]])
 
 
-class RadianceModelContract(RadianceLaws, SpectralContract):
+@holds(*radiance.LAWS)
+class RadianceModelContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
@@ -36,8 +35,6 @@ from hcss_twin.providers import (
     SurfaceInputs,
     View,
 )
-from hcss_twin.providers.common import check_options
-from hcss_twin.providers.declarations import check_declaration
 
 
 class PlainSea:
@@ -308,41 +305,3 @@ def _spectrum(declares: Declaration, otherwise: tuple[float, float]) -> tuple[fl
     """Return the range of wavenumbers, and the native grid, of a kind that can declare them."""
     valid: Mapping[str, tuple[float, float]] = getattr(declares, "valid", {})
     return *valid.get("wavenumber_cm1", otherwise), getattr(declares, "native_grid_cm1", None)
-
-
-def range_ends(declares: Declaration) -> Array:
-    """Return the lowest and highest wavenumber that a provider declares; skip the test if it declares no range."""
-    low, high, grid = _spectrum(declares, (0.0, 0.0))
-    if low <= 0.0 or not math.isfinite(high):
-        pytest.skip("the provider declares no range of wavenumbers")
-    if grid is None:
-        return frozen([low, high])
-    inside = grid[(grid >= low) & (grid <= high)]
-    return frozen([inside[0], inside[-1]])
-
-
-class ProviderContract:
-    """Base of the test classes of all kinds."""
-
-    def make_provider(self, inputs: Any) -> Any:
-        """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
-
-    @pytest.fixture
-    def provider(self, inputs: Any) -> Any:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    def test_declaration_is_sound(self, provider: Any) -> None:
-        """Names, ranges and optional attributes are known to the engine."""
-        check_declaration(provider.declares)
-        check_options(provider)
-
-
-class SpectralContract(ProviderContract):
-    """Base of the test classes of providers with spectral results."""
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: Any) -> Array:
-        """Wavenumbers of the calls; override to choose others."""
-        return sample_wavenumbers(provider.declares)

@@ -10,7 +10,8 @@ import pytest
 
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
 from hcss_twin.providers.common import MEASURED_LIMITS, check_measured
-from hcss_twin.testing.samples import ProviderContract, frozen, sample_sensor_inputs
+from hcss_twin.testing.contract import ProviderContract
+from hcss_twin.testing.samples import frozen, sample_sensor_inputs
 from hcss_twin.testing.sensor_laws import SensorLaws
 
 _FRAMES = 3

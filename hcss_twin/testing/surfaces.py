@@ -7,7 +7,8 @@ import pytest
 
 from hcss_twin.providers import Array, SurfaceInputs, SurfaceMap, SurfaceProvider
 from hcss_twin.providers.common import FRACTION_TOLERANCE, KELVIN_TOLERANCE, check_surface_classes
-from hcss_twin.testing.samples import ProviderContract, frozen, sample_surface_inputs, sample_wavenumbers
+from hcss_twin.testing.contract import ProviderContract
+from hcss_twin.testing.samples import frozen, sample_surface_inputs, sample_wavenumbers
 
 PLAUSIBLE_K = (150.0, 400.0)
 """Temperatures of sea, land and ice in kelvin; another unit is outside."""

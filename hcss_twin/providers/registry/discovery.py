@@ -9,7 +9,7 @@ from typing import Any
 import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
-from hcss_twin.core.plugins import Origin, Remark
+from hcss_twin.core.plugins import OWN_DISTRIBUTION, Origin, Remark
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, API_VERSIONS, Kind, ProviderSpec
 from hcss_twin.version import __version__
@@ -42,6 +42,11 @@ class Entry:
     def version(self) -> str:
         """Version of the distribution."""
         return self.origin.version
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the provider is of this package."""
+        return self.distribution == OWN_DISTRIBUTION
 
     @property
     def summary(self) -> str:

@@ -100,6 +100,10 @@ class Air:
         self._pieces = lru_cache(maxsize=_MAX_LEGS)(self._new_pieces)
         self._sources = lru_cache(maxsize=_MAX_SOURCES)(self._new_sources)
 
+    def with_gas(self, provider: TransmittanceProvider) -> Air:
+        """Return the same air with another gas, at the first wavenumber."""
+        return Air(provider, self._profile, self.wavenumber_cm1[:1])
+
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""
         if temperature_K not in self._black:

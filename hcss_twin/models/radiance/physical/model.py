@@ -7,7 +7,7 @@ For each column, :class:`~hcss_twin.models.radiance.physical.columns.SceneColumn
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
 from typing import ClassVar
@@ -31,6 +31,8 @@ from hcss_twin.models.radiance.physical.directions import (
     column_directions,
 )
 from hcss_twin.models.radiance.physical.execution import cached_by_spectrum, in_one_thread
+from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
+from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.models.radiance.physical.tracing import Tracer
@@ -111,6 +113,8 @@ class Physical:
         self._gas: TransmittanceProvider = inputs.transmittance
         if inputs.transmittance.declares.legs == "to_space":
             self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
+        elif gathers(inputs.transmittance):
+            self._gas = GatheredGas(inputs.transmittance)
         # The engine requests the same few spectra repeatedly, for one or several sun positions.
         self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
         self._air = cached_by_spectrum(partial(Air, self._gas, inputs.profile), maxsize=2)
@@ -128,7 +132,8 @@ class Physical:
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
         scene = self._scene(wavenumber_cm1, _above_horizon(sun))
-        return self._terms(scene, self._columns(scene, (), 1))
+        ((_, columns),) = self._gathered(scene, [([0], self._columns(scene, (), 1))])
+        return self._terms(scene, columns)
 
     @in_one_thread
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -150,14 +155,41 @@ class Physical:
         slabs = [self._slabs(solver, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
         together = max(_VALUES_TOGETHER // wavenumber_cm1.size, 1)
-        for order, rows in _rows_by_layers(thickness_m, slabs).items():
-            for first in range(0, len(rows), together):
-                some = rows[first : first + together]
-                own = tuple(side_by_side([slabs[i][float(thickness_m[row, i])] for row in some]) for i in order)
-                terms = self._terms(scene, self._columns(scene, own, len(some)))
-                for name, values in terms.items():
-                    results[name][some] = values.reshape(len(some), -1)
+
+        def batches() -> Iterator[tuple[list[int], SceneColumns]]:
+            for order, rows in _rows_by_layers(thickness_m, slabs).items():
+                for first in range(0, len(rows), together):
+                    some = rows[first : first + together]
+                    own = tuple(side_by_side([slabs[i][float(thickness_m[row, i])] for row in some]) for i in order)
+                    yield some, self._columns(scene, own, len(some))
+
+        for some, columns in self._gathered(scene, batches()):
+            for name, values in self._terms(scene, columns).items():
+                results[name][some] = values.reshape(len(some), -1)
         return results
+
+    def _gathered(
+        self, scene: _Scene, batches: Iterable[tuple[list[int], SceneColumns]]
+    ) -> Iterator[tuple[list[int], SceneColumns]]:
+        """Yield rows with their columns, after a slow gas has computed the paths of many columns in one call."""
+        gas = self._gas
+        if not isinstance(gas, GatheredGas):
+            yield from batches
+            return
+        wavenumber = scene.air.wavenumber_cm1
+        waiting, rehearsal = [], Rehearsal(gas, scene.air)
+        for rows, columns in batches:
+            waiting.append((rows, columns))
+            thin, modes = rehearsal.columns(columns), scene.modes() if len(columns.slabs) == 1 else None
+            Tracer(thin, self._parameters.closure_order).radiance()
+            if modes is not None:
+                turned_glint(thin, first_wavenumber(modes.repeated(columns.count), columns.count))
+            if 2 * len(rehearsal.paths) * wavenumber.size > MOST_GATHERED:
+                gas.learn(wavenumber, rehearsal.paths)
+                yield from waiting
+                waiting, rehearsal = [], Rehearsal(gas, scene.air)
+        gas.learn(wavenumber, rehearsal.paths)
+        yield from waiting
 
     def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
         inputs = self._inputs
