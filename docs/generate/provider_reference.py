@@ -9,7 +9,18 @@ from collections.abc import Iterator
 from types import ModuleType
 
 from hcss_twin import providers
-from hcss_twin.providers import atmosphere, clouds, declarations, elements, optics, radiance, sea, sensor, variables
+from hcss_twin.providers import (
+    atmosphere,
+    clouds,
+    declarations,
+    elements,
+    optics,
+    radiance,
+    sea,
+    sensor,
+    surfaces,
+    variables,
+)
 
 PAGE = "reference/provider-reference.md"
 
@@ -22,7 +33,7 @@ This page documents the provider interface, from the docstrings of `hcss_twin.pr
 stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
-_PARTS = (declarations, clouds, sea, optics, atmosphere, radiance, elements, variables, sensor)
+_PARTS = (declarations, clouds, sea, optics, atmosphere, radiance, elements, surfaces, variables, sensor)
 
 
 def lines(generated: str) -> Iterator[str]:

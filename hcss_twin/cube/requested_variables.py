@@ -13,11 +13,13 @@ from hcss_twin.cube.variables import (
     GEOMETRY,
     LOCATION,
     MOVING_LOCATION,
+    SURFACE_CLASS,
     TERM_PREFIX,
     VARIABLES,
     VariableSpec,
     element_variable,
     own_variable,
+    surface_class,
     term_variable,
 )
 
@@ -29,6 +31,7 @@ _LACKING = {
     "shadows": "clouds cast no shadows; allowed: with slant.shadows = true",
     "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
+    "surfaces": "the scene is sea everywhere; allowed: with a section [surfaces]",
     "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
 }
 """Reason why a scene lacks the variables that need a feature."""
@@ -44,6 +47,7 @@ def expand(
     moves: bool = False,
     elements: Sequence[Mapping[str, tuple[str, str]]] = (),
     derived: Sequence[Mapping[str, OutputVariable]] = (),
+    surfaces: Sequence[str] = (),
 ) -> list[VariableSpec]:
     """Return the requested variables, in the order of the table, then terms, those of providers and viewing geometry.
 
@@ -67,6 +71,8 @@ def expand(
         ``variables`` of each element provider of the scene.
     derived : sequence of mapping
         ``variables`` of each variable provider of the scene.
+    surfaces : sequence of str
+        Names of the surface classes of the scene.
 
     Raises
     ------
@@ -80,10 +86,11 @@ def expand(
         "waves": waves,
         "altitude": altitude,
         "elements": bool(elements),
+        "surfaces": bool(surfaces),
     }
     lacking = {feature for feature, exists in present.items() if not exists}
     specs = (
-        *VARIABLES,
+        *(surface_class(spec, surfaces) if spec.name == SURFACE_CLASS else spec for spec in VARIABLES),
         *(element_variable(name, *about) for name, about in _united(elements).items()),
         *(term_variable(name, text) for name, text in terms.items()),
         *_own_variables(derived, terms),

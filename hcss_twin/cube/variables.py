@@ -8,7 +8,7 @@ atmosphere are per unit wavelength), so it has only a ``long_name``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hcss_twin.providers import OutputVariable
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
-Feature = Literal["layers", "shadows", "waves", "altitude", "elements"]
+Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces"]
 
 FRAME = ("time", "y", "x")
 BAND_FRAME = ("time", "band", "y", "x")
@@ -58,7 +58,7 @@ class VariableSpec:
         Whether NaN is allowed, for pixels where the quantity does not exist.
     significant_bits : int or None
         Explicit mantissa bits to which values are rounded; None: all.
-    needs : {"layers", "shadows", "waves", "altitude", "elements"} or None
+    needs : {"layers", "shadows", "waves", "altitude", "elements", "surfaces"} or None
         Scene feature that the variable requires.
     """
 
@@ -85,6 +85,7 @@ class VariableSpec:
 
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
+SURFACE_CLASS, SURFACE_TEMPERATURE = "surface_class", "surface_temperature"
 ELEMENT, ELEMENT_SHARE, ELEMENT_RADIANCE = "element", "element_share", "element_radiance"
 
 _TERM = re.compile(r"[a-z][a-z0-9_]*\Z")
@@ -229,6 +230,31 @@ VARIABLES: tuple[VariableSpec, ...] = (
         for axis, bearing in (("x", "east"), ("y", "north"))
     ),
     VariableSpec(
+        name=SURFACE_CLASS,
+        dims=FRAME,
+        dtype="uint8",
+        units="1",
+        long_name="class of the surface",
+        kind="truth",
+        description="Class at most points of the pixel, also under clouds; the first in the order of the flags if "
+        "several are equal.",
+        needs="surfaces",
+        lowest=0.0,
+    ),
+    VariableSpec(
+        name=SURFACE_TEMPERATURE,
+        dims=FRAME,
+        dtype="float32",
+        units="K",
+        long_name="temperature of the surface",
+        kind="truth",
+        description="Temperature of sea, land or ice, also under clouds; mean over the footprint.",
+        standard_name="surface_temperature",
+        attributes=_ON_SCALE,
+        needs="surfaces",
+        lowest=0.0,
+    ),
+    VariableSpec(
         name=ELEMENT,
         dims=FRAME,
         dtype="uint8",
@@ -286,6 +312,15 @@ def term_variable(name: str, description: str) -> VariableSpec:
         description=description,
         lowest=0.0,
     )
+
+
+def surface_class(spec: VariableSpec, names: Sequence[str]) -> VariableSpec:
+    """Return the variable ``surface_class`` with the names of the scene's classes as its flags."""
+    flags: Mapping[str, str | float | NDArray[np.uint8]] = {
+        "flag_values": np.arange(len(names), dtype=np.uint8),
+        "flag_meanings": " ".join(names),
+    }
+    return replace(spec, attributes=flags) if names else spec
 
 
 def element_variable(name: str, units: str, description: str) -> VariableSpec:

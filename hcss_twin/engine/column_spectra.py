@@ -46,6 +46,8 @@ class ColumnSpectra:
 def column_spectra(scene: Scenario | str | os.PathLike[str], time_s: float = 0.0) -> ColumnSpectra:
     """Return spectra of the clear column, and of five with cloud in each layer, thin to thick in equal ratios.
 
+    All columns stand over the scenario's sea, also in a scene with other surfaces.
+
     Parameters
     ----------
     scene : Scenario or path-like

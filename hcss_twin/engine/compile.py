@@ -48,6 +48,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     ScenarioError
         If the table of two layers would be too large at the requested accuracy.
     """
+    if plan.surfaces is not None:
+        return _over_surfaces(plan, compile_tables)
     if plan.views is not None:
         return tables_over_views(plan, compile_tables)
     allowed = plan.budget
@@ -182,13 +184,21 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     compiler : callable, optional
         Compiles new tables; replaceable, for example to count compilations.
     """
+    if plan.surfaces is not None:
+        return _over_surfaces(plan, partial(tables_of, compiler=compiler))
     if plan.views is not None:
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
     compute = partial(compiler or compile_tables, plan)
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
 
 
-INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "output", "sensor")
+def _over_surfaces(plan: Plan, compiler: Callable[[Plan], RadianceTables]) -> RadianceTables:
+    from hcss_twin.engine.tables.over_surfaces import tables_over_surfaces  # not for scenes of sea alone
+
+    return tables_over_surfaces(plan, compiler)
+
+
+INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "surfaces", "output", "sensor")
 """Sections of a scenario that do not affect tables, except through the plan."""
 
 
@@ -209,9 +219,14 @@ def table_key(plan: Plan) -> str:
         "code": {
             name: each
             for name, each in assembly.code.items()
-            if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.VARIABLES)
+            if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
         },
     }
+    surface = assembly.surface
+    if surface is not None:
+        parts["surface"] = [surface.name, surface.temperature_K]
+        if surface.boundary is not None:  # it may depend on all inputs of the provider
+            parts["surfaces"] = [scenario["surfaces"], scenario["image"], assembly.code[str(Kind.SURFACES)]]
     own = [layer.get("optics") for layer in scenario["clouds"]["layers"]]
     if any(own):
         parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,15 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import ELEMENT, ELEMENT_SHARE
 from hcss_twin.engine.element_paths import ElementPaths
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import ViewedLookUp, image_views
+from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import displacement_m
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import ElementPixels, SightPath, Sun
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.tables.over_surfaces import AnyLookUp
 
 Thickness = NDArray[np.float32]
 
@@ -51,7 +54,7 @@ class ElementStage:
         self._paths = ElementPaths(plan)
         self._views = None if plan.views is None else image_views(plan)
 
-    def at(self, index: int, time_s: float, clouds: Clouds, look_up: LookUp | ViewedLookUp | None) -> InstantElements:
+    def at(self, index: int, time_s: float, clouds: Clouds, look_up: AnyLookUp | None) -> InstantElements:
         """Return the elements of a part of a frame.
 
         Parameters
@@ -60,7 +63,7 @@ class ElementStage:
             Number of the frame.
         time_s : float
             Time after the start.
-        look_up : LookUp or ViewedLookUp or None
+        look_up : LookUp, ViewedLookUp, SurfaceLookUp or None
             Look-up of the part; None without radiance.
         """
         return InstantElements(self._plan, self._paths, self._views, index, time_s, clouds, look_up)
@@ -80,7 +83,7 @@ class InstantElements:
         index: int,
         time_s: float,
         clouds: Clouds,
-        look_up: LookUp | ViewedLookUp | None,
+        look_up: AnyLookUp | None,
     ) -> None:
         self._plan, self._paths, self._views = plan, paths, views
         self._clouds, self._look_up = clouds, look_up
@@ -205,7 +208,7 @@ class InstantElements:
         """Return the radiance (B,) of one pixel of the part with other clouds."""
         look_up, pixel = self._look_up, np.empty((channels, 1, 1), dtype=np.float32)
         assert look_up is not None
-        if isinstance(look_up, ViewedLookUp):
+        if not isinstance(look_up, LookUp):
             look_up = look_up.of_part((slice(at[0], at[0] + 1), slice(at[1], at[1] + 1)))
         look_up.fill(pixel, thickness_m, self._plan.samples_per_pixel)
         return pixel[: len(self._plan.bands), 0, 0].astype(np.float64)

@@ -99,9 +99,10 @@ def _summary(plan: Plan) -> str:
     bands = ", ".join(f"{band.lower_um:g}-{band.upper_um:g} um" for band in plan.bands)
     points = plan.samples_per_pixel
     averaged = f", each pixel the mean of {points} x {points} points" if points > 1 else ""
+    below = "sea" if plan.surfaces is None else " and ".join(each.name for each in plan.surfaces.classes)
     return (
-        f"Band-integrated radiance at the sensor of {clouds} over sea in {bands}{averaged}, computed by hcss_twin with "
-        f"the radiance model '{plan.scenario.radiance.model}'."
+        f"Band-integrated radiance at the sensor of {clouds} over {below} in {bands}{averaged}, computed by hcss_twin "
+        f"with the radiance model '{plan.scenario.radiance.model}'."
     )
 
 

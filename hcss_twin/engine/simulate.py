@@ -47,7 +47,8 @@ def overlaps(plan: Plan) -> bool:
     their files at construction; for those of other packages this is unknown, so their frames are written in the main
     thread.
     """
-    kinds = (Kind.CLOUDS, Kind.ELEMENTS, Kind.VARIABLES, *(() if plan.waves is None else (Kind.SEA,)))
+    waves = () if plan.waves is None else (Kind.SEA,)
+    kinds = (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES, *waves)
     entries = plan.assembly.entries.values()
     return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)
 

@@ -27,6 +27,7 @@ from hcss_twin.providers import CloudGenerator, Grid
 if TYPE_CHECKING:
     from hcss_twin.engine.derived import DerivedStage
     from hcss_twin.engine.elements import ElementStage
+    from hcss_twin.engine.tables.over_surfaces import AnyLookUp, SurfaceStage
 
 Thickness = NDArray[np.float32]
 
@@ -131,6 +132,8 @@ class PixelObserver(Protocol):
         thickness_m: Sequence[NDArray[np.float32]],
         shaded: NDArray[np.bool_] | None,
         elements: NDArray[np.bool_] | None = None,
+        surface: NDArray[np.uint8] | None = None,
+        over_sea: Sequence[NDArray[np.float32]] | None = None,
     ) -> None:
         """Take a window, as :meth:`hcss_twin.engine.certificate.part_sample.PartSample.look` does."""
 
@@ -160,6 +163,13 @@ def stream(
         yield frame
 
 
+def _of_sea(plan: Plan, tables: RadianceTables | None) -> RadianceTables | None:
+    """Return the tables of the scenario's own sea, which alone has waves."""
+    if plan.surfaces is None or tables is None:
+        return tables
+    return next(each for states in tables.over_surfaces for each in states if each.waves is not None)
+
+
 class PartMaker:
     """Computes parts of frames; consecutive calls for the same frame are most efficient.
 
@@ -172,14 +182,22 @@ class PartMaker:
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
         self._quantities = () if tables is None else tables.quantities.names
-        each = () if tables is None else tables.over_views or (tables,)
+        self._surfaces: SurfaceStage | None = None
+        if plan.surfaces is not None:
+            from hcss_twin.engine.tables.over_surfaces import SurfaceStage  # not for scenes of sea alone
+
+            self._surfaces = SurfaceStage(plan, tables)
+        each = () if tables is None or self._surfaces is not None else tables.over_views or (tables,)
         self._readers = [TableReader(toward) for toward in each]
         self._truth = Truth(plan)
-        self._shadows = Shadows(plan, tables)
+        of_classes: tuple[RadianceTables | None, ...] = (tables,)
+        if self._surfaces is not None and tables is not None:
+            of_classes = tuple(own[0] for own in tables.over_surfaces)
+        self._shadows = [Shadows(plan, own) for own in of_classes]
         self._waves = (
             None
             if plan.waves is None
-            else WaveStage(plan.waves, tables, plan.scenario.sea.wind_from, plan.samples_per_pixel)
+            else WaveStage(plan.waves, _of_sea(plan, tables), plan.scenario.sea.wind_from, plan.samples_per_pixel)
         )
         self._elements: ElementStage | None = None
         if plan.assembly.elements:
@@ -200,9 +218,9 @@ class PartMaker:
             else None
         )
         # Current frame: number and time, look-up, shadows and clouds.
-        self._instant: (
-            tuple[tuple[int, float], LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None
-        ) = None
+        self._instant: tuple[tuple[int, float], AnyLookUp | None, list[InstantShadows | None], FrameClouds] | None = (
+            None
+        )
 
     def part(
         self,
@@ -234,9 +252,10 @@ class PartMaker:
         if self._instant is None or self._instant[0] != (index, time_s):
             self._instant = None  # one whole frame of clouds at a time
             clouds = FrameClouds(plan, time_s, summaries)
-            self._instant = (index, time_s), self._look_up(time_s), self._shadows.at(time_s), clouds
+            shadows = [each.at(time_s) for each in self._shadows]
+            self._instant = (index, time_s), self._look_up(time_s), shadows, clouds
         _, look_up, shadows, clouds = self._instant
-        if isinstance(look_up, ViewedLookUp):
+        if look_up is not None and not isinstance(look_up, LookUp):
             look_up = look_up.of_part(extent)
         elements = None if self._elements is None else self._elements.at(index, time_s, clouds, look_up)
         size = length(extent[0]), length(extent[1])
@@ -251,16 +270,28 @@ class PartMaker:
             if look_up is not None and (thickness or number == 0):
                 corner = place[0].start, place[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+            ground = None if self._surfaces is None else self._surfaces.at(time_s, window)
+            over_sea, surface = thickness, None
+            if self._surfaces is not None and ground is not None:
+                self._surfaces.tell(self._truth.variables, ground, place)
+                surface = None if sample is None else self._surfaces.main_class(ground)
+                over_sea = [*thickness, self._surfaces.other_than(self._surfaces.sea, ground)]
             if self._waves is not None:
-                self._waves.fill(radiance, self._truth.variables, window, thickness, time_s, place)
+                self._waves.fill(radiance, self._truth.variables, window, over_sea, time_s, place)
             shaded = None
-            if shadows is not None:
-                shaded = shadows.cast(window, thickness, radiance, self._truth.variables, place)
+            for number, shadow in enumerate(shadows):
+                if shadow is None:
+                    continue
+                own = thickness
+                if self._surfaces is not None and ground is not None and len(shadows) > 1:
+                    own = [*thickness, self._surfaces.other_than(number, ground)]
+                cast = shadow.cast(window, own, radiance, self._truth.variables, place)
+                shaded = cast if shaded is None else shaded | cast
             present = None
             if elements is not None:
                 present = elements.add(window, thickness, radiance, added, self._truth.variables, place)
             if sample is not None:
-                sample.observe(place, thickness, shaded, present)
+                sample.observe(place, thickness, shaded, present, surface, over_sea)
         frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
             values = radiance[number * bands : (number + 1) * bands]
@@ -276,8 +307,10 @@ class PartMaker:
         requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, radiance.reshape(len(self._quantities), bands, *size)
 
-    def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
+    def _look_up(self, time_s: float) -> AnyLookUp | None:
         """Return the look-up at an instant; None if there is no radiance."""
+        if self._surfaces is not None and self._quantities:
+            return self._surfaces.look_up(time_s)
         look_ups = [LookUp(reader.at(time_s)) for reader in self._readers]
         if self._plan.views is not None and look_ups:
             return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import ELEMENT, LAYER, SHADOW_MASK
+from hcss_twin.cube.variables import ELEMENT, LAYER, SHADOW_MASK, SURFACE_CLASS, SURFACE_TEMPERATURE
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import pixel_sums
@@ -25,9 +25,9 @@ FILLED = (
     "cloud_layer_thickness",
     "cloud_optical_thickness",
     *TOPS,
-    *(SHADOW_MASK, "sea_slope_x", "sea_slope_y"),
+    *(SHADOW_MASK, "sea_slope_x", "sea_slope_y", SURFACE_CLASS, SURFACE_TEMPERATURE),
 )
-"""Truth variables of which the engine knows the values, besides those of elements; the last three from other stages."""
+"""Truth variables of which the engine knows the values, besides those of elements; the last five from other stages."""
 
 
 class Truth:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -51,6 +53,9 @@ from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 
+if TYPE_CHECKING:
+    from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
+
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
@@ -68,13 +73,19 @@ class Assembly:
     optics_of_layers : tuple of Optics (L,)
         The provider of each layer; ``optics`` asks the right one for any particles.
     model_of : callable
-        Builds the radiance model of the same scene for another sea or view.
+        Builds the radiance model of the same scene for another sea, view or sea temperature.
+    sea_of : callable
+        Builds the sea model for another temperature.
     built : mapping of str to Built
         How each provider was made, by the same labels as ``entries``.
     code : mapping of str to (str, str, str)
         Name, version and fingerprint of each provider, on which cached results depend.
     lines_of_sight : LinesOfSight or None
         Lines of sight to the sensor; None if its altitude is unknown.
+    surfaces : SceneSurfaces or None
+        Map of the ground; None for sea everywhere.
+    surface : SurfaceState or None
+        Surface that takes the place of the scenario's sea; None for that sea.
     """
 
     entries: Mapping[str, Entry]
@@ -92,7 +103,8 @@ class Assembly:
     optics: Optics
     optics_of_layers: tuple[Optics, ...]
     model: RadianceModel
-    model_of: Callable[[SeaModel, View], RadianceModel]
+    model_of: Callable[[SeaModel, View, float], RadianceModel]
+    sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     sea_wind_speed_m_s: float
@@ -102,6 +114,8 @@ class Assembly:
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()
+    surfaces: SceneSurfaces | None = None
+    surface: SurfaceState | None = None
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
@@ -111,15 +125,24 @@ class Assembly:
 
     def model_over(self, sea: SeaModel) -> RadianceModel:
         """Return the radiance model of the same scene over another sea."""
-        return self.model_of(sea, self.view)
+        return self.model_of(sea, self.view, self.sea_temperature_K)
 
     def model_toward(self, view: View) -> RadianceModel:
         """Return the radiance model of the same scene for another view."""
-        return self.model_of(self.sea, view)
+        return self.model_of(self.sea, view, self.sea_temperature_K)
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction."""
         return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+
+    def over(self, state: SurfaceState) -> Assembly:
+        """Return the same scene with one surface everywhere."""
+        kelvin = state.temperature_K
+        if state.boundary is None and kelvin == self.sea_temperature_K:
+            return self
+        sea = self.sea_of(kelvin) if state.boundary is None else state.boundary
+        model = self.model_of(sea, self.view, kelvin)
+        return replace(self, sea=sea, sea_temperature_K=kelvin, model=model, surface=state)
 
     def notes(
         self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
@@ -135,6 +158,9 @@ class Assembly:
         if radiance:
             own = [self.transmittance.declares, self.sea.declares, self.model.declares]
         own += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
+        if self.surfaces is not None:
+            own.append(self.surfaces.provider.declares)
+            own += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for generator in self.generators:
             notes += generator.declares.notes
@@ -154,6 +180,9 @@ class Assembly:
         declarations += [each.declares for each in self.optics_of_layers]
         declarations += [self.transmittance.declares, self.sea.declares, self.model.declares]
         declarations += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
+        if self.surfaces is not None:
+            declarations.append(self.surfaces.provider.declares)
+            declarations += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
@@ -204,6 +233,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     around, transmittance = _atmosphere(builder, scenario, catalog, bands)
     sea = _sea(builder, scenario, catalog, bands, around)
     optics = default_optics(builder, scenario, catalog)
+    sea_of = partial(_sea_model, builder, scenario, catalog, around)
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
@@ -218,6 +248,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = _elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
     derived = _derived(builder, scenario, catalog, sensor_bands(bands), grid, slant.view)
+    surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
     solar_irradiance = SolarSpectrum(catalog)
 
@@ -234,13 +265,14 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     )
     radiance = scenario.radiance
 
-    def model_of(sea: SeaModel, view: View) -> RadianceModel:
-        chosen, other = selected(radiance, "model"), replace(inputs, sea=sea, view=view)
+    def model_of(sea: SeaModel, view: View, sea_temperature_K: float) -> RadianceModel:
+        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K)
+        chosen = selected(radiance, "model")
         model: RadianceModel = builder.build(Kind.RADIANCE, chosen, other, radiance.parameters)
         return model
 
     with attribute_to_field("radiance.model", radiance.parameters):
-        model = model_of(sea, slant.view)
+        model = model_of(sea, slant.view, around.sea_temperature_K)
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
@@ -258,6 +290,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         optics_of_layers=particles.of_layers,
         model=model,
         model_of=model_of,
+        sea_of=sea_of,
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
@@ -270,6 +303,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         lines_of_sight=sight,
         elements=elements,
         derived=derived,
+        surfaces=surfaces,
         built=builder.built,
     )
 
@@ -307,14 +341,35 @@ def _sea(
 ) -> SeaModel | None:
     # The sea is built even if the surroundings have problems, to find its own problems.
     temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
-    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
     sea: SeaModel | None = None
     with builder.collect_problems("sea.model", scenario.sea.parameters):
-        inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
-        name = selected(scenario.sea, "model")
-        sea = builder.build(Kind.SEA, name, inputs, scenario.sea.parameters)
-        _require_bands_inside(bands, sea.declares.valid, f"sea model '{name}'")
+        sea = _sea_model(builder, scenario, catalog, around, temperature)
+        _require_bands_inside(bands, sea.declares.valid, f"sea model '{selected(scenario.sea, 'model')}'")
     return sea
+
+
+def _sea_model(
+    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings | None, temperature_K: float
+) -> SeaModel:
+    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
+    inputs = SeaInputs(wind, scenario.sea.wind_from, temperature_K, catalog)
+    sea: SeaModel = builder.build(Kind.SEA, selected(scenario.sea, "model"), inputs, scenario.sea.parameters)
+    return sea
+
+
+def _surfaces(
+    builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings, grid: Grid
+) -> SceneSurfaces | None:
+    from hcss_twin.plan.surface_classes import build_surfaces  # not for scenes of sea alone
+
+    assert scenario.surfaces is not None
+    surfaces: SceneSurfaces | None = None
+    with builder.collect_problems("surfaces.provider", scenario.surfaces.parameters):
+        surfaces = build_surfaces(builder, scenario, catalog, around, grid)
+        for each in surfaces.classes:
+            if each.boundary is not None:
+                _require_bands_inside(bands, each.boundary.declares.valid, f"surface class '{each.name}'")
+    return surfaces
 
 
 def _elements(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hcss_twin.cube.writer import largest_error
 from hcss_twin.models.optics.size_distribution import (
@@ -18,6 +18,9 @@ from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.surfaces import PlannedSurfaces
 
 
 def describe(plan: Plan) -> dict[str, Any]:
@@ -61,8 +64,16 @@ def describe(plan: Plan) -> dict[str, Any]:
         "notes": list(plan.notes),
         "provider_costs": [vars(each) for each in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],
+        **({} if plan.surfaces is None else {"surfaces": _surfaces(plan.surfaces)}),
         **({} if plan.sensor is None else {"sensor": plan.sensor.as_dict()}),
     }
+
+
+def _surfaces(surfaces: PlannedSurfaces) -> list[dict[str, Any]]:
+    return [
+        {"name": each.name, "share": share, "lowest_K": each.low_K, "highest_K": each.high_K, "nodes_K": list(nodes)}
+        for each, nodes, share in zip(surfaces.classes, surfaces.nodes_K, surfaces.shares, strict=True)
+    ]
 
 
 def describe_providers(entries: Mapping[str, Entry]) -> dict[str, dict[str, str]]:

@@ -12,6 +12,7 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly, assemble
+from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
@@ -75,13 +76,24 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
     probes = _probes(scenario, assembly, catalog)
-    analysis = analyse_scene(scenario, assembly, catalog, SunFrames(track, times, zenith, azimuth))
+    suns = SunFrames(track, times, zenith, azimuth)
+    analysis, surfaces = analyse_scene(scenario, assembly, catalog, suns), None
+    if assembly.surfaces is not None:
+        from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
+
+        states = [analyse_scene(scenario, assembly.over(each), catalog, suns) for each in extreme_states(assembly)]
+        analysis = merged(scenario, assembly, analysis, states)
+        resolved = analysis.resolves_waves
+        wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
+        radiance = wants_radiance(wanted)
+        surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     computed = computed_variables(scenario, assembly, waves is not None, variables)
+    land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     return Plan(
         scenario=scenario,
@@ -107,13 +119,24 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
             *_notes(scenario, assembly, computed, waves is not None, sunlight),
             *analysis.notes,
             *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
+            *_on_land(land),
         ),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,
         views=analysis.views,
+        surfaces=surfaces,
+        land_share=land,
         probes=probes,
     )
+
+
+def _on_land(share: float) -> tuple[str, ...]:
+    text = (
+        f"{max(round(100.0 * share, 1), 0.1):g} % of the image is land (coastlines of Natural Earth), but the scene is "
+        "sea everywhere; with [surfaces] land is land"
+    )
+    return (text,) if share > 0.0 else ()
 
 
 def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> tuple[Probed, ...]:

@@ -91,7 +91,8 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     moves = assembly.motion.platform_speed_m_s != 0.0
     elements = [each.variables for each in assembly.elements]
     derived = [each.variables for each in assembly.derived]
-    return expand(names, assembly.model.terms, layers, shadows, waves, altitude, moves, elements, derived)
+    surfaces = () if assembly.surfaces is None else assembly.surfaces.names
+    return expand(names, assembly.model.terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces)
 
 
 def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:

@@ -27,6 +27,7 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.probes import Probed
+    from hcss_twin.plan.surfaces import PlannedSurfaces
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,10 @@ class Plan:
         Sensor of the sensor cube; the clean cube does not depend on it.
     views : ViewAxis or None
         None if the view of the image centre is used for all pixels.
+    surfaces : PlannedSurfaces or None
+        States of the surfaces; None for sea everywhere.
+    land_share : float
+        Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
         How the providers of other packages fared with the laws of their kinds.
     """
@@ -102,6 +107,8 @@ class Plan:
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
     views: ViewAxis | None = None
+    surfaces: PlannedSurfaces | None = None
+    land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
 
     @property

@@ -22,7 +22,7 @@ from hcss_twin.plan.output import computed_variables, cube_variables, quantized,
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import ViewAxis, choose_views
-from hcss_twin.plan.waves import choose_waves
+from hcss_twin.plan.waves import WAVES, choose_waves
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -75,6 +75,8 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         "files": dict(catalog.used),
         "code": assembly.code,
     }
+    if assembly.surface is not None:
+        parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
     key = result_key(parts, catalog.shelf)
     classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis)
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, sun), classes)
@@ -90,15 +92,18 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     accuracy = requested_accuracy(scenario, assembly, extreme_suns)
     views = choose_views(scenario, assembly, extreme_suns, share_out(accuracy.relative).views)
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
-    omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
+    omitted_waves: Omission | None = Omission(WAVES, "the surface is not the scenario's sea", 0.0)
+    if assembly.surface is None:
+        omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     waves = omitted_waves is None
-    variables = quantized(cube_variables(scenario, assembly, waves), scenario, accuracy)
-    variables = computed_variables(scenario, assembly, waves, variables)
+    drawn = waves or assembly.surface is not None  # beside such a surface there may be sea with waves
+    variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)
+    variables = computed_variables(scenario, assembly, drawn, variables)
     faint = None
     # The share of sunlight is evaluated for one view.
     if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
         faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
-    possible = cube_variables(scenario, assembly, waves, ("all",))
+    possible = cube_variables(scenario, assembly, drawn, ("all",))
     omissions = tuple(
         list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None)
     )

@@ -1,10 +1,10 @@
 """The contract between providers and the engine, version 2.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; elements, which are other things in the scene; variables, which are derived from radiance,
-truth and geometry; and sensors, which convert radiance to measurements. A provider is a class that is called as
-``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter
-model in its spec, or None without one.
+which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
+variables, which are derived from radiance, truth and geometry; and sensors, which convert radiance to measurements. A
+provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind,
+``parameters`` an instance of the parameter model in its spec, or None without one.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
 of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     )
     from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
     from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorDeclaration, SensorInputs, SensorOptions
+    from hcss_twin.providers.surfaces import SurfaceClass, SurfaceInputs, SurfaceMap, SurfaceProvider
     from hcss_twin.providers.variables import OutputVariable, VariableInputs, VariableProvider
 
 API_VERSION = 2
@@ -107,6 +108,10 @@ __all__ = [
     "SingleScattering",
     "SolarIrradiance",
     "Sun",
+    "SurfaceClass",
+    "SurfaceInputs",
+    "SurfaceMap",
+    "SurfaceProvider",
     "TransmittanceOptions",
     "TransmittanceProvider",
     "VariableInputs",
@@ -115,7 +120,18 @@ __all__ = [
     "WaveShapes",
 ]
 
-_PARTS = ("atmosphere", "clouds", "declarations", "elements", "optics", "radiance", "sea", "sensor", "variables")
+_PARTS = (
+    "atmosphere",
+    "clouds",
+    "declarations",
+    "elements",
+    "optics",
+    "radiance",
+    "sea",
+    "sensor",
+    "surfaces",
+    "variables",
+)
 
 
 def __getattr__(name: str) -> Any:

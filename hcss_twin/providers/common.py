@@ -27,6 +27,9 @@ FRACTION_TOLERANCE = 1e-9
 THICKNESS_TOLERANCE = 1e-6
 """Relative tolerance by which a float32 thickness may leave the layer's range, in the kit and in runs."""
 
+KELVIN_TOLERANCE = 1e-6
+"""Allowed rounding error of a surface temperature at the limits of its class, in the kit and in runs."""
+
 MEASURED_LIMITS: Mapping[str, tuple[float, float]] = {
     "photon_rate": (-math.inf, math.inf),
     "digital_number": (0.0, 2.0**31 - 1.0),
@@ -82,6 +85,41 @@ def check_element_variables(variables: Any) -> None:
             f"variables is {variables!r}; expected a mapping of names (lower-case letters, digits, underscores; not "
             "'share' or 'radiance') to pairs of text: units and description"
         )
+
+
+MAX_CLASSES = 12
+"""Maximum number of classes of a surface."""
+
+
+def check_surface_classes(classes: Any) -> None:
+    """Check the declared classes of a surface provider.
+
+    Raises
+    ------
+    ValueError
+        If they are not one to ``MAX_CLASSES`` classes with distinct names and positive temperatures.
+    """
+    count = len(classes) if isinstance(classes, tuple) else 0
+    if not 0 < count <= MAX_CLASSES:
+        raise ValueError(f"classes is {classes!r}; expected a tuple of 1 to {MAX_CLASSES} SurfaceClass")
+    names = [getattr(each, "name", None) for each in classes]
+    for each, name in zip(classes, names, strict=True):
+        if not isinstance(name, str) or not re.fullmatch("[a-z][a-z0-9_]*", name) or names.count(name) > 1:
+            raise ValueError(
+                f"classes has the name {name!r}; expected distinct names of lower-case letters, digits, underscores"
+            )
+        if name == "sea" and each.boundary is not None:
+            raise ValueError("the class 'sea' has a boundary; expected None: it is the sea model of the scenario")
+        given = each.temperature_K
+        ends = given if isinstance(given, tuple) else (given,) if given is not None else ()
+        if (
+            not all(_is_number(end, 5000.0) and end > 0.0 for end in ends)
+            or len(ends) > 2
+            or list(ends) != sorted(ends)
+        ):
+            raise ValueError(
+                f"temperature_K of class '{name}' is {given!r}; expected None, a number of kelvin, or (lowest, highest)"
+            )
 
 
 def _is_number(value: Any, high: float) -> bool:

@@ -129,6 +129,7 @@ def _radiation(plan: Plan) -> Rows:
         waves = "statistical waves" if plan.waves is None else "resolved waves"
         wind = f"wind {assembly.sea_wind_speed_m_s:.4g} m/s from {plan.scenario.sea.wind_from:g} deg"
         yield "sea", f"{assembly.sea_temperature_K:.5g} K, {wind}, {waves}; {_named(entries['sea'])}"
+        yield from _surfaces(plan)
         yield "atmosphere", f"{assembly.profile.name}; {_named(entries['atmosphere'])}"
     if plan.needs_radiance or any("band" in spec.dims for spec in plan.variables):
         yield "bands", ", ".join(f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in assembly.bands)
@@ -139,6 +140,20 @@ def _radiation(plan: Plan) -> Rows:
         optics = f", optics {', '.join(dict.fromkeys(names))}" if names else ""
         known = assembly.spectral_grid.wavenumber_cm1.size
         yield "radiance", f"{_named(entries['radiance'])}{optics}; a few weighted wavenumbers represent {known}"
+
+
+def _surfaces(plan: Plan) -> Rows:
+    if plan.surfaces is None:
+        where = f"sea everywhere; {100.0 * plan.land_share:.3g} % of the image is land" if plan.land_share else "sea"
+        yield "surface", where
+        return
+    classes = []
+    for each, nodes, share in zip(plan.surfaces.classes, plan.surfaces.nodes_K, plan.surfaces.shares, strict=True):
+        kelvin = f"{each.low_K:.5g} K"
+        if each.low_K < each.high_K:
+            kelvin = f"{each.low_K:.5g} to {each.high_K:.5g} K, tables for {len(nodes)} temperatures"
+        classes.append(f"{each.name} {100.0 * share:.3g} % ({kelvin})")
+    yield "surface", f"{', '.join(classes)}; {_named(plan.assembly.entries['surfaces'])}"
 
 
 def _named(entry: Entry) -> str:

@@ -18,6 +18,7 @@ _SELECTED_BY = {
     "atmosphere": "atmosphere.provider",
     "radiance": "radiance.model",
     "elements": "elements.provider",
+    "surfaces": "surfaces.provider",
     "variables": "output.derived.provider",
     "sensors": "sensor.model",
 }

@@ -327,6 +327,13 @@ class ElementSection(ScenarioSection):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
 
+class SurfaceSection(ScenarioSection):
+    """A map of the ground: sea, land, ice and their temperatures. Without this section there is sea everywhere."""
+
+    provider: str = Field("coast", description="Surface provider (see `hcss plugins`).")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+
 class DerivedSection(ScenarioSection):
     """Variables of a provider, derived from radiance, truth and geometry: one `[[output.derived]]` for each provider.
 
@@ -405,5 +412,6 @@ class ScenarioModel(ScenarioSection):
     elements: tuple[ElementSection, ...] = Field(
         (), max_length=255, description="`[[elements]]`: other things in the scene; higher ones hide lower ones."
     )
+    surfaces: SurfaceSection | None = Field(None, description="Map of the ground; sea everywhere by default.")
     output: OutputSection = Field(default_factory=lambda: OutputSection.model_validate({}), description="Output.")
     sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

@@ -35,6 +35,7 @@ from hcss_twin.scenario.models import (
     Radiance,
     ScenarioModel,
     Sea,
+    SurfaceSection,
     own,
     single_layer,
 )
@@ -50,6 +51,7 @@ SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
     Kind.ELEMENTS: (ElementSection, "provider"),
+    Kind.SURFACES: (SurfaceSection, "provider"),
     Kind.VARIABLES: (DerivedSection, "provider"),
     Kind.SENSORS: (SensorSection, "model"),
 }
@@ -73,6 +75,8 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     derived = output.get("derived", []) if isinstance(output, dict) else []
     for index, each in enumerate(derived if isinstance(derived, list) else []):
         sections.append((f"output.derived[{index}]", each, Kind.VARIABLES))
+    if "surfaces" in data:
+        sections.append(("surfaces", data["surfaces"], Kind.SURFACES))
     sections += [(path, stage, Kind.SENSORS) for path, stage in raw_stages(data)]
     return sections
 
@@ -278,7 +282,10 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
         elements, derived = (_variables_of(kind, data, registry) for kind in (Kind.ELEMENTS, Kind.VARIABLES))
-        expand(names, terms, layer_count, shadows, altitude=altitude, elements=elements, derived=derived)
+        surfaces = ("",) if data.get("surfaces") is not None else ()
+        expand(
+            names, terms, layer_count, shadows, altitude=altitude, elements=elements, derived=derived, surfaces=surfaces
+        )
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:

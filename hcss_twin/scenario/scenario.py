@@ -160,8 +160,9 @@ class Scenario(ScenarioModel):
         cannot replace them.
         """
         data = as_given(self, self.model_dump(mode="json"))
-        if self.sensor is None:
-            del data["sensor"]
+        for name in ("surfaces", "sensor"):
+            if getattr(self, name) is None:
+                del data[name]
         if not self.elements:
             del data["elements"]
         if not self.output.derived:
@@ -175,6 +176,8 @@ class Scenario(ScenarioModel):
                 del layer["optics"]
             else:
                 layer["optics"]["provider"] = selected(model.optics, "provider")
+        if self.surfaces is not None:
+            data["surfaces"]["provider"] = selected(self.surfaces, "provider")
         for section, element in zip(data.get("elements", ()), self.elements, strict=True):
             section["provider"] = selected(element, "provider")
         return json.dumps(data, indent=1)

@@ -39,10 +39,12 @@ if TYPE_CHECKING:
         sample_radiance_inputs,
         sample_sea_inputs,
         sample_sensor_inputs,
+        sample_surface_inputs,
         sample_wavenumbers,
     )
     from hcss_twin.testing.sea import SeaModelContract
     from hcss_twin.testing.sensor import SensorContract
+    from hcss_twin.testing.surfaces import SurfaceContract
     from hcss_twin.testing.variable_samples import sample_fields, sample_variable_inputs
     from hcss_twin.testing.variables import VariableContract
 
@@ -59,6 +61,7 @@ __all__ = [
     "SeaModelContract",
     "SensorContract",
     "StillScene",
+    "SurfaceContract",
     "TransmittanceContract",
     "VariableContract",
     "assert_registered",
@@ -76,6 +79,7 @@ __all__ = [
     "sample_radiance_inputs",
     "sample_sea_inputs",
     "sample_sensor_inputs",
+    "sample_surface_inputs",
     "sample_variable_inputs",
     "sample_wavenumbers",
 ]
@@ -89,6 +93,7 @@ _HOME = {
     "RadianceModelContract": "radiance",
     "SeaModelContract": "sea",
     "SensorContract": "sensor",
+    "SurfaceContract": "surfaces",
     "TransmittanceContract": "optics",
     "VariableContract": "variables",
     "assert_registered": "registration",

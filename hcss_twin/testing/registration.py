@@ -15,7 +15,7 @@ def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
     Parameters
     ----------
     kind : Kind or str
-        ``"clouds"``, ``"sea"``, ``"optics"``, ``"atmosphere"``, ``"radiance"``, ``"elements"``,
+        ``"clouds"``, ``"sea"``, ``"optics"``, ``"atmosphere"``, ``"radiance"``, ``"elements"``, ``"surfaces"``,
         ``"variables"`` or ``"sensors"``.
     name, distribution : str
         The provider's name and that of the installed distribution.

@@ -32,6 +32,7 @@ from hcss_twin.providers import (
     SensorBand,
     SensorInputs,
     SingleScattering,
+    SurfaceInputs,
     View,
 )
 
@@ -273,6 +274,21 @@ class StillScene:
         """Return a window of the frame at a time."""
         self.calls.append((time_s, rows, columns))
         return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self._time_s)))
+
+
+def sample_surface_inputs(points_per_s: int = 0) -> SurfaceInputs:
+    """Return inputs of a surface provider over :func:`sample_grid` around 35 N 150 E, moving so many points east."""
+    grid = sample_grid()
+
+    def ground(time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+        x = (
+            np.arange(columns.start, columns.stop) + 0.5 - 0.5 * grid.columns + points_per_s * time_s
+        ) * grid.pixel_size_m
+        y = (np.arange(rows.start, rows.stop) + 0.5 - 0.5 * grid.rows) * grid.pixel_size_m
+        east, north = np.meshgrid(x, y)
+        return 35.0 + north / 111e3, 150.0 + east / 91e3
+
+    return SurfaceInputs(grid, ground, sea_temperature_K=290.0, air_temperature_K=288.0, catalog=Catalog())
 
 
 def sample_sensor_inputs(seed: int = 1, **changes: Any) -> SensorInputs:

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
+from surface_files import write_netcdf
 
 from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
@@ -25,6 +26,7 @@ from hcss_twin.testing import (
     RadianceModelContract,
     SeaModelContract,
     SensorContract,
+    SurfaceContract,
     TransmittanceContract,
     assert_registered,
     sample_atmosphere_inputs,
@@ -43,6 +45,7 @@ HELD_TO_THE_KIT = {
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed", "physical", "physical-two-stream"},
     "elements": {"point-sources"},
+    "surfaces": {"coast", "raster"},
     "variables": set(),
     "sensors": {"radiometer"},
 }
@@ -87,6 +90,28 @@ class TestPointSources(ElementContract):
         moving = {"x": -900.0, "y": 130.0, "altitude": 9e3, "velocity": [250.0, 40.0, 0.0], "intensity": 1e3}
         warm = {"temperature": 600.0, "area": 4.0, "y": -4700.0}
         return create("elements", "point-sources", inputs, tracks=[moving, warm], footprint=500.0)
+
+
+class TestCoast(SurfaceContract):
+    def make_provider(self, inputs):
+        def ground(*window):  # the sample is over the open sea
+            latitude, longitude = inputs.ground(*window)
+            return latitude + 0.65, longitude - 10.15
+
+        return create("surfaces", "coast", replace(inputs, ground=ground), land="forest", land_temperature=295.0)
+
+
+class TestRaster(SurfaceContract):
+    @pytest.fixture(autouse=True)
+    def file(self, tmp_path):
+        latitude, longitude = np.linspace(34.0, 36.0, 101), np.linspace(149.0, 151.0, 91)
+        kelvin = 270.0 + 40.0 * np.add.outer(latitude - 34.0, longitude - 149.0) / 4.0
+        write_netcdf(tmp_path / "map.nc", latitude, longitude, surface_class=kelvin // 4.0, skin=kelvin)
+        self._file = str(tmp_path / "map.nc")
+
+    def make_provider(self, inputs):
+        classes = {number: "sea" if number % 2 else "snow" for number in range(60, 80)}
+        return create("surfaces", "raster", inputs, file=self._file, classes=classes, temperature_layer="skin")
 
 
 class TestFractal(CloudGeneratorContract):

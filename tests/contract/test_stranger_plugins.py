@@ -20,6 +20,8 @@ from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
 from stranger.sensor import Lagging
 from stranger.sensor import Parameters as LaggingParameters
+from stranger.surfaces import Floe
+from stranger.surfaces import Parameters as FloeParameters
 from stranger.variables import Parameters as SlantParameters
 from stranger.variables import Slant
 
@@ -36,6 +38,7 @@ from hcss_twin.testing import (
     RadianceModelContract,
     SeaModelContract,
     SensorContract,
+    SurfaceContract,
     TransmittanceContract,
     VariableContract,
     assert_registered,
@@ -49,6 +52,7 @@ CHOICES = {
     Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
     Kind.RADIANCE: ("radiance.model", "absorbing"),
     Kind.ELEMENTS: ("elements", "ship"),
+    Kind.SURFACES: ("surfaces.provider", "floe"),
     Kind.VARIABLES: ("output.derived", "slant"),
     Kind.SENSORS: ("sensor.model", "lagging"),
 }
@@ -84,6 +88,11 @@ class TestAbsorbing(RadianceModelContract):
 class TestShip(ElementContract):
     def make_provider(self, inputs):
         return Ship(inputs, ShipParameters())
+
+
+class TestFloe(SurfaceContract):
+    def make_provider(self, inputs):
+        return Floe(inputs, FloeParameters())
 
 
 class TestSlant(VariableContract):

@@ -50,6 +50,7 @@ MEMBERS = {
     ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
     ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
+    ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),
     ("variables", "values"): (
         ({"radiance": np.ones((2, 4, 5))}, 0.0),
         "fields with radiance of shape (2, 4, 5), time_s",

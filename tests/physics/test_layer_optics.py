@@ -1,6 +1,7 @@
 """Each cloud layer has optics of its own: ash above a water cloud above the sea follows its closed form."""
 
 import json
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -64,6 +65,12 @@ class GreyParameters(BaseModel):
 class Grey:
     """A grey absorber of ash or water."""
 
+    expected_failures = MappingProxyType(
+        {
+            f"extinction is {law}": "the tests set it, so that a cloud is black or ash is thin"
+            for law in ("that of particles of this size", "proportional to the number of particles")
+        }
+    )
     declares = OpticsDeclaration(materials=frozenset({"ash", "water"}), notes_by_material={"ash": ("ash is grey",)})
 
     def __init__(self, inputs, parameters):

@@ -12,7 +12,7 @@ TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}
 
 
 def names(requested, layer_count=2, shadows=True):
-    return [spec.name for spec in expand(requested, TERMS, layer_count, shadows, elements=[{}])]
+    return [spec.name for spec in expand(requested, TERMS, layer_count, shadows, elements=[{}], surfaces=["sea"])]
 
 
 def test_names_are_unique_over_variables_and_coordinates():

@@ -63,7 +63,7 @@ def test_every_kind_has_a_documented_hook_and_a_protocol():
         assert getattr(specs, kind.hook).__doc__
         assert getattr(providers, kind.protocol).__name__ in getattr(specs, kind.hook).__doc__
     before = ["clouds", "sea", "optics", "atmosphere", "radiance", "elements"]
-    assert [str(kind) for kind in Kind] == [*before, "variables", "sensors"]
+    assert [str(kind) for kind in Kind] == [*before, "surfaces", "variables", "sensors"]
 
 
 def test_the_guide_for_plugin_authors_names_every_hook_protocol_and_kit():

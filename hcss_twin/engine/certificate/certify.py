@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,13 +18,17 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
-from hcss_twin.engine.certificate.part_sample import REASONS, stratum_names
+from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
 from hcss_twin.engine.compile import table_key
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.reference import reference_terms
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import View
+
+if TYPE_CHECKING:
+    from hcss_twin.plan.surface_classes import SurfaceState
 
 COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""
@@ -70,7 +75,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     ProviderError
         If a provider breaks its contract.
     """
-    names, bands = stratum_names(len(plan.layers)), len(plan.bands)
+    names, bands = strata_of(plan), len(plan.bands)
     reasons = REASONS if plan.assembly.elements else REASONS[:-1]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
@@ -136,6 +141,8 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
     for own, layer in zip(thickness.T, plan.layers, strict=True):
         # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
+    if plan.surfaces is not None:
+        return _over_surfaces(plan, quantities, pixels, thickness, points)
     if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
@@ -155,6 +162,28 @@ def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, 
     columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
     known = quantities.of(reference_of(plan, columns, time_s))
     means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
+    return means
+
+
+def _over_surfaces(plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int) -> Array:
+    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
+    from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
+
+    stage = SurfaceStage(plan, None)
+    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
+    places = list(zip(rows.tolist(), columns.tolist(), strict=True))
+    groups: dict[tuple[SurfaceState, View | None], list[int]] = {}
+    views = [None] * len(places) if plan.views is None else image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    for pixel, ((row, column), view) in enumerate(zip(places, views, strict=True)):
+        ground = stage.at(pixels.time_s, (slice(row, row + 1), slice(column, column + 1)))
+        for point, state in enumerate(stage.states(ground)):
+            groups.setdefault((state, view), []).append(pixel * points + point)
+    exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
+    for (state, view), own in groups.items():
+        alone = plan_over(plan, state)
+        alone = alone if view is None else plan_toward(alone, view)
+        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s)
+    means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 
 

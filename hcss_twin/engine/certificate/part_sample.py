@@ -27,13 +27,19 @@ PARTS = ("thin", "edge", "thick")
 CHOICES = ("low only", "high only", "both")
 
 
-def stratum_names(layers: int) -> tuple[str, ...]:
-    """Return the names (S,) of the strata of a scene with so many layers, by number."""
-    if layers == 0:
-        return (CLEAR,)
-    if layers == 1:
-        return (CLEAR, *PARTS)
-    return (CLEAR, *(f"{part} ({choice})" for choice in CHOICES for part in PARTS))
+def stratum_names(layers: int, surfaces: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the names (S,) of the strata of a scene with so many layers and these classes of surface, by number."""
+    of_clouds: tuple[str, ...] = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
+    if layers > 1:
+        of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in CHOICES for part in PARTS))
+    return tuple(f"{each} over {name}" for name in surfaces for each in of_clouds) if surfaces else of_clouds
+
+
+def strata_of(plan: Plan) -> tuple[str, ...]:
+    """Return the names (S,) of the strata of a scene, by number."""
+    return stratum_names(
+        len(plan.layers), () if plan.surfaces is None else [each.name for each in plan.surfaces.classes]
+    )
 
 
 def strata(
@@ -140,7 +146,7 @@ class PartSample:
         self._plan, self._count, self._corner = plan, count, corner
         # One step of the generator for each number between 0 and 1.
         self._random = np.random.Generator(_bits(plan.scenario.seed, 1 + index).advance(before))
-        size, layers = len(stratum_names(len(plan.layers))), len(plan.layers)
+        size, layers = len(strata_of(plan)), len(plan.layers)
         self._pixels, self._left_out = np.zeros(size, dtype=np.int64), np.zeros((len(REASONS), size), dtype=np.int64)
         self._key = np.empty(0)
         self._place = np.empty((0, 3), dtype=np.int64)
@@ -152,6 +158,8 @@ class PartSample:
         thickness_m: Sequence[Thickness],
         shaded: NDArray[np.bool_] | None,
         elements: NDArray[np.bool_] | None = None,
+        surface: NDArray[np.uint8] | None = None,
+        over_sea: Sequence[Thickness] | None = None,
     ) -> None:
         """Draw from a window.
 
@@ -165,12 +173,18 @@ class PartSample:
             Pixels with a point in the shadow of a cloud.
         elements : ndarray of bool (window rows, window columns) or None
             Pixels with an element.
+        surface : ndarray of uint8 (window rows, window columns) or None
+            Class of the surface at most points of each pixel.
+        over_sea : sequence of ndarray or None
+            ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
         """
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
         stratum = strata(self._plan.layers, thickness_m, shape, samples)
+        if surface is not None:
+            stratum = stratum + np.int8(len(stratum_names(len(self._plan.layers)))) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
-        wavy = None if self._plan.waves is None else _clear_in_part(thickness_m, shape, samples)
+        wavy = None if self._plan.waves is None else _clear_in_part(over_sea or thickness_m, shape, samples)
         for number, mask in enumerate((shaded, wavy, elements)):
             if mask is not None:
                 self._left_out[number] += self._count_of(stratum[free & mask])

@@ -178,6 +178,11 @@ class RadianceTables:
     over_views : tuple of RadianceTables
         Tables for each view if view angles vary over the image; these tables are then one of them, with the largest
         errors of all.
+    over_surfaces : tuple of tuple of RadianceTables
+        Tables for each class of surface and each of its temperatures; these tables are then one of them, with the
+        largest errors of all.
+    temperature_error : float
+        Relative error of the interpolation in surface temperature.
     """
 
     quantities: Quantities
@@ -190,11 +195,13 @@ class RadianceTables:
     shadows: ShadowTables | None = None
     waves: WaveTables | None = None
     over_views: tuple[RadianceTables, ...] = ()
+    over_surfaces: tuple[tuple[RadianceTables, ...], ...] = ()
+    temperature_error: float = 0.0
 
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
-        return self.errors.total
+        return self.errors.total + self.temperature_error
 
 
 class TableReader:

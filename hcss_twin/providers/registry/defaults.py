@@ -174,6 +174,28 @@ def hcss_register_elements() -> Sequence[ProviderSpec]:
 
 
 @hookimpl
+def hcss_register_surfaces() -> Sequence[ProviderSpec]:
+    """Return the surface providers of this package."""
+    return [
+        ProviderSpec(
+            name="coast",
+            target="hcss_twin.models.surfaces.coast:Coast",
+            parameters="hcss_twin.models.surfaces.parameters:CoastParameters",
+            api_version=2,
+            summary="land and sea from the coastlines of Natural Earth (1:10 million)",
+            references=("Natural Earth, Land, 1:10m physical vectors (public domain), naturalearthdata.com",),
+        ),
+        ProviderSpec(
+            name="raster",
+            target="hcss_twin.models.surfaces.raster:Raster",
+            parameters="hcss_twin.models.surfaces.parameters:RasterParameters",
+            api_version=2,
+            summary="classes and temperature from a GeoTIFF or NetCDF file",
+        ),
+    ]
+
+
+@hookimpl
 def hcss_register_sensors() -> Sequence[ProviderSpec]:
     """Return the sensor models of this package."""
     return [

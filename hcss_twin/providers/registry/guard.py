@@ -23,7 +23,13 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, HcssError, ProviderDefect, ProviderError
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe
 from hcss_twin.physics.paths import Path
-from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, MEASURED_LIMITS, THICKNESS_TOLERANCE
+from hcss_twin.providers.common import (
+    FRACTION_TOLERANCE,
+    KELVIN_TOLERANCE,
+    LAYER_OPTIONS,
+    MEASURED_LIMITS,
+    THICKNESS_TOLERANCE,
+)
 from hcss_twin.providers.declarations import attributed
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
@@ -462,6 +468,40 @@ class _Variables(_Guard):
         return array if missing is None else np.where(missing, array.dtype.type(np.nan), array)
 
 
+class _Surfaces(_Guard):
+    """A surface provider whose maps are checked, once per window."""
+
+    @functools.cached_property
+    def classes(self) -> tuple[api.SurfaceClass, ...]:
+        return tuple(
+            each
+            if each.boundary is None
+            else replace(each, boundary=_Sea(each.boundary, f"{self._label}, class '{each.name}'", self._speaker))
+            for each in self._read("classes")
+        )
+
+    def surface(self, time_s: float, rows: slice, columns: slice) -> api.SurfaceMap:
+        value = self._call("surface", time_s, rows, columns)
+        what, shape = "surface()", (rows.stop - rows.start, columns.stop - columns.start)
+        if not isinstance(value, api.SurfaceMap):
+            raise self._refuse(what, "SurfaceMap", type(value).__name__)
+        classes = self.classes
+        number = self._array(f"{what}.number", value.number, shape, (0, len(classes) - 1), np.uint8, "iu")
+        fields = {n: each for n, each in enumerate(classes) if isinstance(each.temperature_K, tuple)}
+        if not fields:
+            return api.SurfaceMap(number)
+        kelvin = np.asarray(value.temperature_K)
+        if kelvin.shape != shape or kelvin.dtype.kind != "f":
+            raise self._refuse(f"{what}.temperature_K", f"real numbers of shape {shape}", f"shape {kelvin.shape}")
+        for n, each in fields.items():
+            here = kelvin[number == n]
+            low, high = each.temperature_K  # type: ignore[misc]
+            limits = low - KELVIN_TOLERANCE, high + KELVIN_TOLERANCE
+            self._array(f"{what}.temperature_K of class '{each.name}'", here, here.shape, limits)
+            kelvin = np.where(number == n, np.clip(kelvin, low, high), kelvin)
+        return api.SurfaceMap(number, kelvin.astype(np.float64, copy=False))
+
+
 def was_called(guarded: Any, name: str) -> bool:
     """Whether a checked member of a provider made by :func:`guard` has been called."""
     return name in guarded._called
@@ -479,5 +519,11 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
         return _Elements(provider, entry.label, speaker, inputs)
     if entry.kind is Kind.VARIABLES:
         return _Variables(provider, entry.label, speaker, inputs)
-    others = {Kind.SEA: _Sea, Kind.OPTICS: _Optics, Kind.ATMOSPHERE: _Transmittance, Kind.RADIANCE: _Radiance}
+    others = {
+        Kind.SEA: _Sea,
+        Kind.OPTICS: _Optics,
+        Kind.ATMOSPHERE: _Transmittance,
+        Kind.RADIANCE: _Radiance,
+        Kind.SURFACES: _Surfaces,
+    }
     return others[entry.kind](provider, entry.label, speaker)

@@ -299,7 +299,7 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
 def _checked(entry: Entry, provider: Any) -> Any:
     """Return a provider that has the members of its kind, in the present version of the API."""
     import hcss_twin.providers as providers
-    from hcss_twin.providers.common import check_element_variables, check_measured, check_options
+    from hcss_twin.providers.common import check_element_variables, check_measured, check_options, check_surface_classes
     from hcss_twin.providers.declarations import check_declaration
 
     protocol = getattr(providers, entry.kind.protocol)
@@ -336,6 +336,8 @@ def _checked(entry: Entry, provider: Any) -> Any:
             from hcss_twin.providers.variables import check_output_variables
 
             check_output_variables(provider.variables, provider.needs)
+        if entry.kind is Kind.SURFACES:
+            check_surface_classes(provider.classes)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
     return version_1.adapted(provider, declaration) if entry.spec.api_version == 1 else provider

@@ -44,6 +44,7 @@ class Kind(StrEnum):
     )
     RADIANCE = "radiance", "hcss_register_radiance_models", "radiance model", "RadianceModel"
     ELEMENTS = "elements", "hcss_register_elements", "element provider", "ElementProvider"
+    SURFACES = "surfaces", "hcss_register_surfaces", "surface provider", "SurfaceProvider"
     VARIABLES = "variables", "hcss_register_variables", "variable provider", "VariableProvider"
     SENSORS = "sensors", "hcss_register_sensors", "sensor model", "Sensor"
 
@@ -143,6 +144,12 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
 @hookspec
 def hcss_register_elements() -> Sequence[ProviderSpec]:
     """Return specs of element providers (``providers.ElementProvider``): things besides clouds and sea."""
+    raise NotImplementedError
+
+
+@hookspec
+def hcss_register_surfaces() -> Sequence[ProviderSpec]:
+    """Return specs of surface providers (``providers.SurfaceProvider``): maps of sea, land and ice."""
     raise NotImplementedError
 
 

@@ -39,6 +39,11 @@ def hcss_register_elements():
 
 
 @hookimpl
+def hcss_register_surfaces():
+    return _spec("floe", "surfaces:Floe", "ice whose temperature falls toward the north")
+
+
+@hookimpl
 def hcss_register_variables():
     return _spec("slant", "variables:Slant", "path in cloud and angle from the glint", version=2)
 

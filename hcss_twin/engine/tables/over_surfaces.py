@@ -1,0 +1,249 @@
+"""Tables for the surfaces of a scene, and look-up with the class and temperature of each point.
+
+Each state of a surface, a class at a temperature, has tables of its own. A point takes those of its class; in a field
+of temperature it is interpolated between them (:class:`hcss_twin.plan.surfaces.TemperatureAxis`). The points of a
+pixel are averaged afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import fields, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.cube.variables import SURFACE_CLASS, SURFACE_TEMPERATURE
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
+from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.surface_classes import SEA, SurfaceState
+from hcss_twin.plan.surfaces import TemperatureAxis
+from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
+from hcss_twin.providers import SurfaceMap
+
+Thickness = NDArray[np.float32]
+
+VALUES_AT_ONCE = 2**22
+"""Maximum points times channels that are looked up together; 16 MB."""
+
+
+def plan_over(plan: Plan, state: SurfaceState) -> Plan:
+    """Return the plan of the same scene with one surface everywhere; only the scenario's own sea has waves."""
+    assembly = plan.assembly.over(state)
+    waves = plan.waves if assembly.surface is None else None
+    return replace(plan, assembly=assembly, waves=waves, surfaces=None)
+
+
+def tables_over_surfaces(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
+    """Return the tables of all surfaces of a plan.
+
+    Parameters
+    ----------
+    tables_of : callable
+        Computes the tables of a plan with one surface.
+
+    Returns
+    -------
+    RadianceTables
+        Tables with the most wavenumbers, with the largest errors of all states, and all tables as ``over_surfaces``.
+    """
+    assert plan.surfaces is not None
+    each = tuple(tuple(tables_of(plan_over(plan, state)) for state in states) for states in plan.surfaces.states)
+    every = [tables for states in each for tables in states]
+    largest = max(every, key=lambda tables: tables.spectrum.nodes.wavenumber_cm1.size)
+    errors = Budget(
+        **{field.name: max(getattr(tables.errors, field.name) for tables in every) for field in fields(Budget)}
+    )
+    temperature = plan.surfaces.estimated_error
+    return replace(largest, errors=errors, over_surfaces=each, temperature_error=temperature)
+
+
+class SurfaceStage:
+    """Surfaces of a scene at the points of its frames.
+
+    Parameters
+    ----------
+    tables : RadianceTables or None
+        None if no requested variable requires radiance.
+    """
+
+    def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
+        assert plan.surfaces is not None
+        assert plan.assembly.surfaces is not None
+        self._plan, self._provider = plan, plan.assembly.surfaces.provider
+        self._classes, self._samples = plan.surfaces.classes, plan.samples_per_pixel
+        states = () if tables is None else tables.over_surfaces
+        self._readers = [[[TableReader(one) for one in each.over_views or (each,)] for each in own] for own in states]
+        self._axes = [
+            TemperatureAxis(plan.spectral_grid, nodes) if len(nodes) > 1 else None for nodes in plan.surfaces.nodes_K
+        ]
+        self._last: tuple[float, Window, SurfaceMap] | None = None
+
+    def at(self, time_s: float, window: Window) -> SurfaceMap:
+        """Return the surface at the points of a window of pixels; the last one is kept."""
+        if self._last is None or self._last[:2] != (time_s, window):
+            rows, columns = (points_of(pixels, self._samples) for pixels in window)
+            self._last = time_s, window, self._provider.surface(time_s, rows, columns)
+        return self._last[2]
+
+    def look_up(self, time_s: float) -> SurfaceLookUp:
+        """Return the look-up at an instant."""
+        look_ups = [[[LookUp(one.at(time_s)) for one in views] for views in own] for own in self._readers]
+        return SurfaceLookUp(self._plan, self, look_ups, self._axes, time_s)
+
+    def other_than(self, number: int, ground: SurfaceMap) -> Thickness:
+        """Return 1 where the surface is of another class, else 0: in place of a cloud layer, it hides these points."""
+        hidden: Thickness = (ground.number != number).astype(np.float32)
+        return hidden
+
+    @property
+    def sea(self) -> int:
+        """Number of the class ``sea``; -1 without it."""
+        names = [each.name for each in self._classes]
+        return names.index(SEA) if SEA in names else -1
+
+    def tell(self, truth: dict[str, NDArray[Any]], ground: SurfaceMap, place: Window) -> None:
+        """Write the requested truth of a window of points to its place in the part."""
+        if SURFACE_CLASS in truth:
+            truth[SURFACE_CLASS][place] = self.main_class(ground)
+        if SURFACE_TEMPERATURE in truth:
+            kelvin = pixel_sums(self.temperature_K(ground), self._samples) / self._samples**2
+            truth[SURFACE_TEMPERATURE][place] = kelvin
+
+    def main_class(self, ground: SurfaceMap) -> NDArray[np.uint8]:
+        """Return the class at most points of each pixel (y, x)."""
+        if self._samples == 1:
+            number: NDArray[np.uint8] = ground.number.astype(np.uint8)
+            return number
+        counts = [pixel_sums(ground.number == number, self._samples) for number in range(len(self._classes))]
+        most: NDArray[np.uint8] = np.argmax(counts, axis=0).astype(np.uint8)
+        return most
+
+    def temperature_K(self, ground: SurfaceMap) -> Array:
+        """Return the temperature of each point."""
+        constant: Array = np.array([each.low_K for each in self._classes])[ground.number]
+        if ground.temperature_K is None:
+            return constant
+        field = np.array([each.low_K < each.high_K for each in self._classes])[ground.number]
+        return np.where(field, ground.temperature_K, constant)
+
+    def states(self, ground: SurfaceMap) -> list[SurfaceState]:
+        """Return the state of each point, row by row, at its own temperature."""
+        pairs = zip(ground.number.ravel().tolist(), self.temperature_K(ground).ravel().tolist(), strict=True)
+        return [self._classes[number].at(kelvin) for number, kelvin in pairs]
+
+
+class SurfaceLookUp:
+    """Look-up at one instant in the tables of each point's surface.
+
+    Parameters
+    ----------
+    look_ups : sequence (class) of sequence (temperature) of sequence (view) of LookUp
+    axes : sequence of TemperatureAxis or None
+        For each class; None for a constant temperature.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        stage: SurfaceStage,
+        look_ups: Sequence[Sequence[Sequence[LookUp]]],
+        axes: Sequence[TemperatureAxis | None],
+        time_s: float,
+    ) -> None:
+        self._stage, self._look_ups, self._axes, self._time_s = stage, look_ups, axes, time_s
+        self._bands = len(plan.bands)
+        self._views = None if plan.views is None else plan.views.weights(plan.grid)
+        self._extent: Window = slice(0, plan.grid.rows), slice(0, plan.grid.columns)
+
+    def of_part(self, extent: Window) -> SurfaceLookUp:
+        """Return the look-up of some rows and columns, counted from the first of this one."""
+        part = copy(self)
+        part._extent = self._moved(extent)
+        return part
+
+    def fill(
+        self,
+        radiance: NDArray[np.float32],
+        thickness_m: Sequence[Thickness],
+        samples: int = 1,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Write the radiance of a window of the image like :meth:`LookUp.fill`; without layers, of the whole image."""
+        rows, columns = (length(pixels) for pixels in self._extent)
+        if thickness_m:
+            rows, columns = (size // samples for size in thickness_m[0].shape)
+        step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns * samples**2))
+        x = slice(corner[1], corner[1] + columns)
+        for first in range(0, rows, step):
+            strip = slice(first, min(first + step, rows))
+            points = [each[points_of(strip, samples)] for each in thickness_m]
+            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
+            window = self._moved((y, x))
+            values = self._of_points(radiance.shape[0], points, window, samples)
+            for channel, own in zip(radiance, values, strict=True):
+                channel[y, x] = own if samples == 1 else pixel_sums(own, samples) / samples**2
+
+    def _of_points(
+        self, channels: int, thickness_m: Sequence[Thickness], window: Window, samples: int
+    ) -> NDArray[np.float32]:
+        """Return the radiance (C, y, x) of the points of a window."""
+        ground = self._stage.at(self._time_s, window)
+        number = ground.number.ravel()
+        values = np.empty((channels, number.size), dtype=np.float32)
+        layers = [each.ravel() for each in thickness_m]
+        for own, (states, axis) in enumerate(zip(self._look_ups, self._axes, strict=True)):
+            here = np.flatnonzero(number == own)
+            if not here.size:
+                continue
+            inside = [each[here][None] for each in layers]
+            by_view = self._view_weights(here, window, samples)
+            if axis is None and by_view is None:
+                values[:, here] = _looked_up(states[0][0], inside, channels, here.size)
+                continue
+            by_state: Array = np.ones((len(states), 1, 1))
+            if axis is not None:
+                assert ground.temperature_K is not None
+                weights = axis.weights(ground.temperature_K.ravel()[here])
+                by_state = np.tile(weights, (1, channels // self._bands, 1))
+            sums = np.zeros((channels, here.size))
+            for weight, views in zip(by_state, states, strict=True):
+                for place, one in enumerate(views):
+                    part = weight * _looked_up(one, inside, channels, here.size)
+                    sums += part if by_view is None else by_view[place] * part
+            # A vanishing term can become negative between nodes.
+            values[:, here] = np.maximum(sums, 0.0)
+        return values.reshape(channels, *ground.number.shape)
+
+    def _view_weights(self, here: NDArray[np.intp], window: Window, samples: int) -> Array | None:
+        """Return the weight (views, N) of each view at some points of a window; None with one view."""
+        if self._views is None:
+            return None
+        across, up = self._views
+        row, column = np.divmod(here, length(window[1]) * samples)
+        by_row, by_column = up[window[0].start + row // samples], across[window[1].start + column // samples]
+        weights: Array = (by_row[:, :, None] * by_column[:, None, :]).reshape(here.size, -1).T
+        return weights
+
+    def _moved(self, window: Window) -> Window:
+        """Return a window of this part as one of the image."""
+        rows, columns = (
+            slice(pixels.start + whole.start, pixels.stop + whole.start)
+            for pixels, whole in zip(window, self._extent, strict=True)
+        )
+        return rows, columns
+
+
+AnyLookUp: TypeAlias = LookUp | ViewedLookUp | SurfaceLookUp
+
+
+def _looked_up(look_up: LookUp, thickness_m: Sequence[Thickness], channels: int, count: int) -> NDArray[np.float32]:
+    found = np.empty((channels, 1, count), dtype=np.float32)
+    look_up.fill(found, thickness_m)
+    return found[:, 0]

@@ -1,0 +1,1 @@
+"""Surface providers of this package: maps of land, sea and ice."""

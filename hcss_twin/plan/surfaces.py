@@ -1,0 +1,243 @@
+"""States of the surfaces of a scene: the classes and temperatures for which there are tables.
+
+The radiance of a column is smooth in the temperature of its surface, so that a field of temperature needs few states:
+it is interpolated between Chebyshev points by a straight line in the black-body radiance of each band, in which it is
+nearly linear, and the polynomial in temperature through the remaining differences. The number of points follows from
+the error between them, measured for a few columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
+from hcss_twin.physics import quadrature
+from hcss_twin.physics.planck import planck
+from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
+from hcss_twin.plan.scene_analysis import SceneAnalysis
+from hcss_twin.plan.surface_classes import SEA, SceneClass, SurfaceState
+from hcss_twin.plan.views import ViewAxis
+from hcss_twin.plan.waves import WAVES
+from hcss_twin.scenario.scenario import Scenario
+
+SHARE = SHARES["faint_sunlight"]
+"""Share of the accuracy for the interpolation in temperature; a scene with a field of it omits no faint sunlight."""
+
+_ORDERS = (1, 2, 4, 8, 16)
+_WAVENUMBERS = 24
+"""Number of wavenumbers of each band for the error."""
+
+_TABLE = 513
+"""Temperatures at which the black-body radiance of the bands is tabulated: exact to 1e-5 over 50 K."""
+
+_POINTS = 2**20
+"""Largest number of points of the first frame that are looked up for the shares of the classes."""
+
+
+class TemperatureAxis:
+    """Radiance between temperatures: a straight line in the band's black-body radiance, and a polynomial for the rest.
+
+    Parameters
+    ----------
+    nodes_K : sequence of float (n,)
+        Chebyshev points, ascending.
+    """
+
+    def __init__(self, grid: SpectralGrid, nodes_K: Sequence[float]) -> None:
+        self._kelvin = np.linspace(nodes_K[0], nodes_K[-1], _TABLE)
+        black = _black_body(grid, self._kelvin)
+        self._black = (black - black[:, :1]) / (black[:, -1:] - black[:, :1])
+        self._nodes = np.stack([np.interp(nodes_K, self._kelvin, each) for each in self._black])
+
+    def weights(self, temperature_K: Array) -> Array:
+        """Return the weight (n, B, N) of each node at temperatures (N,)."""
+        middle, half = 0.5 * (self._kelvin[0] + self._kelvin[-1]), 0.5 * (self._kelvin[-1] - self._kelvin[0])
+        basis = quadrature.weights(self._nodes.shape[1] - 1, (temperature_K - middle) / half).T
+        part = np.stack([np.interp(temperature_K, self._kelvin, each) for each in self._black])
+        # The polynomial is through what remains of the values at the nodes after the straight line between the ends.
+        weights = np.repeat(basis[:, None], part.shape[0], axis=1)
+        weights[0] += 1.0 - part - np.einsum("bn,nt->bt", 1.0 - self._nodes, basis)
+        weights[-1] += part - np.einsum("bn,nt->bt", self._nodes, basis)
+        return weights
+
+
+def _black_body(grid: SpectralGrid, temperature_K: Array) -> Array:
+    """Black-body radiance (B, N) of the bands; without BLAS, whose last bits may depend on the number of threads."""
+    return np.stack(
+        [
+            np.sum(weights[lit] * planck(grid.wavenumber_cm1[lit], temperature_K[:, None]), axis=1)
+            for weights in grid.weights_cm1
+            for lit in [np.flatnonzero(weights)]
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class PlannedSurfaces:
+    """States of a scene's surfaces.
+
+    Attributes
+    ----------
+    classes : tuple of SceneClass
+    nodes_K : tuple of tuple of float
+        Temperatures of each class with tables, ascending; one if it has the same temperature everywhere.
+    shares : tuple of float
+        Share of each class in the image at the start.
+    estimated_error : float
+        Largest error of the interpolation in temperature, relative to the total, measured between the nodes.
+    """
+
+    classes: tuple[SceneClass, ...]
+    nodes_K: tuple[tuple[float, ...], ...]
+    shares: tuple[float, ...]
+    estimated_error: float
+
+    @property
+    def states(self) -> tuple[tuple[SurfaceState, ...], ...]:
+        """States of each class."""
+        return tuple(
+            tuple(each.at(kelvin) for kelvin in nodes) for each, nodes in zip(self.classes, self.nodes_K, strict=True)
+        )
+
+
+def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy | None) -> PlannedSurfaces:
+    """Choose the states of a scene.
+
+    Parameters
+    ----------
+    accuracy : RequestedAccuracy or None
+        None if no radiance is requested.
+
+    Raises
+    ------
+    ScenarioError
+        If a field of temperature needs too many states at this accuracy.
+    """
+    surfaces = assembly.surfaces
+    assert surfaces is not None
+    nodes, worst = list[tuple[float, ...]](), 0.0
+    for each in surfaces.classes:
+        if each.low_K == each.high_K or accuracy is None:
+            nodes.append((each.low_K,))
+            continue
+        kelvin, error = _nodes(assembly, each, SHARE * accuracy.relative)
+        if error > SHARE * accuracy.relative:
+            message = (
+                f"{scenario.accuracy}: between {len(kelvin)} temperatures of '{each.name}' from {each.low_K:g} to "
+                f"{each.high_K:g} K an error of {error:.1e} remains; allowed: {SHARE * accuracy.relative:.1e}, with a "
+                "lower accuracy or a smaller range of temperature"
+            )
+            raise ScenarioError([Problem("accuracy", message)])
+        nodes.append(kelvin)
+        worst = max(worst, error)
+    return PlannedSurfaces(surfaces.classes, tuple(nodes), _shares(scenario, assembly), worst)
+
+
+def _nodes(assembly: Assembly, own: SceneClass, tolerance: float) -> tuple[tuple[float, ...], float]:
+    """Choose the temperatures of a class, and return them with the error between them."""
+    middle, half = 0.5 * (own.low_K + own.high_K), 0.5 * (own.high_K - own.low_K)
+    columns = few_columns(assembly, _WAVENUMBERS)
+    known: dict[float, Array] = {}
+
+    def at(places: Array) -> tuple[list[float], Array]:
+        kelvin = [own.low_K if x == -1.0 else own.high_K if x == 1.0 else middle + half * x for x in places.tolist()]
+        for each in kelvin:
+            if each not in known:
+                # Sunlight does not depend on the temperature and would only make the error relatively smaller.
+                known[each] = columns.total(assembly.over(own.at(each)).model, None)
+        return kelvin, np.stack([known[each] for each in kelvin])
+
+    for order in _ORDERS:
+        kelvin, values = at(quadrature.nodes(order))
+        between, exact = at(quadrature.between(order))
+        weights = TemperatureAxis(assembly.spectral_grid, kelvin).weights(np.array(between))
+        guess = np.einsum("nbt,ncb->tcb", weights, values)
+        error = SAFETY_FACTOR * largest_change(guess, exact)
+        if error <= tolerance:
+            break
+    return tuple(kelvin), error
+
+
+def _shares(scenario: Scenario, assembly: Assembly) -> tuple[float, ...]:
+    """Share of each class in the image at the start, from all points or evenly spaced rows of them."""
+    surfaces, grid, samples = assembly.surfaces, assembly.grid, scenario.image.samples_per_pixel
+    assert surfaces is not None
+    rows, columns = grid.rows * samples, grid.columns * samples
+    some = np.unique(np.linspace(0, rows - 1, min(rows, max(1, _POINTS // columns))).round().astype(int)).tolist()
+    time_s = scenario.frames.first * float(scenario.frames.interval)
+    count = np.zeros(len(surfaces.classes))
+    windows = [slice(0, rows)] if len(some) == rows else [slice(row, row + 1) for row in some]
+    for window in windows:
+        number = surfaces.provider.surface(time_s, window, slice(0, columns)).number
+        count += np.bincount(number.ravel(), minlength=count.size)
+    return tuple((count / count.sum()).tolist())
+
+
+def extreme_states(assembly: Assembly) -> list[SurfaceState]:
+    """Return each class of a scene at its lowest and highest temperature."""
+    surfaces = assembly.surfaces
+    assert surfaces is not None
+    return [each.at(kelvin) for each in surfaces.classes for kelvin in dict.fromkeys((each.low_K, each.high_K))]
+
+
+def merged(
+    scenario: Scenario, assembly: Assembly, of_sea: SceneAnalysis, each: Sequence[SceneAnalysis]
+) -> SceneAnalysis:
+    """Return the analysis of a scene from those of its sea and of each extreme state alone.
+
+    The accuracy is the strictest, views are those of the state that needs most, and bounds are the largest.
+
+    Raises
+    ------
+    ScenarioError
+        If waves are to be resolved on a sea with a temperature of its own.
+    """
+    surfaces = assembly.surfaces
+    assert surfaces is not None
+    field = any(own.low_K < own.high_K for own in surfaces.classes)
+    faint = [analysis.faint_sunlight for analysis in each]
+    omissions: dict[str, Omission] = {}
+    for item in (item for analysis in (of_sea, *each) for item in analysis.omissions):
+        if item.what == "changes of air and sea over image and frames":
+            item = Omission("changes of air over image and frames", "the scenario has one profile and one wind", 0.0)
+        before = omissions.get(item.what, item)
+        unknown = item.bound is None or before.bound is None
+        bound = None if unknown else max(item.bound or 0.0, before.bound or 0.0)
+        omissions[item.what] = replace(before, bound=bound)
+    if len(surfaces.classes) > 1 and scenario.image.samples_per_pixel == 1:
+        why = "image.samples_per_pixel is 1: a pixel has the surface at its centre"
+        omissions["surfaces within the footprint of a pixel"] = Omission(
+            "surfaces within the footprint of a pixel", why, None
+        )
+    waves = of_sea.resolves_waves
+    if waves and not any(
+        own.name == SEA and own.low_K == own.high_K == assembly.sea_temperature_K for own in surfaces.classes
+    ):
+        why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
+        if scenario.sea.waves == "resolved":
+            raise ScenarioError([Problem("sea.waves", f"'resolved': {why}; allowed: 'averaged'")])
+        waves, omissions[WAVES] = False, Omission(WAVES, why, None)
+    axes = [analysis.views for analysis in (of_sea, *each) if analysis.views is not None]
+    views = None
+    if axes:
+        views = ViewAxis(
+            max(axis.order_x for axis in axes),
+            max(axis.order_y for axis in axes),
+            max(axis.estimated_error for axis in axes),
+        )
+    return replace(
+        of_sea,
+        accuracy=min((analysis.accuracy for analysis in each), key=lambda accuracy: accuracy.relative),
+        faint_sunlight=None if field or None in faint else max(share or 0.0 for share in faint),
+        resolves_waves=waves,
+        omissions=tuple(omissions.values()),
+        views=views,
+        notes=tuple(dict.fromkeys(note for analysis in (of_sea, *each) for note in analysis.notes)),
+    )
