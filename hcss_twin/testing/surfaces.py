@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -96,10 +98,14 @@ class SurfaceContract(ProviderContract):
         """As the platform moves by whole points, the map moves by as many, unless the surface changes with time."""
         if not self.is_still:
             pytest.skip("the surface changes with time")
-        still, moved = sample_surface_inputs(), sample_surface_inputs(points_per_s=3)
+
+        def moving(time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+            way = round(3.0 * time_s)
+            return inputs.ground(0.0, rows, slice(columns.start + way, columns.stop + way))
+
         window = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
         beside = window[0], slice(3, inputs.grid.columns + 3)
-        one, other = self.make_provider(still), self.make_provider(moved)
+        one, other = (self.make_provider(each) for each in (inputs, replace(inputs, ground=moving)))
         expected, seen = one.surface(0.0, *beside), other.surface(1.0, *window)
         np.testing.assert_array_equal(seen.number, expected.number)
         if expected.temperature_K is not None and seen.temperature_K is not None:

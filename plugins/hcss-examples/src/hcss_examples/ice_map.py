@@ -30,7 +30,9 @@ class IceMap:
             share = np.ma.filled(data["concentration"][:], np.nan).astype(float)
             kelvin = np.ma.filled(data["temperature"][:], np.nan).astype(float)
         if np.any(np.isnan(share)) or not np.all(np.isfinite(kelvin) & (kelvin > 200.0) & (kelvin <= 273.16)):
-            raise ProviderError(f"ice-map: {parameters.file}: allowed: concentration, and temperature of 200 to 273.16 K")
+            raise ProviderError(
+                f"ice-map: {parameters.file}: allowed: concentration, and temperature of 200 to 273.16 K"
+            )
         self._axes = axes
         self._share, self._kelvin = RegularGridInterpolator(axes, share), RegularGridInterpolator(axes, kelvin)
         low, high = float(kelvin.min()), float(kelvin.max())
