@@ -1,6 +1,9 @@
 """Volcanic ash: absorbing spheres by anomalous diffraction, for a layer above clouds of water."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.providers import Array, Microphysics, OpticsDeclaration, OpticsInputs, SingleScattering
@@ -47,10 +50,10 @@ def efficiencies(size: Array, index: float, absorption: float) -> tuple[Array, A
     that of optically soft spheres: both are K of a complex path, with K(w) = 1/2 + exp(-w) / w + (exp(-w) - 1) / w^2.
     """
 
-    def k(w: Array) -> Array:
+    def k(w: NDArray[Any]) -> NDArray[Any]:
         small = np.abs(w) < 1e-2  # the series avoids the difference of nearly equal numbers
         safe = np.where(small, 1.0, w)
-        result: Array = np.where(
+        result: NDArray[Any] = np.where(
             small, w / 3.0 - w**2 / 8.0, 0.5 + np.exp(-safe) / safe + (np.exp(-safe) - 1.0) / safe**2
         )
         return result

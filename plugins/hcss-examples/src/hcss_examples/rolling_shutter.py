@@ -1,6 +1,7 @@
 """A rolling shutter: each row is read later than the one before, while clouds and targets move."""
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
@@ -36,8 +37,8 @@ class RollingShutter:
             measured[:, window[0]] = self._inputs.scene_at(time_s + float(delay), *window)
         return Measured(measured)
 
-    def _late(self, row: Array) -> Array:
+    def _late(self, row: NDArray[np.int_]) -> Array:
         """Time in s at which rows of the frame are read; ``corner`` may lie above the image."""
         together = self._of.rows_together
-        result: Array = (self._inputs.corner[0] + row) // together * together * self._of.delay
+        result: Array = np.asarray((self._inputs.corner[0] + row) // together * together, float) * self._of.delay
         return result
