@@ -2,9 +2,9 @@
 
 Land: reflectances of surface types from NPOESS, as in the Community Radiative Transfer Model (CRTM) of NOAA/NESDIS
 (P. van Delst, ``Create_NPOESS_EmisCoeff.f90``, 2011; public domain, US government), at the wavelengths of that table.
-Ice: 1 - Fresnel reflectance at normal incidence of ``optical_constants/ice.csv``. Snow: J. Dozier and S. G. Warren,
-Water Resour. Res. 18, 1424 (1982): 0.985 to 0.990 from 8 to 14 um for all grain sizes; snow is nearly black beyond
-2.7 um.
+Ice: 1 - Fresnel reflectance at normal incidence of ``optical_constants/ice.csv``. Snow: one value, our choice, at all
+wavelengths; from 8 to 14 um near the zenith, J. Dozier and S. G. Warren, Water Resour. Res. 18, 1424 (1982), compute
+0.98 to 0.99. Coarse grains emit less (J. W. Salisbury et al., J. Geophys. Res. 99, 24235, 1994).
 
 Run as ``python catalogs/recipes/surface_emissivity.py``.
 """
@@ -46,7 +46,7 @@ TYPES = {
     "sand": "NPOESS sand",
     "rock": "NPOESS rock",
     "ice": "smooth ice Ih",
-    "snow": "snow of any grain size",
+    "snow": "snow of fine grains, one value at all wavelengths (our choice)",
 }
 
 
@@ -73,7 +73,7 @@ def main() -> None:
         title="Emissivity of surfaces of the Earth",
         source="land: 1 - reflectance of NPOESS surface types, as in the Community Radiative Transfer Model of "
         "NOAA/NESDIS (Create_NPOESS_EmisCoeff.f90, P. van Delst 2011); ice: Warren and Brandt, J. Geophys. Res. 113, "
-        "D14220 (2008), by Fresnel's equations at normal incidence; snow: Dozier and Warren, Water Resour. Res. 18, "
+        "D14220 (2008), by Fresnel's equations at normal incidence; snow: after Dozier and Warren, Water Resour. Res. 18, "
         "1424 (1982)",
         rights="NPOESS table: public domain (US government); others: facts",
         made_by="recipes/surface_emissivity.py",
