@@ -27,6 +27,8 @@ _PIXELS: Mapping[str, tuple[float, float, str]] = {
     "cloud_top_temperature": (276, 281, "float32"),
     "sea_slope_x": (-0.2, 0.2, "float32"),
     "sea_slope_y": (-0.2, 0.2, "float32"),
+    "surface_class": (0, 2, "uint8"),
+    "surface_temperature": (270, 310, "float32"),
     "element": (0, 3, "uint8"),
     "element_share": (0, 1, "float32"),
     "element_source": (1, 5, "float32"),

@@ -44,7 +44,8 @@ def gained(*tracks, **scene):
     plan = planned(*tracks, **scene)
     result = frame(plan)
     plain = replace(plan, assembly=replace(plan.assembly, elements=()))
-    plain = replace(plain, variables=tuple(each for each in plan.variables if each.needs != "elements"))
+    without = tuple(each for each in plan.variables if each.needs != "elements")
+    plain = replace(plain, variables=without, computed=without)
     return result["radiance"].astype(float) - frame(plain)["radiance"], plan, result
 
 

@@ -81,6 +81,7 @@ def staged(layers, shapes, sun=(30.0, 0.0), view=(0.0, 0.0), shadows=True, paral
     for layer, shape in zip(plan.layers, shapes, strict=True):
         margin = slant.margin(layer, PIXEL_M)
         generators.append(DisplacedClouds(HandMade(shape, margin), margin, slant.of_view(layer, PIXEL_M)))
+    variables = tuple(expand(["all"], plan.assembly.model.terms, len(layers), shadows=True))
     return replace(
         plan,
         assembly=replace(
@@ -89,7 +90,8 @@ def staged(layers, shapes, sun=(30.0, 0.0), view=(0.0, 0.0), shadows=True, paral
         sun_track=FixedSun(Sun(*sun, 1.0)),
         sun_zenith_deg=np.array([sun[0]]),
         sun_azimuth_deg=np.array([sun[1]]),
-        variables=tuple(expand(["all"], plan.assembly.model.terms, len(layers), shadows=True)),
+        variables=variables,
+        computed=variables,
     )
 
 

@@ -145,7 +145,7 @@ def test_another_api_version_says_whose_turn_it_is(version, whose_turn):
         registry.resolve("atmosphere", "grey")
 
 
-LATER = "hcss_register_surfaces"
+LATER = "hcss_register_cameras"
 """A hook that this version lacks, as an older engine lacks those of later versions."""
 
 
