@@ -126,8 +126,8 @@ class SensorLaws:
             assert not still.calls, "the sensor calls scene_at and has no attribute instants"
             pytest.skip("the sensor asks for no other instants")
         for time_s, rows, columns in still.calls:
-            after = time_s - inputs.frame_interval_s
-            assert instants[0] - 1e-9 <= after <= instants[1] + 1e-9, f"{after:g} s after the frame, not in {instants}"
+            late = time_s - inputs.frame_interval_s
+            assert instants[0] - 1e-9 <= late <= instants[1] + 1e-9, f"{late:g} s after the frame, not in {instants}"
             assert 0 <= rows.start <= rows.stop <= inputs.grid.rows, rows
             assert 0 <= columns.start <= columns.stop <= inputs.grid.columns, columns
         reached = [0.0]
@@ -166,9 +166,8 @@ class SensorLaws:
         corner = inputs.corner[0] + top, inputs.corner[1] + left
         own = dataclasses.replace(inputs, grid=grid, corner=corner)
         scene, part = self._quarters(inputs), np.s_[:, top : top + rows, left : left + columns]
-        instants, still = getattr(provider, "instants", None), inputs.scene_at
-        changes = isinstance(still, StillScene) and instants is not None and any(instants)
-        with still.brightening(0.2 / max(map(abs, instants))) if changes else contextlib.nullcontext():
+        latest, still = max(map(abs, getattr(provider, "instants", (0.0, 0.0)))), inputs.scene_at
+        with still.brightening(0.2 / latest) if isinstance(still, StillScene) and latest else contextlib.nullcontext():
             whole = measure(provider, inputs, scene).radiance[part]
             alone = measure(self.make_provider(own), own, frozen(scene[part])).radiance
         inner = np.s_[:, reach : rows - reach, reach : columns - reach]

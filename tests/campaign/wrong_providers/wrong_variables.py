@@ -146,7 +146,7 @@ def exchanged(right, one, other):
 
         return Changed(provider, values=values)
 
-    return Wrong(f"{right}.exchanged.{one}", right, f"{one} and {other} are exchanged", wrap)
+    return Wrong(f"{right}.exchanged.{one}-{other}", right, f"{one} and {other} are exchanged", wrap)
 
 
 def _but(table, *names):
