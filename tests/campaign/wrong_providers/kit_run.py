@@ -75,9 +75,11 @@ class _Run:
         only = {item: self._laws[item.parent.name] for item in items}
         items[:] = [item for item, law in only.items() if law is None or item.originalname == f"test_{law}"]
 
-    def pytest_runtest_protocol(self, item):
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item):
         """Leave out the laws after those that have refused a provider."""
-        return True if self._most and len(self.broken.get(item.parent.name, ())) >= self._most else None
+        if self._most and len(self.broken.get(item.parent.name, ())) >= self._most:
+            pytest.skip("refused already")
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item):
