@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     )
     from hcss_twin.testing.sea import SeaModelContract
     from hcss_twin.testing.sensor import SensorContract
-    from hcss_twin.testing.surfaces import SurfaceContract
+    from hcss_twin.testing.surfaces import KnownSurface, SurfaceContract
     from hcss_twin.testing.variable_samples import sample_fields, sample_variable_inputs
     from hcss_twin.testing.variables import VariableContract
 
@@ -52,6 +52,7 @@ __all__ = [
     "CloudGeneratorContract",
     "ElementContract",
     "KnownElement",
+    "KnownSurface",
     "OpticsContract",
     "PlainGas",
     "PlainOptics",
@@ -88,6 +89,7 @@ _HOME = {
     "CloudGeneratorContract": "clouds",
     "ElementContract": "elements",
     "KnownElement": "elements",
+    "KnownSurface": "surfaces",
     "OpticsContract": "optics",
     "PlainScene": "elements",
     "RadianceModelContract": "radiance",

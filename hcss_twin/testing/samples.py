@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -259,21 +260,32 @@ class StillScene:
         Time, rows and columns of each call since the frame began.
     change_per_s : float
         Relative change of the radiance.
+    time_s : float
+        Of the frame that is measured.
     """
 
     def __init__(self) -> None:
         self.calls: list[tuple[float, slice, slice]] = []
-        self.change_per_s = 0.0
-        self._radiance, self._time_s = frozen([]), 0.0
+        self.change_per_s, self.time_s = 0.0, 0.0
+        self._radiance = frozen([])
 
     def begin(self, radiance: Array, time_s: float) -> None:
         """Take the frame that is measured, and its time."""
-        self._radiance, self._time_s, self.calls = radiance, time_s, []
+        self._radiance, self.time_s, self.calls = radiance, time_s, []
+
+    @contextlib.contextmanager
+    def brightening(self, change_per_s: float) -> Iterator[None]:
+        """Let the scene brighten with time for a while."""
+        self.change_per_s = change_per_s
+        try:
+            yield
+        finally:
+            self.change_per_s = 0.0
 
     def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return a window of the frame at a time."""
         self.calls.append((time_s, rows, columns))
-        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self._time_s)))
+        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self.time_s)))
 
 
 def sample_surface_inputs(points_per_s: int = 0) -> SurfaceInputs:

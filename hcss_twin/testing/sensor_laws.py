@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from typing import Any
 
@@ -14,6 +15,12 @@ from hcss_twin.testing.samples import StillScene, frozen
 RADIANCE_TOLERANCE = 0.3
 """Allowed relative difference between measured and true radiance, averaged over a quarter of the image."""
 
+LEAST_USED = 0.01
+"""Share of the declared instants that calls reach."""
+
+CORNER = (5, 9)
+"""Row and column of a window's first pixel."""
+
 
 class SensorLaws:
     """Laws of a sensor; part of ``SensorContract``."""
@@ -23,6 +30,10 @@ class SensorLaws:
     def make_provider(self, inputs: SensorInputs) -> Sensor:
         """Return the provider under test."""
         raise NotImplementedError("define make_provider(self, inputs)")
+
+    def known_delay_s(self, inputs: SensorInputs) -> Array | None:
+        """Return how long after the frame each pixel is measured, in the mean (y, x); override to have it checked."""
+        return None
 
     def test_each_quarter_is_measured_in_its_place(self, inputs: SensorInputs) -> None:
         """Radiance of a scene of four grey quarters, other ones in each band: mean of each quarter within 30 %."""
@@ -115,15 +126,53 @@ class SensorLaws:
             assert not still.calls, "the sensor calls scene_at and has no attribute instants"
             pytest.skip("the sensor asks for no other instants")
         for time_s, rows, columns in still.calls:
-            after = time_s - inputs.frame_interval_s
-            assert instants[0] - 1e-9 <= after <= instants[1] + 1e-9, f"{after:g} s after the frame, not in {instants}"
+            late = time_s - inputs.frame_interval_s
+            assert instants[0] - 1e-9 <= late <= instants[1] + 1e-9, f"{late:g} s after the frame, not in {instants}"
             assert 0 <= rows.start <= rows.stop <= inputs.grid.rows, rows
             assert 0 <= columns.start <= columns.stop <= inputs.grid.columns, columns
-        still.change_per_s = 0.2 / max(map(abs, instants)) if any(instants) else 0.0
-        assert not still.change_per_s or not _same(before, measure(provider, inputs, scene, 1)), (
-            "instants have no effect"
+        reached = [0.0]
+        for frame in range(3):
+            measure(provider, inputs, scene, frame)
+            reached += [time_s - frame * inputs.frame_interval_s for time_s, *_ in still.calls]
+        assert max(reached) - min(reached) >= LEAST_USED * (instants[1] - instants[0]), (
+            f"asks at {min(reached):g} to {max(reached):g} s after frames, and declares {instants}"
         )
-        still.change_per_s = 0.0
+        if any(instants):
+            with still.brightening(0.2 / max(map(abs, instants))):
+                after = measure(provider, inputs, scene, 1)
+            assert not _same(before, after), "instants have no effect"
+
+    def test_pixels_are_measured_when_it_is_known(self, inputs: SensorInputs) -> None:
+        """The mean time of each pixel is that of ``known_delay_s``, to a hundredth of the longest."""
+        known = self.known_delay_s(inputs)
+        if known is None:
+            pytest.skip("define known_delay_s(self, inputs) to have the time checked at which pixels are measured")
+        still, longest = _asked_for(inputs), float(np.max(np.abs(known)))
+        provider, scene = self.make_provider(inputs), self._quarters(inputs)
+        before = measure(provider, inputs, scene, 1).radiance
+        with still.brightening(0.2 / longest):
+            after = measure(provider, inputs, scene, 1).radiance
+        late = (after / before - 1.0) * longest / 0.2
+        np.testing.assert_allclose(late, np.broadcast_to(known, late.shape), rtol=0.0, atol=0.01 * longest)
+
+    def test_a_window_is_measured_as_the_image(self, inputs: SensorInputs) -> None:
+        """A window, by its ``corner``, is that part of the image; rounding may change 1 % of the pixels."""
+        provider = self.make_provider(inputs)
+        reach, (top, left) = provider.declares.reach_pixels, CORNER
+        rows, columns = inputs.grid.rows - top - 3, inputs.grid.columns - left - 4
+        if reach is None or 2 * reach >= min(rows, columns):
+            pytest.skip("each pixel depends on a large part of the frame")
+        grid = dataclasses.replace(inputs.grid, rows=rows, columns=columns)
+        corner = inputs.corner[0] + top, inputs.corner[1] + left
+        own = dataclasses.replace(inputs, grid=grid, corner=corner)
+        scene, part = self._quarters(inputs), np.s_[:, top : top + rows, left : left + columns]
+        latest, still = max(map(abs, getattr(provider, "instants", (0.0, 0.0)))), inputs.scene_at
+        with still.brightening(0.2 / latest) if isinstance(still, StillScene) and latest else contextlib.nullcontext():
+            whole = measure(provider, inputs, scene).radiance[part]
+            alone = measure(self.make_provider(own), own, frozen(scene[part])).radiance
+        inner = np.s_[:, reach : rows - reach, reach : columns - reach]
+        same = np.isclose(alone[inner], whole[inner], rtol=1e-6, atol=1e-9 * np.max(np.abs(whole)))
+        assert np.mean(same) >= 0.99, f"{np.mean(~same):.0%} of the pixels differ with the corner {corner}"
 
     def _quarters(self, inputs: SensorInputs) -> Array:
         low, high = self.scene_W_m2_sr

@@ -2,21 +2,61 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from hcss_twin.providers import Array, SurfaceInputs, SurfaceMap, SurfaceProvider
-from hcss_twin.providers.common import FRACTION_TOLERANCE, KELVIN_TOLERANCE, check_surface_classes
+from hcss_twin.providers import Array, SeaModel, SurfaceInputs, SurfaceMap, SurfaceProvider
+from hcss_twin.providers.common import KELVIN_TOLERANCE, check_surface_classes
 from hcss_twin.testing.contract import ProviderContract
+from hcss_twin.testing.laws import sea as sea_laws
 from hcss_twin.testing.samples import frozen, sample_surface_inputs, sample_wavenumbers
+from hcss_twin.testing.sea import SeaModelContract
 
 PLAUSIBLE_K = (150.0, 400.0)
 """Temperatures of sea, land and ice in kelvin; another unit is outside."""
 
 _MARGIN = 5
 """Rows and columns beyond the image that are asked for, as a sensor's blur does."""
+
+
+_WINDOW_CM1 = 900.0
+"""Where natural surfaces emit best."""
+
+_OF_ANY_SURFACE: tuple[Callable[[SeaModel, Array], None], ...] = (
+    SeaModelContract().test_emissivity_shape_type_and_range,
+    SeaModelContract().test_brdf_shape_type_and_range,
+    SeaModelContract().test_result_does_not_depend_on_batching,
+    sea_laws.albedo_and_emissivity_sum_to_one,
+    sea_laws.no_more_is_reflected_than_is_not_emitted,
+    sea_laws.brdf_is_reciprocal,
+)
+
+
+@dataclass(frozen=True)
+class KnownSurface:
+    """What the author of a surface knows of one place.
+
+    Attributes
+    ----------
+    latitude, longitude : float
+        Degrees.
+    name : str
+        Class there.
+    temperature_K : float, optional
+        Temperature there, to 0.1 K, if the class has one.
+    time_s : float
+        Time after the start.
+    """
+
+    latitude: float
+    longitude: float
+    name: str
+    temperature_K: float | None = None
+    time_s: float = 0.0
 
 
 class SurfaceContract(ProviderContract):
@@ -28,10 +68,16 @@ class SurfaceContract(ProviderContract):
         Times of the calls.
     is_still : bool
         Whether the surface is the same at all times.
+    known : tuple of KnownSurface
+        Places whose class and temperature are checked: no other law can know them.
+    least_emissivity : float
+        Lowest emissivity of a boundary at 900 cm-1; lower for bare metals.
     """
 
     times_s: tuple[float, ...] = (0.0, 2.0, 7.5)
     is_still: bool = True
+    known: tuple[KnownSurface, ...] = ()
+    least_emissivity: float = 0.5
 
     def make_provider(self, inputs: SurfaceInputs) -> SurfaceProvider:
         """Return the provider under test."""
@@ -71,6 +117,8 @@ class SurfaceContract(ProviderContract):
             for number, each in enumerate(provider.classes):
                 if isinstance(each.temperature_K, tuple):
                     assert ground.temperature_K is not None
+                    assert ground.temperature_K.shape == ground.number.shape
+                    assert ground.temperature_K.dtype.kind == "f"
                     here = ground.temperature_K[ground.number == number]
                     assert np.all(np.isfinite(here)), each.name
                     low, high = each.temperature_K
@@ -79,13 +127,33 @@ class SurfaceContract(ProviderContract):
     def test_a_window_has_the_points_of_the_image(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
         """Windows, and rows outside the image, change no bit of a point."""
         rows, columns = inputs.grid.rows, inputs.grid.columns
-        cuts = (slice(-_MARGIN, 7), slice(7, 8), slice(8, rows + _MARGIN)), (
-            slice(-_MARGIN, columns // 2), slice(columns // 2, columns + _MARGIN))  # fmt: skip
+        cuts = [
+            [slice(*ends) for ends in pairwise((-_MARGIN, *inner, size + _MARGIN))]
+            for inner, size in (((7, 8, rows // 2 + 3), rows), ((columns // 2, columns // 2 + 5), columns))
+        ]
         for time in self.times_s:
             pieces = [[_values(provider, inputs, provider.surface(time, y, x)) for x in cuts[1]] for y in cuts[0]]
             together = np.concatenate([np.concatenate(row, axis=-1) for row in pieces], axis=-2)
             inside = together[:, _MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
             np.testing.assert_array_equal(inside, _values(provider, inputs, _whole(provider, inputs, time)))
+
+    def test_the_ground_is_that_of_the_window(self, inputs: SurfaceInputs) -> None:
+        """Places that a call asks for, if any, reach around the window or just to its edges."""
+        asked: list[tuple[slice, slice]] = []
+
+        def ground(time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+            asked.append((rows, columns))
+            return inputs.ground(time_s, rows, columns)
+
+        provider = self.make_provider(replace(inputs, ground=ground))
+        window = slice(3, inputs.grid.rows - 7), slice(9, inputs.grid.columns - 4)
+        asked.clear()
+        provider.surface(self.times_s[0], *window)
+        if not asked:
+            pytest.skip("the surface does not ask for places")
+        for name, own, seen in zip(("rows", "columns"), window, zip(*asked, strict=True), strict=True):
+            first, last = min(each.start for each in seen), max(each.stop for each in seen)
+            assert first <= own.start < own.stop <= last, f"{name} {first} to {last} for {own.start} to {own.stop}"
 
     def test_times_may_come_in_any_order(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
         """Results depend on time alone, not on earlier calls."""
@@ -93,6 +161,34 @@ class SurfaceContract(ProviderContract):
         other = self.make_provider(inputs)
         backward = [_values(other, inputs, _whole(other, inputs, time)) for time in reversed(self.times_s)]
         np.testing.assert_array_equal(forward, backward[::-1])
+
+    def test_a_surface_that_is_not_still_changes(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
+        """Where ``is_still`` is False, two of ``times_s`` differ."""
+        if self.is_still:
+            pytest.skip("the surface is still")
+        first, *others = (_values(provider, inputs, _whole(provider, inputs, time)) for time in self.times_s)
+        assert any(np.any(each != first) for each in others), "time has no influence, but is_still is False"
+
+    def test_places_are_those_that_are_known(self, inputs: SurfaceInputs) -> None:
+        """Class and temperature at each place of ``known``."""
+        if not self.known:
+            pytest.skip("set known = (KnownSurface(...), ...) to have classes and temperatures of places checked")
+        for place in self.known:
+
+            def ground(time_s: float, rows: slice, columns: slice, at: KnownSurface = place) -> tuple[Array, Array]:
+                shape = rows.stop - rows.start, columns.stop - columns.start
+                return frozen(np.full(shape, at.latitude)), frozen(np.full(shape, at.longitude))
+
+            provider = self.make_provider(replace(inputs, ground=ground))
+            found = provider.surface(place.time_s, slice(0, 1), slice(0, 1))
+            here = provider.classes[int(found.number[0, 0])]
+            assert here.name == place.name, f"'{here.name}' at {place}"
+            if place.temperature_K is not None:
+                kelvin = here.temperature_K
+                if isinstance(kelvin, tuple):
+                    assert found.temperature_K is not None
+                    kelvin = float(found.temperature_K[0, 0])
+                assert kelvin == pytest.approx(place.temperature_K, abs=0.1), f"{kelvin} K at {place}"
 
     def test_the_map_moves_with_the_ground(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
         """As the platform moves by whole points, the map moves by as many, unless the surface changes with time."""
@@ -111,22 +207,23 @@ class SurfaceContract(ProviderContract):
         if expected.temperature_K is not None and seen.temperature_K is not None:
             np.testing.assert_allclose(seen.temperature_K, expected.temperature_K, atol=1e-3)
 
-    def test_emissivity_and_albedo_of_each_class_sum_to_1(self, provider: SurfaceProvider) -> None:
-        """Emissivity plus the integral of BRDF times cosine over the sky is 1 in each direction, within 0.1."""
-        x, weight = np.polynomial.legendre.leggauss(32)
-        turns = (np.arange(32) + 0.5) * np.pi / 32
-        cosine, turn = (each.ravel() for each in np.meshgrid(0.5 * (x + 1.0), turns, indexing="ij"))
-        share = np.repeat(0.5 * weight, turns.size) * 2.0 * np.pi * cosine / turns.size
+    def test_boundaries_obey_the_laws_of_a_sea_model(self, provider: SurfaceProvider) -> None:
+        """Those of any surface, and an emissivity that is not a reflectance."""
         for each in provider.classes:
             boundary = each.boundary
             if boundary is None:  # the scenario's sea, or a Lambertian surface of the engine
                 continue
-            wavenumber = sample_wavenumbers(boundary.declares, 5)
-            for mu in (1.0, 0.5):
-                emissivity = boundary.emissivity(wavenumber, frozen([mu]))[0]
-                assert np.all((emissivity >= -FRACTION_TOLERANCE) & (emissivity <= 1.0 + FRACTION_TOLERANCE)), each.name
-                brdf = boundary.brdf(wavenumber, frozen(np.full(cosine.size, mu)), frozen(cosine), frozen(turn))
-                np.testing.assert_allclose(emissivity + share @ brdf, 1.0, atol=0.1, err_msg=each.name)
+            wavenumber = sample_wavenumbers(boundary.declares, 4)
+            try:
+                for check in _OF_ANY_SURFACE:
+                    check(boundary, wavenumber)
+                low, high = boundary.declares.valid.get("wavenumber_cm1", (_WINDOW_CM1, _WINDOW_CM1))
+                if low <= _WINDOW_CM1 <= high:
+                    upward = boundary.emissivity(frozen([_WINDOW_CM1]), frozen([1.0]))[0, 0]
+                    assert upward >= self.least_emissivity, f"emissivity at {_WINDOW_CM1:g} cm-1 is {upward:g}"
+            except Exception as error:
+                error.add_note(f"the boundary of class '{each.name}'")
+                raise
 
 
 def _whole(provider: SurfaceProvider, inputs: SurfaceInputs, time_s: float) -> SurfaceMap:

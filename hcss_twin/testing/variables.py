@@ -25,13 +25,20 @@ class VariableContract(ProviderContract):
     ----------
     times_s : tuple of float
         Times of the calls.
+    known_tolerance : float
+        Allowed difference from ``known``, relative to its largest value.
     """
 
     times_s: tuple[float, ...] = (0.0, 7.5)
+    known_tolerance: float = 1e-5
 
     def make_provider(self, inputs: VariableInputs) -> VariableProvider:
         """Return the provider under test."""
         raise NotImplementedError("define make_provider(self, inputs)")
+
+    def known(self, inputs: VariableInputs, fields: Values, time_s: float) -> Values | None:
+        """Return what a closed form says of some or all variables; override to have values checked."""
+        return None
 
     @pytest.fixture
     def inputs(self) -> VariableInputs:
@@ -75,6 +82,20 @@ class VariableContract(ProviderContract):
             there = array[~np.isnan(array)] if array.dtype.kind == "f" else array
             assert there.size, f"{name} is missing in every pixel"
             assert there.min() < there.max(), f"{name} is {there.flat[0]} in every pixel"
+
+    def test_values_are_those_of_a_closed_form(
+        self, provider: VariableProvider, inputs: VariableInputs, fields: Values
+    ) -> None:
+        """Values are what ``known`` says, and missing where it says so."""
+        if self.known(inputs, fields, self.times_s[0]) is None:
+            pytest.skip("define known(self, inputs, fields, time_s) to have values checked: no other law can know them")
+        for time in self.times_s:
+            values = _of(provider, fields, time)
+            for name, expected in (self.known(inputs, fields, time) or {}).items():
+                largest = float(np.nanmax(np.abs(expected)))
+                np.testing.assert_allclose(
+                    values[name], expected, rtol=0.0, atol=self.known_tolerance * largest, err_msg=name
+                )
 
     def test_a_pixel_depends_on_itself_alone(
         self, provider: VariableProvider, inputs: VariableInputs, fields: Values

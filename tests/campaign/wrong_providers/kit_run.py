@@ -4,6 +4,7 @@ import os
 import signal
 import tempfile
 import threading
+from collections import Counter
 from pathlib import Path
 from types import ModuleType
 from unittest import mock
@@ -26,45 +27,59 @@ def kit_of(right, wrong, folder):
     return type("TestProvider", (kit,), {"make_provider": make_provider})
 
 
-def laws_broken(right, wrong=None, only=None, most=1):
-    """Return the laws that refuse a provider, in the order of the kit, each once; empty: it passes.
+def laws_broken(cases, most=1):
+    """Return the laws that refuse each provider, in the order of the kit, and the seconds that they took.
+
+    Many providers at once share the start of pytest, a third of a second.
 
     Parameters
     ----------
-    right : Right
-    wrong : Wrong, optional
-        A change of it.
-    only : str, optional
-        A pytest expression that selects laws.
+    cases : list of (Right, Wrong or None, str or None)
+        A right provider, the change that makes it wrong, and the only law to be tried; None: all laws.
     most : int
-        Stop after so many refusals; 0: never.
+        Stop after so many refusals of one provider; 0: never.
     """
     plain = mock.patch.dict(os.environ, {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"})
     with tempfile.TemporaryDirectory() as folder, plain:
-        run = _Run(kit_of(right, wrong, Path(folder)))
-        options = [f"--maxfail={most}", "--capture=no", *(["-k", only] if only else [])]
+        kits, laws = {}, {}
+        for number, (right, wrong, law) in enumerate(cases):
+            own = Path(folder) / str(number)
+            own.mkdir()
+            kits[f"TestProvider{number}"], laws[f"TestProvider{number}"] = kit_of(right, wrong, own), law
+        run = _Run(kits, laws, most)
+        options = ["--capture=no"]
         for name in ("cacheprovider", "terminal", "warnings", "faulthandler"):
             options += ["-p", f"no:{name}"]
         pytest.main([__file__, "-c", os.devnull, "--rootdir", folder, *options], plugins=[run])
-    if not run.laws:
-        raise RuntimeError(f"no law of the kit was run on {right.name}")
-    return list(dict.fromkeys(run.broken))
+    for (right, _, law), name in zip(cases, kits, strict=True):
+        if name not in run.broken:
+            raise RuntimeError(f"no law of the kit was run on {right.name}: {law or 'all'}")
+    return [(list(dict.fromkeys(run.broken[name])), run.seconds[name]) for name in kits]
 
 
 class _Run:
-    """A pytest plugin that collects one class and notes what fails."""
+    """A pytest plugin that collects classes by name, and notes the laws that fail."""
 
-    def __init__(self, kit):
-        self._kit = kit
-        self.laws = 0
-        self.broken = []
+    def __init__(self, kits, laws, most):
+        self._kits, self._laws, self._most = kits, laws, most
+        self.broken, self.seconds = {}, Counter()
 
     def pytest_collect_file(self, file_path, parent):
         if file_path == Path(__file__):
             module = _Module.from_parent(parent, path=file_path)
-            module.kit = self._kit
+            module.kits = self._kits
             return module
         return None
+
+    def pytest_collection_modifyitems(self, items):
+        only = {item: self._laws[item.parent.name] for item in items}
+        items[:] = [item for item, law in only.items() if law is None or item.originalname == f"test_{law}"]
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item):
+        """Leave out the laws after those that have refused a provider."""
+        if self._most and len(self.broken.get(item.parent.name, ())) >= self._most:
+            pytest.skip("refused already")
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item):
@@ -79,16 +94,18 @@ class _Run:
             signal.signal(signal.SIGPROF, before)
 
     def pytest_runtest_logreport(self, report):
-        self.laws += report.when == "call"
+        *_, kit, law = report.nodeid.split("::")
+        self.seconds[kit] += report.duration
+        if report.when == "call":
+            self.broken.setdefault(kit, [])
         if report.failed:
-            law = report.nodeid.rpartition("::")[2].partition("[")[0].removeprefix("test_")
-            self.broken.append(law)
+            self.broken.setdefault(kit, []).append(law.partition("[")[0].removeprefix("test_"))
 
 
 class _Module(pytest.Module):
     def _getobj(self):
-        module = ModuleType("kit_of_one_provider")
-        module.TestProvider = self.kit
+        module = ModuleType("kits")
+        vars(module).update(self.kits)
         return module
 
 

@@ -4,14 +4,13 @@ They are those of this package with different parameters, the small ones of ``te
 of the kit, and two kinds of cloud generators that a kit may easily misjudge.
 """
 
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cache
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import right_maps_and_variables
+import right_shutters
+from right_kit import Right, builtin, kit
 
 from hcss_twin import testing
 from hcss_twin.core.catalog import Catalog
@@ -20,67 +19,8 @@ from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudDeclaration, Declaration, ElementPixels
-from hcss_twin.providers.registry import Registry
-from hcss_twin.providers.registry.guard import guard
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "contract"))
-
-from stranger import atmosphere, clouds, elements, optics, radiance, sea, sensor
-
-discovered = cache(Registry.discover)
-
-WAVENUMBERS = 4
-"""Wavenumbers of a call; the cost of most laws is in proportion to them."""
-
-
-@dataclass(frozen=True)
-class Right:
-    """A right provider: its name, kind and what it is, and a function that makes its kit class for a folder of files.
-
-    ``cheap``: the kit takes about a second.
-    """
-
-    name: str
-    kind: str
-    sentence: str
-    kit: Callable[[Path], type]
-    cheap: bool = True
-
-
-def builtin(kind, name, inputs, **parameters):
-    """A provider of this package behind its guard, as the engine uses it."""
-    registry = discovered()
-    entry = registry.resolve(kind, f"hcss-twin/{name}")
-    provider = registry.create(entry, inputs, registry.parameters_model(entry)(**parameters))
-    return guard(entry, provider, inputs)
-
-
-class Few:
-    """Few wavenumbers."""
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider):
-        return testing.sample_wavenumbers(provider.declares, WAVENUMBERS)
-
-
-CONTRACTS = {
-    "clouds": testing.CloudGeneratorContract,
-    "sea": testing.SeaModelContract,
-    "optics": testing.OpticsContract,
-    "atmosphere": testing.TransmittanceContract,
-    "radiance": testing.RadianceModelContract,
-    "sensors": testing.SensorContract,
-    "elements": testing.ElementContract,
-}
-
-
-def kit(kind, make, inputs=None, **members):
-    """Return a function that makes a kit class for providers ``make(inputs)``, with other members if given."""
-    bases = (CONTRACTS[kind],) if kind in ("clouds", "sensors", "elements") else (Few, CONTRACTS[kind])
-    own = {"make_provider": lambda self, given: make(given), **members}
-    if inputs is not None:
-        own["inputs"] = pytest.fixture(lambda self: inputs())
-    return lambda folder: type("TestProvider", bases, dict(own))
+from stranger import atmosphere, clouds, elements, optics, radiance, sea, sensor  # isort: skip
 
 
 def field_mode(self, coverage=0.5, seed=1):
@@ -186,10 +126,9 @@ COUNTS = {
 
 def right_providers():
     """Return all of them."""
-    return [
-        Right(*each)
-        for each in (*_clouds(), *_sea(), *_optics(), *_atmosphere(), *_radiance(), *_sensors(), *_elements())
-    ]
+    here = (_clouds, _sea, _optics, _atmosphere, _radiance, _sensors, _elements)
+    elsewhere = (right_maps_and_variables.surfaces, right_maps_and_variables.variables, right_shutters.sensors)
+    return [Right(*each) for rows in (*here, *elsewhere) for each in rows()]
 
 
 def _clouds():

@@ -6,9 +6,12 @@ python tests/campaign/wrong_providers/wrong_providers.py       # prints name and
 import wrong_atmosphere
 import wrong_clouds
 import wrong_elements
+import wrong_maps
 import wrong_radiance
 import wrong_sensors
+import wrong_shutters
 import wrong_surfaces_and_particles
+import wrong_variables
 
 
 def wrong_providers():
@@ -21,6 +24,9 @@ def wrong_providers():
         *wrong_radiance.wrong_providers(),
         *wrong_sensors.wrong_providers(),
         *wrong_elements.wrong_providers(),
+        *wrong_maps.wrong_providers(),
+        *wrong_variables.wrong_providers(),
+        *wrong_shutters.wrong_providers(),
     ]
 
 
