@@ -76,9 +76,9 @@ BURN_IN = 0.2
 LONGEST = 50.0
 """Minimum chain length after burn-in in autocorrelation times, for a reliable estimate of that time."""
 
-LARGEST_R_HAT = 1.02
-"""Half a walker has 25 draws or more, where R-hat of stationary chains is about 1.006 +- 0.005; the largest of
-many parameters must pass too. Stuck walkers give far larger values."""
+LARGEST_R_HAT = 1.01
+"""Recommended by Vehtari et al. (2021). Halves of stationary walkers with 25 nearly independent draws, of the shortest
+chains allowed, have 1.006 +- 0.005; stuck walkers give far larger values."""
 
 
 @dataclass(frozen=True)
