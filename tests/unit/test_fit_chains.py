@@ -56,7 +56,7 @@ def test_autocorrelation_time_is_that_of_an_autoregressive_process(coefficient):
     chain = autoregressive(coefficient, 4000, 32)
     found = judge(ONE, chain, 1000)
     assert found.autocorrelation_time[0] == pytest.approx((1 + coefficient) / (1 - coefficient), rel=0.06)
-    # The effective sample size is that of the thinned draws: there are never more.
+    # The effective sample size is that of the thinned draws.
     draws = stored(chain, found.every)[..., 0]
     assert found.mixing == {"H": mixing(draws)}
     rest = coefficient**found.every
