@@ -23,7 +23,7 @@ class Provider:
 
     def __init__(self, inputs: SurfaceInputs, parameters: Parameters) -> None:
         self._ground, self._parameters = inputs.ground, parameters
-        self.classes = (SurfaceClass("sea"), SurfaceClass("sand", parameters.temperature))
+        self.classes: tuple[SurfaceClass, ...] = (SurfaceClass("sea"), SurfaceClass("sand", parameters.temperature))
 
     def surface(self, time_s: float, rows: slice, columns: slice) -> SurfaceMap:
         """Return 1 for points of the island, 0 for sea."""
