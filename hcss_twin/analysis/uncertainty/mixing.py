@@ -108,4 +108,4 @@ def _effective_size(draws: Array) -> float:
         # The first even lag after them reduces the bias of antithetic chains.
         time += max(float(correlation[2 * positive]), 0.0)
     size = chains * count
-    return size / max(time, 1.0 / math.log10(size))
+    return float(size / max(time, 1.0 / math.log10(size)))
