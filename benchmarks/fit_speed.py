@@ -61,7 +61,7 @@ def main() -> None:
             wall, used = time.perf_counter(), time.process_time()
             found = fit_targets(targets, Path(folder) / "p.nc", [(each.source, "") for each in targets], options)
             wall, used = time.perf_counter() - wall, time.process_time() - used
-        size = min(each["effective_sample_size"] for each in found.diagnostics.values())
+        size = min(each["bulk_effective_sample_size"] for each in found.diagnostics.values())
         note = " (the first run loads kernels)" if run == 0 else ""
         print(f"{size:.0f} effective samples, {wall:.1f} s, {used:.1f} s of processor time{note}")
 

@@ -56,7 +56,7 @@ def made_up_posterior(path: Path) -> Path:
         "Ly": 8.0 * np.exp(size + rng.normal(0.0, 0.1, shape)),
         "coverage": np.clip(rng.normal(0.5, 0.06, shape), 0.05, 0.95),
     }
-    told = Diagnostic("made up", "none", 1.0, float(size.size), 1.0)
+    told = Diagnostic("made up", "none", 1.0)
     write_posterior(
         path,
         title="made up",

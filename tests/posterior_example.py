@@ -4,7 +4,7 @@ import numpy as np
 
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, write_posterior
 
-TOLD = Diagnostic("parameter", "uniform:0:1", 30.0, 1200.0, 1.004)
+TOLD = Diagnostic("parameter", "uniform:0:1", 30.0)
 
 
 def example_posterior(path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shape=(4, 50), attributes=None):

@@ -78,7 +78,7 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     "--samples",
     type=click.FloatRange(100, 1e6),
     default=1000.0,
-    help="Required effective sample size of every parameter.",
+    help="Required bulk and tail effective sample size of the stored draws of every parameter.",
 )
 @click.option(
     "--max-steps",
@@ -132,12 +132,20 @@ def fit_command(
             posterior = fit(images, output, choice=ImageChoice(**options), progress=report, **sampling)
     summary = _summary(posterior)
     notes = str(posterior.attributes["notes"]).splitlines()
+    p_values = posterior.predictive_p_values
     if as_json:
-        answer = {"posterior": str(output), "parameters": summary, "fixed": posterior.fixed, "notes": notes}
+        answer = {
+            "posterior": str(output),
+            "parameters": summary,
+            "fixed": posterior.fixed,
+            "predictive_p_values": [p for _, p in p_values],
+            "notes": notes,
+        }
         click.echo(json.dumps(answer))
     else:
         fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
-        click.echo("\n".join([*notes, *_table(summary), *fixed_lines, str(output)]))
+        p_lines = [f"{name}: posterior predictive p = {p:.2g}" for name, p in p_values]
+        click.echo("\n".join([*notes, *_table(summary), *fixed_lines, *p_lines, str(output)]))
 
 
 def _fixed(name: str, value: str) -> float | str:
@@ -192,7 +200,8 @@ def _summary(found: Posterior) -> dict[str, dict[str, Any]]:
 
 
 def _table(summary: dict[str, dict[str, Any]]) -> list[str]:
-    lines = [f"{'':<18} {'mean':>9} {'sd':>9} {'5 %':>9} {'50 %':>9} {'95 %':>9} {'ESS':>7} {'R-hat':>6}"]
+    header = [f"{name:>9}" for name in ("mean", "sd", "5 %", "50 %", "95 %", "bulk ESS", "tail ESS", "R-hat")]
+    lines = [" ".join([f"{'':<18}", *header])]
     for name, each in summary.items():
         several = isinstance(each["mean"], list)
         for image in range(len(each["mean"]) if several else 1):
@@ -200,5 +209,7 @@ def _table(summary: dict[str, dict[str, Any]]) -> list[str]:
             values = [number[image] for number in numbers] if several else numbers
             label = f"{name}, image {image + 1}" if several else name
             row = " ".join(f"{value:>9.4g}" for value in values)
-            lines.append(f"{label:<18} {row} {each['effective_sample_size']:>7.0f} {each['split_r_hat']:>6.3f}")
+            size, tail = each["bulk_effective_sample_size"], each["tail_effective_sample_size"]
+            r_hat = each["rank_normalized_split_r_hat"]
+            lines.append(f"{label:<18} {row} {size:>9.0f} {tail:>9.0f} {r_hat:>9.3f}")
     return lines

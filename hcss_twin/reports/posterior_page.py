@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.posterior_file import VERSION_ATTRIBUTE, Posterior, read_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.reports import posterior_figures as figures
@@ -22,8 +22,13 @@ from hcss_twin.reports.tables import Table
 CORNER_PARAMETERS = 8
 """Maximum number of parameters in a corner plot; more would be too small to read."""
 
-_DIAGNOSTICS = {"autocorrelation_time_steps": ".4g", "effective_sample_size": ".5g", "split_r_hat": ".4f"}
-_SHOWN = {"title", "inputs", "priors", "converged", "Conventions", VERSION_ATTRIBUTE}
+_DIAGNOSTICS = {
+    "autocorrelation_time_steps": ".4g",
+    "bulk_effective_sample_size": ".5g",
+    "tail_effective_sample_size": ".5g",
+    "rank_normalized_split_r_hat": ".4f",
+}
+_SHOWN = {"predictive_p_value", "title", "inputs", "priors", "converged", "Conventions", VERSION_ATTRIBUTE}
 
 
 @dataclass(frozen=True)
@@ -176,11 +181,16 @@ def _convergence(contents: PosteriorContents) -> Iterator[Block]:
     yield element("p", badge("converged", "good"))  # without convergence there is no page
     rows = [
         [name, *(f"{float(each[key]):{digits}}" for key, digits in _DIAGNOSTICS.items())]
-        for name, each in contents.attributes.items()
-        if set(_DIAGNOSTICS) <= set(each)
+        for name, each in contents.posterior.diagnostics.items()
     ]
-    header = ["parameter", "autocorrelation time, steps", "effective sample size", "split R-hat"]
-    yield Table(header, rows, "Of all steps after burn-in; split R-hat is 1 where the halves of all chains agree.")
+    header = ["parameter", "autocorrelation time, steps", "bulk ESS", "tail ESS", "rank-normalized split R-hat"]
+    draws = next(iter(contents.posterior.chains.values()))
+    caption = (
+        f"Effective sample sizes (ESS) of the {draws.shape[0] * draws.shape[1]} stored draws, for their location "
+        "(bulk) and for their 5 and 95 % quantiles (tail), and R-hat, which is 1 where the halves of all chains agree "
+        "(Vehtari et al. 2021); each walker is a chain."
+    )
+    yield Table(header, rows, caption)
     traced = contents.traces or contents.parameters(2)
     if traced:
         shown = dict(list(traced.items())[:CORNER_PARAMETERS])
@@ -205,6 +215,14 @@ def _priors(contents: PosteriorContents) -> Block:
 
 
 def _prediction(contents: PosteriorContents) -> Iterator[Block]:
+    p_values = contents.posterior.predictive_p_values
+    if p_values:
+        caption = (
+            "Fraction of the images drawn from the posterior whose variogram lies at least as far from the mean as the "
+            f"image's. Below {SUSPICIOUS:g}, no fractal field has such a variogram, and intervals are too narrow."
+        )
+        rows = [[name, f"{p:.2g}"] for name, p in p_values]
+        yield Table(["image", "posterior predictive p-value"], rows, caption, text_columns=1)
     variogram = contents.variogram
     if variogram is None:
         yield note("The file holds no variogram to compare with.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from hcss_twin.analysis.matching.dimension_range import empty_frame
 from hcss_twin.analysis.matching.structure import simulate_image
 from hcss_twin.analysis.uncertainty import chains, fit
 from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
@@ -57,8 +59,11 @@ def test_an_image_gives_a_posterior_and_an_answer(here):
     for name, value in (("H", 0.4), ("Lx", 75.0), ("Ly", 100.0)):
         told = answer["parameters"][name]
         assert abs(np.log(told["mean"] / value)) < 4 * told["standard_deviation"] / told["mean"]
-        assert told["effective_sample_size"] >= 200
-        assert told["split_r_hat"] <= 1.02
+        assert told == told | asdict(mixing(found.chains[name]))
+        assert told["bulk_effective_sample_size"] >= 200
+        assert told["tail_effective_sample_size"] >= 200
+        assert told["rank_normalized_split_r_hat"] <= 1.01
+    assert answer["predictive_p_values"] == [found.attributes["predictive_p_value"]]
     with xr.open_dataset("p.nc") as file:
         assert json.loads(file.attrs["inputs"])[0]["name"] == "clouds1.npy"
         assert file.trace.sizes["step"] <= 500
@@ -121,7 +126,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
     mean = np.average(hurst, weights=weight)
     deviation = np.sqrt(np.average((hurst - mean) ** 2, weights=weight))
     drawn = found.samples["H"]
-    error = deviation / np.sqrt(found.diagnostics["H"]["effective_sample_size"])
+    error = deviation / np.sqrt(found.diagnostics["H"]["bulk_effective_sample_size"])
     assert abs(drawn.mean() - mean) < 4 * error
     assert drawn.std() == pytest.approx(deviation, rel=0.15)
     # A larger dimension is a smaller Hurst exponent.

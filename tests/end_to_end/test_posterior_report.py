@@ -6,6 +6,7 @@ import pytest
 from pages import read_page
 
 import hcss_twin
+from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
 from hcss_twin.core.errors import HcssError
 from hcss_twin.reports.posterior_figures import mass_levels, prior_density
@@ -14,14 +15,17 @@ from hcss_twin.reports.posterior_page import read_contents
 RANDOM = np.random.default_rng(5)
 CHAINS = {"H": RANDOM.normal(0.4, 0.03, (8, 40)), "Lx": RANDOM.lognormal(2.0, 0.1, (8, 40))}
 PRIORS = {"H": "uniform:0.02:0.98", "Lx": "loguniform:1:50"}
+DIAGNOSED = {
+    name: [f"{size:.5g}" for size in (each.bulk_effective_sample_size, each.tail_effective_sample_size)]
+    + [f"{each.rank_normalized_split_r_hat:.4f}"]
+    for name, each in ((name, mixing(draws)) for name, draws in CHAINS.items())
+}
 LAGS = np.array([1, 2, 4, 8])
 
 
 def written(path, **changes):
     chains = changes.get("chains", CHAINS)
-    told = {
-        name: Diagnostic(f"meaning of {name}", PRIORS.get(name, "uniform:0:1"), 30.5, 1234.0, 1.0042) for name in chains
-    }
+    told = {name: Diagnostic(f"meaning of {name}", PRIORS.get(name, "uniform:0:1"), 30.5) for name in chains}
     values = {
         "title": "Clouds <of> a test",
         "inputs": [("image.nc", "ab" * 32)],
@@ -45,7 +49,8 @@ def check(images=()):
 
 def test_parameters_convergence_and_provenance_are_those_of_the_file(tmp_path):
     trace = (("H", "Lx"), np.zeros((2, 8, 50)))
-    page = hcss_twin.report(written(tmp_path / "p.nc", variogram=check(), trace=trace))
+    told = {"predictive_p_value": [0.37]}
+    page = hcss_twin.report(written(tmp_path / "p.nc", variogram=check(), trace=trace, attributes=told))
     found = read_page(page)
     rows = found.table("parameter", "meaning", "median")
     for row, (name, draws) in zip(rows, CHAINS.items(), strict=False):
@@ -54,8 +59,10 @@ def test_parameters_convergence_and_provenance_are_those_of_the_file(tmp_path):
         assert row == [name, f"meaning of {name}", *numbers]
     assert rows[2][:3] == ["gamma", "fixed", "2"]
     assert found.table("parameter", "autocorrelation time, steps") == [
-        [name, "30.5", "1234", "1.0042"] for name in CHAINS
+        [name, "30.5", *DIAGNOSED[name]] for name in CHAINS
     ]
+    assert "of the 320 stored draws" in found.text
+    assert found.table("image", "posterior predictive p-value") == [["image.nc", "0.37"]]
     assert found.table("parameter", "prior") == [[name, text] for name, text in PRIORS.items()]
     assert found.table("file", "SHA-256") == [["image.nc", "ab" * 32]]
     correlation = np.corrcoef(CHAINS["H"].ravel(), CHAINS["Lx"].ravel())[0, 1]

@@ -12,11 +12,12 @@ from hcss_twin.analysis.uncertainty.chains import (
     converge,
     extend,
     judge,
-    split_r_hat,
+    stored,
     walkers_of,
 )
 from hcss_twin.analysis.uncertainty.fit import _pilot
 from hcss_twin.analysis.uncertainty.fit_run import Checkpoint, FitState
+from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.core.errors import PosteriorError
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
@@ -28,7 +29,13 @@ def normal(position):
     return -0.5 * np.einsum("ni,ij,nj->n", away, PRECISION, away)
 
 
-NORMAL = SimpleNamespace(log_probability=normal, moves=lambda: SingleModel.moves(None))
+NORMAL = SimpleNamespace(
+    names=("H", "gamma"),
+    log_probability=normal,
+    moves=lambda: SingleModel.moves(None),
+    values=lambda position: {"H": position[..., 0], "gamma": position[..., 1]},
+)
+ONE = SimpleNamespace(names=("H",), values=lambda position: {"H": position[..., 0]})
 
 
 def start(seed=0):
@@ -46,37 +53,36 @@ def autoregressive(coefficient, steps, walkers, seed=0):
 
 @pytest.mark.parametrize("coefficient", [0.0, 0.5, 0.9])
 def test_autocorrelation_time_is_that_of_an_autoregressive_process(coefficient):
-    found = judge(autoregressive(coefficient, 4000, 32), 1000)
+    chain = autoregressive(coefficient, 4000, 32)
+    found = judge(ONE, chain, 1000)
     assert found.autocorrelation_time[0] == pytest.approx((1 + coefficient) / (1 - coefficient), rel=0.06)
-    assert found.effective_size[0] == pytest.approx(4000 * 32 / found.autocorrelation_time[0])
-
-
-def test_split_r_hat_is_one_for_one_distribution_and_more_for_several():
-    chain = autoregressive(0.0, 2000, 8)
-    assert split_r_hat(chain)[0] == pytest.approx(1.0, abs=2e-3)
-    drifting = chain + np.linspace(0, 2, 2000)[:, None, None]
-    apart = chain + np.linspace(0, 2, 8)[None, :, None]
-    for bad in (drifting, apart):
-        assert split_r_hat(bad)[0] > 1.05
-    # Halves at -1 and 1 with unit variance: between-variance 1 (times 16 / 15), by hand.
-    halves = chain + np.where(np.arange(2000) < 1000, -1.0, 1.0)[:, None, None]
-    assert split_r_hat(halves)[0] == pytest.approx(np.sqrt(1 + 16 / 15), rel=0.01)
+    # The effective sample size is that of the thinned draws.
+    draws = stored(chain, found.every)[..., 0]
+    assert found.mixing == {"H": mixing(draws)}
+    rest = coefficient**found.every
+    assert found.mixing["H"].bulk_effective_sample_size == pytest.approx(draws.size * (1 - rest) / (1 + rest), rel=0.1)
 
 
 def test_a_walker_that_is_stuck_is_seen():
     chain = autoregressive(0.5, 4000, 32)
-    assert judge(chain, 1000).has_converged
+    assert judge(ONE, chain, 1000).has_converged
     chain[:, 5] = 9.0 + 0.1 * chain[:, 5]
-    found = judge(chain, 1000)
+    found = judge(ONE, chain, 1000)
     assert not found.has_converged
-    assert any("split R-hat of H" in line for line in found.complaints(("H",)))
+    assert any("rank-normalized split R-hat of H" in line for line in found.complaints(("H",)))
+
+
+def test_a_chain_that_is_too_short_or_does_not_move_has_not_converged():
+    for chain in (autoregressive(0.5, 3, 32), np.ones((600, 32, 1)), np.tile(np.arange(32.0)[:, None], (600, 1, 1))):
+        assert judge(ONE, chain, 100).fraction < 1.0
 
 
 def test_chains_have_mean_and_covariance_of_their_target():
     chains, found = converge(NORMAL, start(), 2000, 20_000, lambda *_: None)
     assert found.has_converged
-    drawn = chains.positions[chains.after_burn_in].reshape(-1, 2)
-    error = np.sqrt(np.diag(COVARIANCE) / found.effective_size)
+    drawn = stored(chains.positions[chains.after_burn_in], found.every).reshape(-1, 2)
+    size = [found.mixing[name].bulk_effective_sample_size for name in NORMAL.names]
+    error = np.sqrt(np.diag(COVARIANCE) / size)
     assert np.all(np.abs(drawn.mean(axis=0) - MEAN) < 4 * error)
     np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.1)
 
@@ -123,7 +129,6 @@ def test_states_are_not_written_all_the_time(tmp_path):
 
 def test_a_pilot_leaves_a_point_that_most_of_its_candidates_are():
     """Walkers that all begin at one point have no differences to jump by, and looked converged."""
-    model = SimpleNamespace(names=("H", "gamma"), **vars(NORMAL))
     candidates = np.concatenate([np.tile(MEAN, (500, 1)), np.random.default_rng(0).standard_normal((200, 2))])
-    drawn = _pilot(model, candidates, np.random.default_rng(1))
+    drawn = _pilot(NORMAL, candidates, np.random.default_rng(1))
     np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.3)

@@ -1,18 +1,20 @@
 """The file of a posterior."""
 
 import json
+from dataclasses import asdict
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
+from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, read_posterior, write_posterior
 from hcss_twin.core.errors import PosteriorError
 
 RNG = np.random.default_rng(0)
-H = RNG.uniform(0.3, 0.5, (4, 5))
-TOLD = Diagnostic("Hurst exponent", "uniform:0:1", 30.0, 1200.0, 1.004)
+H = RNG.uniform(0.3, 0.5, (4, 8))
+TOLD = Diagnostic("Hurst exponent", "uniform:0:1", 30.0)
 
 
 def write(path, **changes):
@@ -53,8 +55,7 @@ def test_xarray_reads_dimensions_and_diagnostics(tmp_path):
             "units": "1",
             "prior": "uniform:0:1",
             "autocorrelation_time_steps": 30.0,
-            "effective_sample_size": 1200.0,
-            "split_r_hat": 1.004,
+            **asdict(mixing(H)),
         }
         assert file.log_probability.dims == ("chain", "draw")
         assert file.trace.dims == ("parameter", "chain", "step")
@@ -66,16 +67,16 @@ def test_xarray_reads_dimensions_and_diagnostics(tmp_path):
         assert file.axis.astype(str).values.tolist() == ["x", "y"]
         assert file.attrs["converged"] == "true"
         assert file.attrs["fixed_gamma"] == 2.0
-        assert file.attrs["hcss_posterior_version"] == 1
+        assert file.attrs["hcss_posterior_version"] == 2
 
 
 def test_several_images_have_an_axis_of_their_own(tmp_path):
     path = tmp_path / "posterior.nc"
-    each = RNG.uniform(0, 1, (4, 5, 3))
+    each = RNG.uniform(0, 1, (4, 8, 3))
     write(path, chains={"mean_H": H, "H": each}, diagnostics={"mean_H": TOLD, "H": TOLD})
     samples = read_posterior(path).samples
-    assert samples["mean_H"].shape == (20,)
-    np.testing.assert_array_equal(samples["H"], each.reshape(20, 3))
+    assert samples["mean_H"].shape == (32,)
+    np.testing.assert_array_equal(samples["H"], each.reshape(32, 3))
 
 
 def test_the_same_posterior_has_the_same_bytes(tmp_path):
@@ -96,7 +97,7 @@ def damage(path, attribute, value):
     ("attribute", "value", "message"),
     [
         ("hcss_posterior_version", None, "not a posterior"),
-        ("hcss_posterior_version", np.int32(2), "allowed: 1"),
+        ("hcss_posterior_version", np.int32(3), "3, allowed: 1 or 2"),
         ("converged", "false", "not converged"),
     ],
 )
@@ -106,6 +107,30 @@ def test_a_file_of_another_kind_is_refused(tmp_path, attribute, value, message):
     damage(path, attribute, value)
     with pytest.raises(PosteriorError, match=message):
         read_posterior(path)
+
+
+def test_a_file_of_version_1_has_the_diagnostics_of_its_draws(tmp_path):
+    path = tmp_path / "posterior.nc"
+    write(path)
+    expected = read_posterior(path)
+    with netCDF4.Dataset(path, "a") as file:
+        file.hcss_posterior_version = np.int32(1)
+        for name in Mixing.__dataclass_fields__:
+            file["H"].delncattr(name)
+        file["H"].setncatts({"effective_sample_size": 1e6, "split_r_hat": 1.0})
+    found = read_posterior(path)
+    assert found.diagnostics == expected.diagnostics
+    np.testing.assert_array_equal(found.chains["H"], H)
+
+
+def test_p_values_carry_the_names_of_their_images(tmp_path):
+    path = tmp_path / "posterior.nc"
+    write(path)
+    assert read_posterior(path).predictive_p_values == []
+    write(path, attributes={"predictive_p_value": [0.25]})
+    assert read_posterior(path).predictive_p_values == [("image.nc", 0.25)]
+    write(path, inputs=[("a.nc", "ab"), ("b.nc", "cd")], attributes={"predictive_p_value": [0.25, 0.0]})
+    assert read_posterior(path).predictive_p_values == [("a.nc", 0.25), ("b.nc", 0.0)]
 
 
 def test_a_missing_or_broken_file_is_named(tmp_path):
@@ -119,7 +144,7 @@ def test_a_missing_or_broken_file_is_named(tmp_path):
 
 def test_draws_that_are_no_numbers_are_refused(tmp_path):
     path = tmp_path / "posterior.nc"
-    write(path, chains={"H": np.full((4, 5), np.nan)})
+    write(path, chains={"H": np.full((4, 8), np.nan)})
     with pytest.raises(PosteriorError, match="not finite"):
         read_posterior(path)
 

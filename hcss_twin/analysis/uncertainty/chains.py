@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
+from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Space
 from hcss_twin.core.arrays import Array
 
@@ -75,9 +76,9 @@ BURN_IN = 0.2
 LONGEST = 50.0
 """Minimum chain length after burn-in in autocorrelation times, for a reliable estimate of that time."""
 
-LARGEST_R_HAT = 1.02
-"""The mean over half of a walker's n steps has a variance of 2 tau / n, so split R-hat of stationary chains is about 1
-+ tau / n, or 1.02 at the minimum number of steps. Stuck walkers give far larger values."""
+LARGEST_R_HAT = 1.01
+"""Recommended by Vehtari et al. (2021). Halves of stationary walkers with 25 nearly independent draws, of the shortest
+chains allowed, have 1.006 +- 0.005; stuck walkers give far larger values."""
 
 
 @dataclass(frozen=True)
@@ -85,13 +86,16 @@ class Convergence:
     """Convergence diagnostics of chains with ``steps`` per walker after burn-in.
 
     The integrated autocorrelation time (D,) is in steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5,
-    65 (2010)); the effective sample size (D,), which must reach ``wanted``, is the steps of all walkers divided by it;
-    split R-hat (D,) compares halves of walkers.
+    65 (2010)). ``mixing`` has the diagnostics of the draws that would be stored, by parameter: every ``every``-th step
+    of each walker. Both effective sample sizes must reach ``wanted``.
+
+    Each walker is a chain. Walkers propose moves from the positions of others, but are independent of them at any one
+    step once they are stationary, as the ensemble samples the product of their densities. Any pooling of walkers would
+    hide one that is stuck.
     """
 
     autocorrelation_time: Array
-    effective_size: Array
-    split_r_hat: Array
+    mixing: dict[str, Mixing]
     steps: int
     wanted: float
 
@@ -100,11 +104,11 @@ class Convergence:
         """Approximate progress toward convergence; 1 or more if the chains have converged."""
         parts = [
             self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
-            float(np.min(self.effective_size)) / self.wanted,
+            float(np.min([each.smallest_size for each in self.mixing.values()])) / self.wanted,
             # The excess of R-hat above 1 of a stationary chain is inversely proportional to its length.
-            (LARGEST_R_HAT - 1.0) / max(float(np.max(self.split_r_hat)) - 1.0, 1e-9),
+            (LARGEST_R_HAT - 1.0) / max(float(np.max(self._r_hat)) - 1.0, 1e-9),
         ]
-        least = min(parts)
+        least = float(np.min(parts))
         return least if math.isfinite(least) else 0.0
 
     @property
@@ -114,7 +118,7 @@ class Convergence:
 
     def complaints(self, names: tuple[str, ...]) -> list[str]:
         """Describe the criteria that are not met, each with the worst parameter."""
-        tau, size, r_hat = self.autocorrelation_time, self.effective_size, self.split_r_hat
+        tau, parameters = self.autocorrelation_time, list(self.mixing)
         worst = int(np.argmax(np.nan_to_num(tau, nan=math.inf)))
         lines = []
         if not self.steps >= LONGEST * tau[worst]:
@@ -122,39 +126,48 @@ class Convergence:
                 f"{self.steps} steps after burn-in are {self.steps / tau[worst]:.0f} autocorrelation times of "
                 f"{names[worst]} ({tau[worst]:.0f} steps), needed: {LONGEST:g}"
             )
-        worst = int(np.argmin(np.nan_to_num(size, nan=-math.inf)))
-        if not size[worst] >= self.wanted:
-            lines.append(f"effective sample size of {names[worst]} {size[worst]:.0f}, needed: {self.wanted:g}")
-        worst = int(np.argmax(np.nan_to_num(r_hat, nan=math.inf)))
-        if not r_hat[worst] <= LARGEST_R_HAT:
-            lines.append(f"split R-hat of {names[worst]} {r_hat[worst]:.3f}, needed: {LARGEST_R_HAT} or less")
+        for kind in ("bulk", "tail"):
+            size = [getattr(each, f"{kind}_effective_sample_size") for each in self.mixing.values()]
+            worst = int(np.argmin(np.nan_to_num(size, nan=-math.inf)))
+            if not size[worst] >= self.wanted:
+                found = f"{kind} effective sample size of {parameters[worst]} {size[worst]:.0f}"
+                lines.append(f"{found}, needed: {self.wanted:g}")
+        worst = int(np.argmax(np.nan_to_num(self._r_hat, nan=math.inf)))
+        if not self._r_hat[worst] <= LARGEST_R_HAT:
+            lines.append(
+                f"rank-normalized split R-hat of {parameters[worst]} {self._r_hat[worst]:.3f}, "
+                f"needed: {LARGEST_R_HAT} or less"
+            )
         return lines
 
+    @property
+    def every(self) -> int:
+        """Steps between stored draws: the longest autocorrelation time; 1 where it is unknown."""
+        longest = float(np.max(self.autocorrelation_time))
+        return math.ceil(longest) if math.isfinite(longest) else 1
 
-def judge(chain: Array, wanted: float) -> Convergence:
-    """Compute the diagnostics of chains (steps, walkers, D) without burn-in, in any units."""
+    @property
+    def _r_hat(self) -> list[float]:
+        return [each.rank_normalized_split_r_hat for each in self.mixing.values()]
+
+
+def judge(model: PosteriorModel, chain: Array, wanted: float) -> Convergence:
+    """Compute the diagnostics of chains (steps, walkers, D) without burn-in."""
     from emcee.autocorr import integrated_time
 
-    steps, walkers, _ = chain.shape
     # A walker that never moved has no autocorrelation time: NaN, which counts as not converged.
     with np.errstate(invalid="ignore", divide="ignore"):
         tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
     # Times below one step are not resolved.
     tau = np.maximum(tau, 1.0)
-    return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)
+    found = Convergence(tau, {}, chain.shape[0], wanted)
+    draws = model.values(stored(chain, found.every))
+    return replace(found, mixing={name: mixing(values) for name, values in draws.items()})
 
 
-def split_r_hat(chain: Array) -> Array:
-    """Return the split potential scale reduction factor (D,) of chains (steps, walkers, D).
-
-    A. Gelman et al., Bayesian Data Analysis, 3rd ed. (2013), section 11.4.
-    """
-    half = chain.shape[0] // 2
-    halves = np.concatenate([chain[:half], chain[half : 2 * half]], axis=1)
-    within = halves.var(axis=0, ddof=1).mean(axis=0)
-    between = halves.mean(axis=0).var(axis=0, ddof=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.sqrt((half - 1.0) / half + between / within))
+def stored(chain: Array, every: int) -> Array:
+    """Return the draws (walkers, draw, ...) that are stored of steps after burn-in (steps, walkers, ...)."""
+    return chain[::every].swapaxes(0, 1)
 
 
 # Steps before the first convergence check, after which a check follows each growth by 1 / _GROWTH.
@@ -222,7 +235,7 @@ def converge(
     """
     while True:
         done = chains.positions.shape[0]
-        convergence = judge(chains.positions[chains.after_burn_in], wanted) if done >= _FIRST else None
+        convergence = judge(model, chains.positions[chains.after_burn_in], wanted) if done >= _FIRST else None
         after_block(chains, convergence)
         if convergence is not None and (convergence.has_converged or done >= most_steps):
             return chains, convergence

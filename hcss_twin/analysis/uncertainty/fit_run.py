@@ -49,7 +49,7 @@ class FitOptions:
     seed : int
         Seed of simulations and chains.
     samples : float
-        Required effective sample size of every parameter.
+        Required bulk and tail effective sample size of the stored draws of every parameter.
     most_steps : int
         Maximum number of steps per walker.
     """

@@ -1,4 +1,4 @@
-"""Posterior file: NetCDF-4 with chains over (chain, draw), version 1."""
+"""Posterior file: NetCDF-4 with chains over (chain, draw), version 2; version 1 is read."""
 
 from __future__ import annotations
 
@@ -11,16 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.version import __version__
 
 VERSION_ATTRIBUTE = "hcss_posterior_version"
-VERSION = 1
+VERSION = 2
 
 PARAMETERS = ("H", "gamma", "Lx", "Ly", "coverage")
 """Parameters of one image, in their standard order."""
+
+SUSPICIOUS = 0.01
+"""Threshold of the predictive p-value, below which the image is unlike any fractal field."""
 
 _FIXED = "fixed_"
 _LOG_PROBABILITY = "log_probability"
@@ -33,15 +37,12 @@ class Diagnostic:
     """Attributes of a variable of the file.
 
     The prior is written as given, for example ``uniform:0.02:0.98``; the integrated autocorrelation time is in steps of
-    the sampler, the effective sample size is the steps of all walkers after burn-in divided by it, and split R-hat
-    compares the halves of all walkers.
+    the sampler. The file adds the :class:`~hcss_twin.analysis.uncertainty.mixing.Mixing` of the draws that it stores.
     """
 
     long_name: str
     prior: str
     autocorrelation_time_steps: float
-    effective_sample_size: float
-    split_r_hat: float
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ class Posterior:
     attributes : dict
         Global attributes of the file.
     diagnostics : dict of str to dict
-        Attributes of each of ``chains``, as in :class:`Diagnostic`.
+        Attributes of each of ``chains``, as in :class:`Diagnostic` and
+        :class:`~hcss_twin.analysis.uncertainty.mixing.Mixing`.
     """
 
     chains: dict[str, Array]
@@ -85,6 +87,17 @@ class Posterior:
     def samples(self) -> dict[str, Array]:
         """Concatenated draws of all chains: (n,), or (n, image) for parameters of several images."""
         return {name: values.reshape(-1, *values.shape[2:]) for name, values in self.chains.items()}
+
+    @property
+    def predictive_p_values(self) -> list[tuple[str, float]]:
+        """Name and posterior predictive p-value of each image; empty without images.
+
+        The p-value is the fraction of images drawn from the posterior whose variogram lies at least as far from the
+        mean as the image's.
+        """
+        found = np.atleast_1d(self.attributes.get("predictive_p_value", [])).tolist()
+        names = [str(each["name"]) for each in json.loads(self.attributes["inputs"])] if found else []
+        return list(zip(names, found, strict=True))
 
 
 def write_posterior(
@@ -172,13 +185,14 @@ def read_posterior(path: Path) -> Posterior:
                 for name, variable in dataset.variables.items()
                 if variable.dimensions[:2] == ("chain", "draw") and name != _LOG_PROBABILITY
             }
-            diagnostics = {
-                name: {each.name: dataset[name].getncattr(each.name) for each in fields(Diagnostic)} for name in chains
-            }
+            kept = fields(Diagnostic) + (fields(Mixing) if attributes[VERSION_ATTRIBUTE] == VERSION else ())
+            diagnostics = {name: {each.name: dataset[name].getncattr(each.name) for each in kept} for name in chains}
         except (OSError, RuntimeError, AttributeError) as error:
             raise PosteriorError(f"cannot read {path}: damaged: {error}") from error
     if not chains or not all(values.size and np.isfinite(values).all() for values in chains.values()):
         raise PosteriorError(f"cannot read {path}: damaged: no draws, or draws that are not finite")
+    if attributes[VERSION_ATTRIBUTE] == 1:  # whose sizes were those of the chains before they were thinned
+        diagnostics = {name: each | asdict(mixing(chains[name])) for name, each in diagnostics.items()}
     fixed = {name.removeprefix(_FIXED): float(value) for name, value in attributes.items() if name.startswith(_FIXED)}
     return Posterior(chains, fixed, attributes, diagnostics)
 
@@ -187,15 +201,15 @@ def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
     version = attributes.get(VERSION_ATTRIBUTE)
     if version is None:
         raise PosteriorError(f"cannot read {path}: it is not a posterior of hcss fit")
-    if version != VERSION:
-        raise PosteriorError(f"cannot read {path}: {VERSION_ATTRIBUTE} {version}, allowed: {VERSION}")
+    if version not in (1, VERSION):
+        raise PosteriorError(f"cannot read {path}: {VERSION_ATTRIBUTE} {version}, allowed: 1 or {VERSION}")
     if attributes.get("converged") != "true":
         raise PosteriorError(f"cannot read {path}: its chains have not converged")
 
 
 def _write_chains(file: Any, chains: Mapping[str, Array], diagnostics: Mapping[str, Diagnostic]) -> None:
     for name, values in chains.items():
-        attributes = asdict(diagnostics[name])
+        attributes = asdict(diagnostics[name]) | asdict(mixing(values))
         _write(file, name, ("chain", "draw", "image")[: values.ndim], values, attributes.pop("long_name"))
         file[name].setncatts(attributes)
 

@@ -10,17 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel
+from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel, stored
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood, on_scales
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
-from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS, Diagnostic, VariogramCheck, write_posterior
 from hcss_twin.core.arrays import Array
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-
-SUSPICIOUS = 0.01
-"""Threshold of the predictive p-value, below which the image is unlike any fractal field."""
 
 _DRAWS = 2000
 
@@ -92,13 +89,13 @@ def write_result(
     seed: int,
     notes: Sequence[str],
 ) -> None:
-    """Thin chains to independent draws, check them against the images, and write the file.
+    """Thin chains to nearly independent draws, check them against the images, and write the file.
 
     Raises PosteriorError if the file cannot be written.
     """
-    every = math.ceil(float(np.max(convergence.autocorrelation_time)))
-    draws = chains.positions[chains.after_burn_in][::every].swapaxes(0, 1)
-    density = chains.log_probability[chains.after_burn_in][::every].T
+    every = convergence.every
+    draws = stored(chains.positions[chains.after_burn_in], every)
+    density = stored(chains.log_probability[chains.after_burn_in], every)
     values = model.values(draws)
     priors = json.loads(about["priors"])
     more = {name: value for name, value in about.items() if name != "priors"}
@@ -159,7 +156,7 @@ def _diagnostics(
     convergence: Convergence,
     priors: Mapping[str, str],
 ) -> dict[str, Diagnostic]:
-    """Return the attributes of each variable; for parameters of several images, those of the worst image."""
+    """Return the attributes of each variable; for parameters of several images, the longest time of all images."""
     diagnostics = {}
     for name in values:
         columns = [i for i, each in enumerate(model.names) if each == name or each.startswith(f"{name}[")]
@@ -172,13 +169,7 @@ def _diagnostics(
             meaning = f"standard deviation in the population{_ON_SCALE[kind.scale.kind]}: {meaning}"
         elif len(columns) > 1 or isinstance(model, PopulationModel):
             prior = "the population"
-        diagnostics[name] = Diagnostic(
-            meaning,
-            prior,
-            float(np.max(convergence.autocorrelation_time[columns])),
-            float(np.min(convergence.effective_size[columns])),
-            float(np.max(convergence.split_r_hat[columns])),
-        )
+        diagnostics[name] = Diagnostic(meaning, prior, float(np.max(convergence.autocorrelation_time[columns])))
     return diagnostics
 
 
