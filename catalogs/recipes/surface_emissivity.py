@@ -73,8 +73,8 @@ def main() -> None:
         title="Emissivity of surfaces of the Earth",
         source="land: 1 - reflectance of NPOESS surface types, as in the Community Radiative Transfer Model of "
         "NOAA/NESDIS (Create_NPOESS_EmisCoeff.f90, P. van Delst 2011); ice: Warren and Brandt, J. Geophys. Res. 113, "
-        "D14220 (2008), by Fresnel's equations at normal incidence; snow: after Dozier and Warren, Water Resour. Res. 18, "
-        "1424 (1982)",
+        "D14220 (2008), by Fresnel's equations at normal incidence; snow: after Dozier and Warren, Water Resour. Res. "
+        "18, 1424 (1982)",
         rights="NPOESS table: public domain (US government); others: facts",
         made_by="recipes/surface_emissivity.py",
         columns=(

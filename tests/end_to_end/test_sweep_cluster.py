@@ -148,7 +148,7 @@ def test_a_point_that_kills_its_worker_twice_has_failed_and_the_others_are_done(
     path = os.pathsep.join([str(tmp_path), *filter(None, [environment.get("PYTHONPATH")])])
     folder = tmp_path / "sweep"
     done = run(
-        [*HCSS, "sweep", "stratus", *SMALL, "--set", "clouds.generator=trap", "--over", "seed=[100, 101, 102, 103, 104]",
+        [*HCSS, "sweep", "stratus", *SMALL, "--set", "clouds.generator=trap", "--over", "seed=[100,101,102,103,104]",
          "-o", str(folder), "--workers", "2", "--json"],
         {**environment, "PYTHONPATH": path},
     )  # fmt: skip
