@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,8 +19,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import SURFACE_CLASS, SURFACE_TEMPERATURE
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
-from hcss_twin.plan.accuracy import Budget
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, with_largest_errors
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.surface_classes import SEA, SurfaceState
 from hcss_twin.plan.surfaces import TemperatureAxis
@@ -56,12 +55,8 @@ def tables_over_surfaces(plan: Plan, tables_of: Callable[[Plan], RadianceTables]
     assert plan.surfaces is not None
     each = tuple(tuple(tables_of(plan_over(plan, state)) for state in states) for states in plan.surfaces.states)
     every = [tables for states in each for tables in states]
-    largest = max(every, key=lambda tables: tables.spectrum.nodes.wavenumber_cm1.size)
-    errors = Budget(
-        **{field.name: max(getattr(tables.errors, field.name) for tables in every) for field in fields(Budget)}
-    )
     temperature = plan.surfaces.estimated_error
-    return replace(largest, errors=errors, over_surfaces=each, temperature_error=temperature)
+    return replace(with_largest_errors(every), over_surfaces=each, temperature_error=temperature)
 
 
 class SurfaceStage:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.accuracy import Budget
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import ImageViews, ViewAxis
 from hcss_twin.plan.windows import Window, points_of
@@ -52,11 +51,9 @@ def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -
     """
     assert plan.views is not None
     each = tuple(tables_of(toward) for toward in plans_over_views(plan))
-    largest = max(each, key=lambda tables: tables.spectrum.nodes.wavenumber_cm1.size)
-    errors = Budget(
-        **{field.name: max(getattr(tables.errors, field.name) for tables in each) for field in fields(Budget)}
-    )
-    return replace(largest, errors=replace(errors, views=plan.views.estimated_error), over_views=each)
+    largest = with_largest_errors(each)
+    errors = replace(largest.errors, views=plan.views.estimated_error)
+    return replace(largest, errors=errors, over_views=each)
 
 
 Thickness = NDArray[np.float32]

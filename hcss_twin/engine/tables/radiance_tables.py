@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
 import numpy as np
@@ -242,3 +243,10 @@ def _interval(nodes: tuple[float, ...], time_s: float) -> tuple[int, float]:
         return 0, 0.0
     index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
     return index, (time_s - nodes[index]) / (nodes[index + 1] - nodes[index])
+
+
+def with_largest_errors(every: Sequence[RadianceTables]) -> RadianceTables:
+    """Return the tables with the most wavenumbers, with the largest error of each kind among all tables."""
+    largest = max(every, key=lambda tables: tables.spectrum.nodes.wavenumber_cm1.size)
+    errors = {field.name: max(getattr(tables.errors, field.name) for tables in every) for field in fields(Budget)}
+    return replace(largest, errors=Budget(**errors))
