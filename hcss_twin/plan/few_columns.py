@@ -18,13 +18,34 @@ from hcss_twin.providers import RadianceModel, Sun
 class Omission:
     """An omission: what, why, and the largest radiance change it can cause.
 
-    ``bound`` is relative to the band radiance of any pixel; 0: no change; None: the replacement is equal
-    statistically (or as ``why`` says), not pixel by pixel.
+    Attributes
+    ----------
+    bound : float or None
+        Relative to the band radiance of any pixel; 0: no change; None: the replacement is equal statistically (or as
+        ``why`` says), not pixel by pixel.
+    estimate : float or None
+        Typical size, where the bound holds for rare pixels only.
+    sense : str
+        What the estimate means, such as ``98.9 % of the clear pixels``.
+    needs : str
+        Keys and values that would compute what is omitted; empty if no choice of keys does.
     """
 
     what: str
     why: str
     bound: float | None
+    estimate: float | None = None
+    sense: str = ""
+    needs: str = ""
+
+    @property
+    def size(self) -> float | None:
+        """The estimate if there is one, else the bound."""
+        return self.bound if self.estimate is None else self.estimate
+
+
+OMISSION_SHARE = 0.3
+"""Share of the accuracy for each omission: what the tables leave (:data:`hcss_twin.plan.accuracy.SHARES`)."""
 
 
 PER_BAND = 4
@@ -130,3 +151,14 @@ def largest_contrast(assembly: Assembly, known: Sequence[Mapping[str, Array]]) -
         lit = darkest > 0.0
         largest = max(largest, float(np.max(np.max(total, axis=0)[lit] / darkest[lit] - 1.0, initial=0.0)))
     return SAFETY_FACTOR * largest
+
+
+def typical_contrast(known: Sequence[Mapping[str, Array]]) -> float:
+    """Return the largest difference between two columns in any band, relative to their mean; 2 at most."""
+    largest = 0.0
+    for terms in known:
+        total = np.sum(list(terms.values()), axis=0)
+        high, low = np.max(total, axis=0), np.min(total, axis=0)
+        lit = high > 0.0
+        largest = max(largest, float(np.max(2.0 * (high - low)[lit] / (high + low)[lit], initial=0.0)))
+    return largest

@@ -18,6 +18,7 @@ from hcss_twin.plan.few_columns import (
     few_columns,
     largest_change,
     largest_contrast,
+    typical_contrast,
 )
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
@@ -62,13 +63,15 @@ GLINT_SAFETY_FACTOR = 1.05
 """Safety factor on the share of sunlight, for suns between the examined frames; the share is at most 1."""
 
 
-def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, radiance: bool) -> Iterator[Omission]:
+def slant_skipped(
+    assembly: Assembly, sun: SunFrames, contrast: float | None, typical: float | None, radiance: bool
+) -> Iterator[Omission]:
     """Yield the omissions of parallax and shadows.
 
     Parameters
     ----------
-    contrast : float or None
-        Largest relative difference between two pixels; None if unknown.
+    contrast, typical : float or None
+        Largest difference between two pixels, relative to the darker one, and to their mean; None if unknown.
     radiance : bool
         Whether radiance is requested.
     """
@@ -88,6 +91,9 @@ def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, ra
             f"slant.parallax is off: each cloud stands over the sea point seen through it, up to {farthest:.0f} m "
             f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
             contrast,
+            None if typical is None else _displaced(assembly) * typical,
+            "" if typical is None else "rms over the image, at most",
+            _slant_needs(assembly, "slant.parallax = true"),
         )
     if slant.shadows or not radiance or not sun.up.size:
         return
@@ -100,7 +106,28 @@ def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, ra
         f"{off}; the bound is the largest share of sunlight from the sea in the clear radiance of a band, at the "
         "first, the last and the frame nearest to the mirror direction"
     )
-    yield Omission(what, why if sea_sun_terms(assembly.model) else why.replace(" from the sea", ""), share)
+    named = bool(sea_sun_terms(assembly.model))
+    needs = _slant_needs(assembly, "slant.shadows = true", *(() if named else ("a radiance model with sea_sun_terms",)))
+    yield Omission(what, why if named else why.replace(" from the sea", ""), share, needs=needs)
+
+
+def _displaced(assembly: Assembly) -> float:
+    """Greatest rms difference between a field of clouds and a displaced one, relative to the step at their edges.
+
+    That of two uncorrelated masks of one coverage c, sqrt(2 c (1 - c)).
+    """
+    coverage = assembly.layers[0].coverage if len(assembly.layers) == 1 and assembly.has_clear_sky else 0.5
+    return math.sqrt(2.0 * coverage * (1.0 - coverage)) if 0.0 < coverage < 1.0 else math.sqrt(0.5)
+
+
+def _slant_needs(assembly: Assembly, *needs: str) -> str:
+    """Keys for slant paths, which leave the image."""
+    wanted = list(needs)
+    if any(layer.coverage_mode != "field" for layer in assembly.layers):
+        wanted.append('clouds.coverage_mode = "field"')
+    if not all(generator.declares.tileable for generator in assembly.generators):
+        wanted.append("a cloud generator of windows")
+    return " and ".join(wanted)
 
 
 def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
@@ -158,7 +185,7 @@ def list_omissions(
     yield from _clouds(assembly)
     if not radiance:
         # Masks change by whole pixels, and there is no radiance to bound.
-        yield from slant_skipped(assembly, sun, None, radiance)
+        yield from slant_skipped(assembly, sun, None, None, radiance)
         return
     yield Omission(
         "radiance of single pixels",
@@ -180,10 +207,14 @@ def list_omissions(
     )
     # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
+    typical = typical_contrast(list(known.values()))
     if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
-        yield Omission("clouds within the footprint of a pixel", why, contrast)
-    yield from slant_skipped(assembly, sun, contrast, radiance)
+        # Where a fraction f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
+        crossed = "mean over the pixels that the edge of a cloud crosses"
+        needs = "image.samples_per_pixel = 2 or more"
+        yield Omission("clouds within the footprint of a pixel", why, contrast, typical / 3.0, crossed, needs)
+    yield from slant_skipped(assembly, sun, contrast, typical, radiance)
 
 
 def _sunlight(sun: SunFrames, radiance: bool, faint: float | None) -> Iterator[Omission]:
@@ -241,7 +272,12 @@ def one_direction(
     if lit:
         bound = _bound_of_suns(assembly, columns, lit)
         corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
-        yield Omission("sun angles of single pixels", f"the sun is that of the image centre; {corners}", bound)
+        yield Omission(
+            "sun angles of single pixels",
+            f"the sun is that of the image centre; {corners}",
+            bound,
+            needs="a smaller image: no key computes it",
+        )
 
 
 def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None, Array]) -> Omission:
@@ -255,6 +291,7 @@ def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None
         "rays are parallel, one direction for the whole image; "
         + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
         bound,
+        needs="platform.altitude" if lines is None else "an atmosphere that knows these angles",
     )
 
 

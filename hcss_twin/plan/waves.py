@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,22 +12,28 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.sea.wave_field import thermal_contrast_bound, tilted_glint_bound
+from hcss_twin.models.sea.wave_field import MOST, MOST_SIGMAS, SIGMAS, thermal_contrast_bound, tilted_glint_bound
 from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.few_columns import Omission
+from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 
 WAVENUMBERS = 24
 """Number of wavenumbers per band."""
 
+LEVEL_FACTOR = 1.1
+"""Safety factor for the level of drawn waves, which keeps the mean radiance of the sea: it moves by up to 6 % of what
+the waves change."""
 
-def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None]) -> float:
-    """Return the greatest relative change of clear radiance in any band, for tilts of up to three standard deviations.
+
+def wave_bound(
+    assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None], any_pixel: bool
+) -> float:
+    """Return the greatest relative change of clear radiance in any band.
 
     Thermal radiance of the sea changes with its emissivity under a sky without emission, and reflected sunlight
     changes with the glint that reaches the sensor through the air, at most all sunlight of clear sky. Both are upper
@@ -43,6 +49,8 @@ def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: floa
         Bearing the wind comes from.
     suns : sequence of Sun or None
         Sun positions to evaluate.
+    any_pixel : bool
+        Whether to cover the tilts of any pixel, rather than those within three standard deviations.
     """
     grid = assembly.spectral_grid
     places = np.unique(np.concatenate([_sample(weights) for weights in grid.weights_cm1]))
@@ -54,7 +62,8 @@ def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: floa
     thermal = emissivity * planck(wavenumber, assembly.sea_temperature_K)
     turn = math.radians(view.azimuth_deg - wind_from_deg)
     along = math.hypot(rms[0] * math.cos(turn), rms[1] * math.sin(turn))
-    thermal *= thermal_contrast_bound(assembly.sea, wavenumber, mu, along)[0]
+    steepest = (math.hypot(*rms), MOST_SIGMAS) if any_pixel else (along, SIGMAS)
+    thermal *= thermal_contrast_bound(assembly.sea, wavenumber, mu, steepest[0], sigmas=steepest[1])[0]
     path = to_space(0.0, view.zenith_deg)
     seen = assembly.transmittance.transmittance(wavenumber, [path])[0]
     greatest = 0.0
@@ -68,10 +77,10 @@ def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: floa
             slope = float(assembly.sea.mean_square_slope)  # type: ignore[attr-defined]
             sunlight = np.sum([terms[name] for name in assembly.model.solar_terms], axis=0)
             sunlight = np.minimum(sunlight, seen * _glint(assembly, wavenumber, mu, sun))
-            change = change + tilted_glint_bound(mirror, slope, rms, toward_view) * (weights @ sunlight)
+            change = change + tilted_glint_bound(mirror, slope, rms, toward_view, any_pixel) * (weights @ sunlight)
         total = weights @ np.sum(list(terms.values()), axis=0)
         greatest = max(greatest, float(np.max(change[total > 0] / total[total > 0], initial=0.0)))
-    return greatest
+    return LEVEL_FACTOR * greatest
 
 
 def _horizontal(zenith_deg: float, azimuth_deg: float) -> tuple[float, float]:
@@ -131,7 +140,7 @@ def choose_waves(
     suns : sequence of Sun or None
         Sun positions for the bound; none if no radiance is needed.
     accuracy : float
-        Fraction of the radiance below which waves are negligible.
+        Relative to the radiance; waves are negligible below their share of it.
 
     Raises
     ------
@@ -163,16 +172,26 @@ def choose_waves(
         return None
     if not assembly.has_clear_sky:
         return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)
-    bound = None if suns else 0.0
+    bound, estimate = (None, None) if suns else (0.0, None)
     if suns and hasattr(sea, "mean_square_slope"):
         rms = sea.wave_slope_rms(assembly.grid.pixel_size_m)
-        bound = wave_bound(assembly, rms, scenario.sea.wind_from, suns)
+        bound, estimate = (wave_bound(assembly, rms, scenario.sea.wind_from, suns, each) for each in (True, False))
+    needs = [] if able else ["sea.model = 'rough-sea'"]
+    needs += ["slant.shadows = false"] if scenario.slant.shadows else []
+    omission = Omission(
+        WAVES,
+        'sea.waves = "averaged": every clear pixel is the mean sea',
+        bound,
+        estimate,
+        "" if estimate is None else MOST,
+        " and ".join(['sea.waves = "resolved"', *needs]),
+    )
     if mode == "averaged":
-        return Omission(WAVES, 'sea.waves = "averaged": every clear pixel is the mean sea', bound)
-    if not able or scenario.slant.shadows:
-        return Omission(WAVES, "the sea model has no waves as shapes, or shadows need the mean sea", bound)
-    if bound is not None and bound <= accuracy:
-        return Omission(WAVES, "they would change less than the accuracy asked for", bound)
+        return omission
+    if needs:
+        return replace(omission, why="the sea model has no waves as shapes, or shadows need the mean sea")
+    if bound is not None and bound <= OMISSION_SHARE * accuracy:
+        return replace(omission, why="they would change less than their share of the accuracy asked for")
     return None
 
 

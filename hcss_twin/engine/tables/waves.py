@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables, WaveTables
+from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import wind_sense
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import RadianceModel, Sun
-
-SIGMAS = 4.0
-"""Table limit in standard deviations; steeper waves, 6e-5 of all, are clipped to the limit."""
 
 FLOOR = 1e-6
 """Fraction of the total below which a term is not interpolated logarithmically."""
@@ -64,7 +62,7 @@ def compile_waves(
     sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
     changes, levels = zip(*(_change(each(*nodes), each.level(), sizes) for each in columns), strict=True)
     return WaveTables(
-        (SIGMAS * waves.rms[0], SIGMAS * waves.rms[1]),
+        (MOST_SIGMAS * waves.rms[0], MOST_SIGMAS * waves.rms[1]),
         tuple(np.ascontiguousarray(quantities.of(each).reshape(*sizes, -1), np.float32) for each in changes),
         levels,
         error + rest,
@@ -73,7 +71,7 @@ def compile_waves(
 
 def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
     """Totals (4, B) of clear columns at two standard deviations of either slope; they change with the sun."""
-    columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / SIGMAS
+    columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / MOST_SIGMAS
     still = np.zeros(1)
     total: Array = np.sum(np.concatenate((columns(far, still)[:, 0], columns(still, far)[0])), axis=1)
     return total
@@ -84,7 +82,7 @@ class _Columns:
 
     def __init__(self, plan: Plan, waves: PlannedWaves, sun: Sun | None) -> None:
         self._plan, self._sun, self._size_m = plan, sun, waves.point_size_m
-        self._reach = tuple(SIGMAS * rms for rms in waves.rms)
+        self._reach = tuple(MOST_SIGMAS * rms for rms in waves.rms)
         self._sense = 1.0 if sun is None else wind_sense(plan.view.azimuth_deg, sun.azimuth_deg)
         self._known: dict[tuple[float, float], Array] = {}
 
@@ -183,7 +181,7 @@ def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> tuple[Array,
     """Change (N, M, K, B) of each term of the clear column (K, B), with mean 0 over the waves, and its scale."""
     places = [np.linspace(-1.0, 1.0, size) for size in sizes]
     dense = _interpolate(values, tuple(places))
-    upwind, crosswind = (np.exp(-0.5 * (SIGMAS * each) ** 2) for each in places)
+    upwind, crosswind = (np.exp(-0.5 * (MOST_SIGMAS * each) ** 2) for each in places)
     mean = np.einsum("n,m,nmkb->kb", upwind / upwind.sum(), crosswind / crosswind.sum(), dense)
     scale = np.divide(clear, mean, out=np.ones_like(mean), where=mean > 0)
     return np.asarray(dense * scale - clear, dtype=np.float64), scale

@@ -4,8 +4,9 @@ The field is a sum of plane waves of random phase. It is unbounded, so that all 
 and has no visible period (the wavelengths have no common multiple). The rest of Cox and Munk's mean-square slope is
 subpixel.
 
-A resolved wave tilts all facets in a pixel by its slope. The bounds assume tilts of three standard deviations, which a
-Gaussian sea exceeds in 0.3 % of the pixels; waves with small bounds may be neglected.
+A resolved wave tilts all facets in a pixel by its slope. A Gaussian sea is within three standard deviations (an ellipse)
+in 98.9 % of the pixels. Radiance tables end at four standard deviations along either axis (a rectangle), where steeper
+waves are clipped: bounds over that rectangle hold for any pixel.
 """
 
 from __future__ import annotations
@@ -196,6 +197,14 @@ class ResolvedWaves:
 
 
 SIGMAS = 3.0
+"""Standard deviations of the tilts of most pixels."""
+
+MOST = "98.9 % of the clear pixels"
+"""Share of tilts within ``SIGMAS``: 1 - exp(-SIGMAS^2 / 2), for two independent Gaussian slopes."""
+
+MOST_SIGMAS = 4.0
+"""Table limit in standard deviations along either axis; steeper waves, 1.3e-4 of all, are clipped to the limit."""
+
 _STEEPEST_VIEW = np.radians(89.9)
 
 
@@ -204,7 +213,7 @@ class _Emitter(Protocol):
 
 
 def thermal_contrast_bound(
-    sea: _Emitter, wavenumber_cm1: Array, mu: Array, slope: float, sky_share: float = 0.0
+    sea: _Emitter, wavenumber_cm1: Array, mu: Array, slope: float, sky_share: float = 0.0, sigmas: float = SIGMAS
 ) -> Array:
     """Return the greatest relative change (M, V) of emitted and reflected thermal radiance.
 
@@ -221,9 +230,11 @@ def thermal_contrast_bound(
         Standard deviation of the resolved slope.
     sky_share : float
         Sky radiance relative to that of a black sea; 0 gives the greatest contrast.
+    sigmas : float
+        Largest tilt, in standard deviations.
     """
     level = sea.emissivity(wavenumber_cm1, mu)
-    zenith, tilt = np.arccos(mu), float(np.arctan(SIGMAS * slope))
+    zenith, tilt = np.arccos(mu), float(np.arctan(sigmas * slope))
     greatest = np.zeros_like(level)
     for sign in (-1.0, 1.0):
         view = np.minimum(np.abs(zenith + sign * tilt), _STEEPEST_VIEW)
@@ -235,7 +246,11 @@ def thermal_contrast_bound(
 
 
 def tilted_glint_bound(
-    mirror_slope: tuple[float, float], mean_square_slope: float, rms: tuple[float, float], view: tuple[float, float]
+    mirror_slope: tuple[float, float],
+    mean_square_slope: float,
+    rms: tuple[float, float],
+    view: tuple[float, float],
+    any_pixel: bool = False,
 ) -> float:
     """Return the greatest change of the glint over tilted parts, relative to the glint of the sea as a whole.
 
@@ -250,14 +265,19 @@ def tilted_glint_bound(
         assumed to be subpixel.
     view : (float, float)
         Horizontal components, upwind and crosswind, of the direction toward the sensor.
+    any_pixel : bool
+        Whether to cover the rectangle of the tables, ``MOST_SIGMAS`` along either axis, rather than the ellipse of
+        ``SIGMAS``.
 
     Notes
     -----
-    The bound covers all tilts within the ellipse of three standard deviations: subpixel Gaussian density at the
-    specular slope, divided by the projected area of the part (at least a tenth).
+    Subpixel Gaussian density at the specular slope, divided by the projected area of the part (at least a tenth).
     """
-    radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
-    upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]
+    if any_pixel:
+        upwind, crosswind = np.meshgrid(*(each * np.linspace(-MOST_SIGMAS, MOST_SIGMAS, 65) for each in rms))
+    else:
+        radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
+        upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]
     half = 0.5 * mean_square_slope
     left = [max(half - each**2, 0.1 * half) for each in rms]
     away = (mirror_slope[0] - upwind) ** 2 / left[0] + (mirror_slope[1] - crosswind) ** 2 / left[1]
