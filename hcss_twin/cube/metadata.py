@@ -55,7 +55,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
         "Values that the scenario left open: list of `field`, `value` and `why`."),
     AttributeSpec("hcss_skipped", "JSON", ALWAYS,
-        "Omitted physics: list of `what`, `why` and `bound` (largest effect relative to the band radiance)."),
+        "Omitted physics: list of `what`, `why`, `bound` (largest effect relative to the band radiance), `estimate` "
+        "(typical effect, in the `sense` given) and `needs` (keys that would compute it)."),
     AttributeSpec("hcss_notes", "JSON", ALWAYS, "Notes of the providers for users."),
     AttributeSpec("hcss_particles", "JSON", ALWAYS,
         "`name`, `material`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` "
@@ -84,6 +85,12 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "of pixel."),
     AttributeSpec("hcss_certificate_terms", "JSON", "pixels are checked and terms are requested",
         "Largest error of each term in any band, relative to the band radiance."),
+    AttributeSpec("hcss_beyond_accuracy", "JSON", _CHECKED,
+        "What is left out though it exceeds its share of the accuracy: texts with size and the keys that it needs."),
+    AttributeSpec("hcss_error_budget", "JSON", _CHECKED,
+        "The error against the world by class (`clear`, cloud layers) and band: `total`, `total_K`, `unknown` and "
+        "`contributions` with `name`, `relative`, `kelvin`, `known` (share of the band with a figure), `statistic`, "
+        "`sources`, `recomputed` (false: a figure of notes) and `needs`."),
 )  # fmt: skip
 """Provenance of a cube, and its accuracy."""
 

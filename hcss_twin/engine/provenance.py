@@ -34,6 +34,8 @@ CERTIFICATE = (
     "hcss_certificate_terms",
     "hcss_certificate_pixels",
     "hcss_certificate_strata",
+    "hcss_beyond_accuracy",
+    "hcss_error_budget",
 )
 """Certificate attributes, which a verification does not recompute because it compares all pixels."""
 

@@ -25,6 +25,7 @@ from hcss_twin.cube.zarr_writer import cube_writer
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
+from hcss_twin.engine.certificate.verdict import with_verdict
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
@@ -135,7 +136,7 @@ def _write_clean(
             for part in parts:
                 sink.write_tile(part.frame, part.place, part.arrays)
         if tables is not None and sample is not None:
-            certificate = certify(plan, tables, sample.frames)
+            certificate = with_verdict(plan, certify(plan, tables, sample.frames))
             writer.set_attributes(certificate.attributes())
     return certificate, tables
 

@@ -13,6 +13,7 @@ from hcss_twin.models.optics.size_distribution import (
     water_content_kg_m3,
 )
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
@@ -64,9 +65,17 @@ def describe(plan: Plan) -> dict[str, Any]:
         "notes": list(plan.notes),
         "provider_costs": [vars(each) for each in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],
+        **_against_the_world(plan),
         **({} if plan.surfaces is None else {"surfaces": _surfaces(plan.surfaces)}),
         **({} if plan.sensor is None else {"sensor": plan.sensor.as_dict()}),
     }
+
+
+def _against_the_world(plan: Plan) -> dict[str, Any]:
+    if not plan.needs_radiance:
+        return {}
+    budget = error_budget(plan)
+    return {"beyond_accuracy": list(beyond_accuracy(plan, budget)), "error_budget": budget.as_dict()}
 
 
 def _surfaces(surfaces: PlannedSurfaces) -> list[dict[str, Any]]:

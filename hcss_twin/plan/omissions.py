@@ -210,7 +210,7 @@ def list_omissions(
     typical = typical_contrast(list(known.values()))
     if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
-        # Where a fraction f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
+        # Where a share f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
         crossed = "mean over the pixels that the edge of a cloud crosses"
         needs = "image.samples_per_pixel = 2 or more"
         yield Omission("clouds within the footprint of a pixel", why, contrast, typical / 3.0, crossed, needs)

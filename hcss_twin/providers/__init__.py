@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         Microphysics,
         Motion,
     )
-    from hcss_twin.providers.declarations import Declaration, ProviderOptions
+    from hcss_twin.providers.declarations import Declaration, ModelError, ProviderOptions
     from hcss_twin.providers.elements import ElementInputs, ElementPixels, ElementProvider, ElementScene, SightPath
     from hcss_twin.providers.optics import Optics, OpticsDeclaration, OpticsInputs, SingleScattering
     from hcss_twin.providers.radiance import (
@@ -85,6 +85,7 @@ __all__ = [
     "Grid",
     "Measured",
     "Microphysics",
+    "ModelError",
     "Motion",
     "Optics",
     "OpticsDeclaration",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol, Self, TypeVar
 
@@ -28,6 +28,72 @@ class Declaration:
     own_errors: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
+class ModelError:
+    """How far a provider is from the best reference known, for some wavelengths, columns and views.
+
+    Attributes
+    ----------
+    name : str
+        What errs: ``gas``, ``particles``, ``sea``, ``plane-parallel clouds``.
+    lower_um, upper_um : float
+        Wavelengths of the figure.
+    relative, kelvin : float or None
+        Error of the band radiance, and of the brightness temperature; the engine derives the one that is None.
+    statistic : str
+        ``rms`` or ``largest``, over the columns of the condition.
+    condition : str
+        Columns and paths that were compared.
+    source : str
+        The reference.
+    command : str
+        Command that computes the figure again; empty: a figure of notes, not recomputed.
+    path : str
+        ``up``: radiance toward the sensor, the only one in a scene's total; ``sky`` and ``sun``: other paths.
+    column : str
+        ``clear``, ``cloudy``, the name or material of a cloud layer, or empty for all.
+    sunlight : bool or None
+        Only with or only without sunlight; None: both.
+    zenith_deg : (float, float)
+        View zenith angles.
+    needs : str
+        Key and value that avoid the error, if there are any.
+    """
+
+    name: str
+    lower_um: float
+    upper_um: float
+    relative: float | None = None
+    kelvin: float | None = None
+    statistic: str = "rms"
+    condition: str = ""
+    source: str = ""
+    command: str = ""
+    path: str = "up"
+    column: str = ""
+    sunlight: bool | None = None
+    zenith_deg: tuple[float, float] = (0.0, 90.0)
+    needs: str = ""
+
+    def __post_init__(self) -> None:
+        sizes = [each for each in (self.relative, self.kelvin) if each is not None]
+        if not sizes or not all(math.isfinite(each) and each >= 0.0 for each in sizes):
+            raise ValueError(
+                f"model error '{self.name}': relative {self.relative}, kelvin {self.kelvin}; allowed: one or both, "
+                "0 or more"
+            )
+        if not 0.0 < self.lower_um < self.upper_um:
+            raise ValueError(
+                f"model error '{self.name}': {self.lower_um} to {self.upper_um} um; allowed: 0 < lower < upper"
+            )
+        if self.path not in PATHS:
+            raise ValueError(f"model error '{self.name}': path {self.path!r}; {choose_from(self.path, PATHS)}")
+
+
+PATHS = ("up", "sky", "sun")
+"""Paths of a :class:`ModelError`."""
+
+
 class ProviderOptions(Protocol):
     """Optional members of a provider of any kind.
 
@@ -38,6 +104,9 @@ class ProviderOptions(Protocol):
     """
 
     expected_failures: Mapping[str, str]
+
+    def model_errors(self) -> Sequence[ModelError]:
+        """Return how far the provider is from the best reference known; without this member it is ``unknown``."""
 
 
 class Note(str):

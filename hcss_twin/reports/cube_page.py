@@ -244,8 +244,38 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     if terms:
         rows = [[_spaced(name), _error(error)] for name, error in terms.items()]
         yield Table(["term", "largest error"], rows, "Terms of the radiance, relative to the total of the band.")
+    budget = json_attribute(attributes, "hcss_error_budget", {})
+    if budget:
+        rows = [
+            [of, band, *(f"{100.0 * cell['total']:.2g}", f"{cell['total_K']:.2g}"), _contributions(cell)]
+            for of, bands in budget.items()
+            for band, cell in bands.items()
+        ]
+        caption = "Error against the world: root of the sum of squares of what is known. (notes): not recomputed."
+        yield Table(["class", "band", "%", "kelvin", "contributions in %"], rows, caption, text_columns=2)
+    beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
+    if beyond:
+        yield note("Not within the accuracy, for what is left out:")
+        yield bullets(str(each) for each in beyond)
     if words is not None:
         yield folded("The certificate in words", bullets(str(words).split("; ")))
+
+
+def _contributions(cell: Mapping[str, Any]) -> str:
+    """Contributions to one class and band, the largest first, and the names of the unknown ones."""
+    known = [each for each in cell["contributions"] if each["relative"] is not None]
+    parts = [
+        f"{each['name']} {100.0 * each['relative']:.2g}{'' if each['recomputed'] else ' (notes)'}"
+        for each in sorted(known, key=lambda each: -each["relative"])
+    ]
+    return ", ".join([*parts, *(f"{name} unknown" for name in cell["unknown"])])
+
+
+def _bound_text(omission: Mapping[str, Any], key: str) -> str:
+    value = omission.get(key)
+    if key == "bound":
+        return bound_text(value)
+    return "" if value is None else f"{bound_text(value)} ({omission.get('sense', '')})"
 
 
 def _achieved(attributes: Mapping[str, Any]) -> Table:
@@ -279,12 +309,15 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
     if skipped:
         # unknown bounds come between known and zero bounds
         ranked = sorted(skipped, key=lambda each: -(1e-300 if each.get("bound") is None else each["bound"]))
-        rows = [[str(each["what"]), bound_text(each.get("bound")), str(each["why"])] for each in ranked]
+        rows = [
+            [str(each["what"]), *(_bound_text(each, key) for key in ("bound", "estimate")), str(each["why"])]
+            for each in ranked
+        ]
         caption = (
             "Approximations and omitted physics, with the largest share of the radiance of any pixel that each can "
             "change. Unknown: equal in distribution, not pixel by pixel, or as the reason says."
         )
-        yield Table(["what", "at most", "why"], rows, caption, text_columns=3)
+        yield Table(["what", "at most", "typical", "why"], rows, caption, text_columns=4)
     notes = json_attribute(attributes, "hcss_notes", [])
     if notes:
         yield element("h3", "Notes of the providers")

@@ -9,6 +9,8 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.assembly import derived_label
 from hcss_twin.plan.description import describe_particles
+from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
+from hcss_twin.plan.few_columns import OMISSION_SHARE
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
@@ -38,9 +40,10 @@ def _rows(plan: Plan) -> Rows:
     yield from _output(plan)
     for item in plan.filled_in:
         yield "filled in", f"{item.field} = {item.value} ({item.why})"
-    yield "approximated", "or omitted, with the largest share of the radiance of a pixel it can change (more: --json)"
+    yield "approximated", "or omitted, with the share of the radiance of a pixel it can change (more: --json)"
     for bound, text in approximations(plan):
         yield "", f"{bound:<{_BOUND}}{text}"
+    yield from _world(plan)
     for cost in provider_costs(plan):
         yield "cost", f"{cost.label}: about {cost.seconds:.2g} s in {cost.calls} calls of {cost.member}"
     for note in plan.notes:
@@ -213,10 +216,13 @@ def approximations(plan: Plan) -> Rows:
         for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
         for what, _ in getattr(generator, "skipped", ())
     }
-    bounded = sorted((item for item in plan.omissions if item.bound), key=lambda item: -(item.bound or 0.0))
+    bounded = sorted((item for item in plan.omissions if item.bound), key=lambda item: -(item.size or 0.0))
     unknown = [item for item in plan.omissions if item.bound is None]
+    limit = OMISSION_SHARE * plan.accuracy.relative
     for item in [*bounded, *(item for item in unknown if item.what not in of_generators)]:
-        yield bound_text(item.bound), f"{item.what}: {item.why.partition(';')[0]}"
+        needs = f"; needs {item.needs}" if item.needs and (item.bound is None or item.bound > limit) else ""
+        sense = f" ({item.sense})" if item.sense else ""
+        yield bound_text(item.size), f"{item.what}{sense}: {item.why.partition(';')[0]}{needs}"
     # the reason without the list that may follow it
     nothing = [f"{item.what} ({re.split('[;:]', item.why)[0]})" for item in plan.omissions if item.bound == 0.0]
     if nothing:
@@ -224,6 +230,26 @@ def approximations(plan: Plan) -> Rows:
     details = [of_generators[item.what] for item in unknown if item.what in of_generators]
     if details:
         yield "statistical", f"(nearly) equal in distribution, not pixel by pixel: {'; '.join(_grouped(details))}"
+
+
+def _world(plan: Plan) -> Rows:
+    """Yield the verdict on what is left out, and the error against the world."""
+    if not plan.needs_radiance:
+        return
+    budget = error_budget(plan)
+    beyond = beyond_accuracy(plan, budget)
+    share = f"its share ({100.0 * OMISSION_SHARE:g} %) of the accuracy"
+    yield (
+        "verdict",
+        (
+            f"not within: what is left out exceeds {share}: {'; '.join(beyond)}"
+            if beyond
+            else f"within: nothing that is left out exceeds {share}"
+        ),
+    )
+    yield "error", "against the world, by class and band; (notes): figures that no command computes yet"
+    for line in budget.lines:
+        yield "", line
 
 
 def _grouped(details: list[str]) -> Iterator[str]:

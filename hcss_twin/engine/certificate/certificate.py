@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.plan.accuracy import RequestedAccuracy
+from hcss_twin.plan.error_budget import ErrorBudget
 
 CONFIDENCE = 0.95
 
@@ -112,6 +113,10 @@ class Certificate:
         Provider-stated accuracy, which these errors do not include.
     dark : tuple of str
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
+    beyond : tuple of str
+        What is left out of the scene though it exceeds its share of the accuracy, with its size and what it needs.
+    budget : ErrorBudget or None
+        The error against the world, by class and band.
     """
 
     requested: RequestedAccuracy
@@ -124,6 +129,8 @@ class Certificate:
     achieved_K: dict[str, float]
     own_errors: tuple[str, ...]
     dark: tuple[str, ...]
+    beyond: tuple[str, ...] = ()
+    budget: ErrorBudget | None = None
 
     @property
     def checked(self) -> int:
@@ -147,9 +154,10 @@ class Certificate:
         return dict(zip(self.bands, map(max, zip(*errors, strict=True)), strict=True)) if errors else {}
 
     @property
-    def summary(self) -> tuple[str, str]:
-        """The certificate in two lines: the verdict and the error."""
-        return self._verdict, self._kelvin if self.requested.kelvin is not None else self._relative
+    def summary(self) -> tuple[str, ...]:
+        """The certificate in a few lines: the verdict, the error, what is left out, and the error against the world."""
+        error = self._kelvin if self.requested.kelvin is not None else self._relative
+        return (self._verdict, error, *self._left_out, *self._world)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -176,7 +184,10 @@ class Certificate:
             ),
             *((f"not checked, as the reference cannot compute them: {left_out}",) if left_out else ()),
             *self._confidence,
+            *self._left_out,
+            *(f"left out: {each}" for each in self.beyond[1:]),
             "these are errors of tables and interpolation; errors of the selected providers are not among them",
+            *(f"against the world, {each}" for each in (self.budget.lines if self.budget else ())),
             *(f"provider-stated accuracy: {each}" for each in self.own_errors),
         )
 
@@ -190,6 +201,9 @@ class Certificate:
             "terms": self.terms,
             "own_errors": list(self.own_errors),
             "dark": list(self.dark),
+            "within": self.passed and not self.beyond,
+            "beyond": list(self.beyond),
+            "error_budget": None if self.budget is None else self.budget.as_dict(),
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,
@@ -211,6 +225,8 @@ class Certificate:
             **({"hcss_certificate_terms": json.dumps(plain["terms"])} if self.terms else {}),
             "hcss_certificate_pixels": self.checked,
             "hcss_certificate_strata": json.dumps(plain["strata"]),
+            "hcss_beyond_accuracy": json.dumps(plain["beyond"]),
+            **({"hcss_error_budget": json.dumps(plain["error_budget"])} if self.budget else {}),
         }
 
     @property
@@ -229,6 +245,22 @@ class Certificate:
             f"FAILED: {self.exceeding} of {self.checked} random pixels computed again without tables err by more than "
             f"the accuracy asked for: {worst}"
         )
+
+    @property
+    def _left_out(self) -> tuple[str, ...]:
+        if not self.beyond:
+            return ()
+        effects = "one effect" if len(self.beyond) == 1 else f"{len(self.beyond)} effects, the largest"
+        return (f"NOT WITHIN the accuracy for what is left out, {effects}: {self.beyond[0]}",)
+
+    @property
+    def _world(self) -> tuple[str, ...]:
+        if self.budget is None:
+            return ()
+        totals = {cell: self.budget.total(cell) for cell in self.budget.contributions}
+        text = ", ".join(f"{of} {band} {100.0 * one:.2g} % ({k:.2g} K)" for (of, band), (one, k) in totals.items())
+        unknown = f", without the unknown: {', '.join(self.budget.unknown)}" if self.budget.unknown else ""
+        return (f"error against the world: {text}{unknown}",)
 
     @property
     def _relative(self) -> str:

@@ -4,9 +4,9 @@ The field is a sum of plane waves of random phase. It is unbounded, so that all 
 and has no visible period (the wavelengths have no common multiple). The rest of Cox and Munk's mean-square slope is
 subpixel.
 
-A resolved wave tilts all facets in a pixel by its slope. A Gaussian sea is within three standard deviations (an ellipse)
-in 98.9 % of the pixels. Radiance tables end at four standard deviations along either axis (a rectangle), where steeper
-waves are clipped: bounds over that rectangle hold for any pixel.
+A resolved wave tilts all facets in a pixel by its slope. A Gaussian sea is within three standard deviations (an
+ellipse) in 98.9 % of the pixels. Radiance tables end at four standard deviations along either axis (a rectangle), where
+steeper waves are clipped: bounds over that rectangle hold for any pixel.
 """
 
 from __future__ import annotations

@@ -105,6 +105,13 @@ class _Guard:
         declares: api.Declaration = self._read("declares")
         return attributed(declares, self._speaker) if self._speaker else declares
 
+    def _checked_model_errors(self) -> tuple[api.ModelError, ...]:
+        errors = tuple(self._call("model_errors"))
+        for each in errors:
+            if not isinstance(each, api.ModelError):
+                raise self._refuse("model_errors()", "a sequence of ModelError", f"a {type(each).__name__} in it")
+        return errors
+
     def __getattr__(self, name: str) -> Any:
         # copying and unpickling look up attributes before there is a provider
         if name.startswith("__") or name in ("_provider", "_label", "_speaker", "_called"):

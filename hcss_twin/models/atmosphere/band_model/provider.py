@@ -16,10 +16,11 @@ from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absor
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
+from hcss_twin.models.model_errors import load_model_errors
 from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
 
 Nodes = NDArray[np.intp]
 
@@ -83,6 +84,10 @@ class BandModelTransmittance:
                 "itself within some hundredths of measured transmittances",
             ),
         )
+
+    def model_errors(self) -> tuple[ModelError, ...]:
+        """Return how far the provider is from the best references known."""
+        return load_model_errors(__file__, "band-model")
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths.

@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
+from os.path import dirname
 from typing import ClassVar
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.model_errors import load_model_errors
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabSolver, side_by_side, turned_modes
@@ -39,7 +41,7 @@ from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.models.radiance.physical.turned_glint import SeaModes, sunlit_modes, turned_glint, unlit_sea_modes
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
+from hcss_twin.providers import CloudLayer, ModelError, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
 
 MEASURED_STREAMS, MEASURED_MODES = 8, 16
 """Minimum numbers of streams and azimuth modes for which the model states a measured error."""
@@ -129,6 +131,10 @@ class Physical:
         )
 
     @in_one_thread
+    def model_errors(self) -> tuple[ModelError, ...]:
+        """Return how far the provider is from the best references known."""
+        return load_model_errors(dirname(__file__), "physical-two-stream" if self.closed_form else "physical")
+
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
         scene = self._scene(wavenumber_cm1, _above_horizon(sun))

@@ -1,0 +1,246 @@
+"""The error of a scene against the world: engine, numerics, and what each provider states of itself.
+
+Each provider may state how far it is from the best reference known, by wavelength and column
+(:class:`hcss_twin.providers.ModelError`). A figure of a band is the mean of those of its wavelengths, weighted with the
+radiance of a black body at the temperature of the class: errors inside a band are taken as fully correlated.
+Contributions have different causes and unknown signs, so that the total is the root of their sum of squares. It counts
+known contributions only, and is a lower limit where others are unknown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.planck import planck
+from hcss_twin.plan.few_columns import OMISSION_SHARE
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import ModelError
+
+ENGINE, NUMERICS = "engine", "numerics"
+"""Contributions for which ``PASSED`` stands: tables and interpolation; streams, modes and grids."""
+
+CLEAR, CLOUDY = "clear", "cloudy"
+
+_UNSTATED = {"gas": (CLEAR, CLOUDY), "particles": (CLOUDY,), "sea": (CLEAR,), "radiance model": (CLEAR, CLOUDY)}
+"""Contributions of providers that state nothing, and the classes that they change."""
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """Error of one cause in one class and band.
+
+    Attributes
+    ----------
+    relative, kelvin : float or None
+        Of the band radiance, and of the brightness temperature; None: unknown.
+    known : float
+        Share of the band's radiance at wavelengths with a figure; the rest is taken as equal to it.
+    statistic : str
+        ``at most``, ``rms`` or ``largest``.
+    sources : tuple of str
+    recomputed : bool
+        Whether a command of this package computes every figure again; False: some are from notes.
+    needs : str
+        Key and value that avoid the error, if there are any.
+    """
+
+    name: str
+    relative: float | None = None
+    kelvin: float | None = None
+    known: float = 0.0
+    statistic: str = ""
+    sources: tuple[str, ...] = ()
+    recomputed: bool = True
+    needs: str = ""
+
+
+@dataclass(frozen=True)
+class ErrorBudget:
+    """Contributions by class (``clear``, or the name of a cloud layer) and band."""
+
+    contributions: Mapping[tuple[str, str], tuple[Contribution, ...]]
+
+    def total(self, cell: tuple[str, str]) -> tuple[float, float]:
+        """Return the root sum of squares of the known contributions of a class and band, relative and in kelvin."""
+        known = [each for each in self.contributions[cell] if each.relative is not None]
+        relative, kelvin = ([getattr(each, unit) or 0.0 for each in known] for unit in ("relative", "kelvin"))
+        return math.hypot(*relative), math.hypot(*kelvin)
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Names of contributions that are unknown in some class and band."""
+        every = (each for own in self.contributions.values() for each in own)
+        return tuple(dict.fromkeys(each.name for each in every if each.relative is None))
+
+    def as_dict(self) -> dict[str, dict[str, Any]]:
+        """Return total and contributions by class and band, as JSON values."""
+        told: dict[str, dict[str, Any]] = {}
+        for (of, band), own in self.contributions.items():
+            relative, kelvin = self.total((of, band))
+            unknown = [each.name for each in own if each.relative is None]
+            told.setdefault(of, {})[band] = {
+                "total": relative,
+                "total_K": kelvin,
+                "unknown": unknown,
+                "contributions": [{**vars(each), "sources": list(each.sources)} for each in own],
+            }
+        return told
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Return a line for each class and band: the total, then its contributions, the largest first."""
+        return tuple(f"{of} {band}: {self._cell(of, band)}" for of, band in self.contributions)
+
+    def _cell(self, of: str, band: str) -> str:
+        own = sorted(self.contributions[of, band], key=lambda each: -(each.relative or 0.0))
+        parts = [
+            f"{each.name} {_size(each.relative, each.kelvin)}{'' if each.recomputed else ' (notes)'}"
+            for each in own
+            if each.relative is not None
+        ]
+        unknown = [each.name for each in own if each.relative is None]
+        least = "at least " if unknown else ""
+        tail = f", unknown: {', '.join(unknown)}" if unknown else ""
+        return f"{least}{_size(*self.total((of, band)))}: {', '.join(parts)}{tail}"
+
+    def beyond(self, accuracy: float) -> tuple[str, ...]:
+        """Return what the chosen models leave out beyond the accuracy though a key would add it, largest first."""
+        worst: dict[tuple[str, str], tuple[float, str]] = {}
+        for (of, band), own in self.contributions.items():
+            for each in own:
+                if each.needs and each.relative is not None and each.relative > OMISSION_SHARE * accuracy:
+                    text = f"{each.name} {_size(each.relative, each.kelvin)} in {of} {band}, needs {each.needs}"
+                    key = (each.name, each.needs)
+                    worst[key] = max(worst.get(key, (0.0, "")), (each.relative, text))
+        return tuple(text for _, text in sorted(worst.values(), reverse=True))
+
+
+def _size(relative: float | None, kelvin: float | None) -> str:
+    return f"{100.0 * (relative or 0.0):.2g} % ({kelvin or 0.0:.2g} K)"
+
+
+def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
+    """Return what a plan leaves out beyond its share of the accuracy, with its size and what it would need."""
+    limit = OMISSION_SHARE * plan.accuracy.relative
+    left = [each for each in plan.omissions if each.needs and each.bound is not None and each.bound > limit]
+    texts = [
+        f"{each.what} {100.0 * (each.size or 0.0):.2g} % ({each.sense or 'any pixel'}), needs {each.needs}"
+        for each in sorted(left, key=lambda each: -(each.size or 0.0))
+    ]
+    return (*texts, *budget.beyond(plan.accuracy.relative))
+
+
+def error_budget(
+    plan: Plan, engine: Mapping[str, float] | None = None, numerics: Mapping[str, float] | None = None
+) -> ErrorBudget:
+    """Return the budget of a scene.
+
+    Parameters
+    ----------
+    engine, numerics : mapping of str to float, optional
+        Relative error of each band, as measured; default: the accuracy asked for, and unknown.
+    """
+    assembly = plan.assembly
+    classes = {CLEAR: (CLEAR, assembly.sea_temperature_K)} if assembly.has_clear_sky else {}
+    for layer in plan.layers:
+        top = layer.temperature_K
+        kelvin = float(assembly.profile.temperature_at(layer.top_m)) if top is None else top
+        classes[layer.name] = (CLOUDY, kelvin)
+    stated = {
+        "gas": _stated(assembly.transmittance),
+        "sea": _stated(assembly.sea),
+        "radiance model": _stated(assembly.model),
+    }
+    particles = {layer.name: _stated(own) for layer, own in zip(plan.layers, assembly.optics_of_layers, strict=True)}
+    cells = {}
+    for of, (kind, kelvin) in classes.items():
+        own = {**stated, "particles": particles.get(of)}
+        for index, band in enumerate(plan.bands):
+            scale = _Band(plan, index, kelvin)
+            error = plan.accuracy.relative if engine is None else engine.get(band.name)
+            measured = "at most" if engine is None else "largest"
+            numeric = None if numerics is None else numerics.get(band.name)
+            cells[of, band.name] = (
+                Contribution(ENGINE, error, scale.kelvin(error), 1.0, measured),
+                Contribution(NUMERICS, numeric, scale.kelvin(numeric), 1.0, "largest"),
+                *(each for name, errors in own.items() for each in _of_provider(plan, name, errors, of, kind, scale)),
+            )
+    return ErrorBudget(cells)
+
+
+def _stated(provider: Any) -> Sequence[ModelError] | None:
+    stated = getattr(provider, "model_errors", None)
+    return None if stated is None else stated()
+
+
+class _Band:
+    """Wavelengths of one band, weighted with the radiance of a black body."""
+
+    def __init__(self, plan: Plan, index: int, temperature_K: float) -> None:
+        wavenumber, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1[index]
+        inside = np.flatnonzero(weights)
+        self.wavelength_um: Array = 1e4 / wavenumber[inside]
+        around = temperature_K + np.array([[-0.5], [0.0], [0.5]])
+        low, middle, high = planck(wavenumber[inside][None], around) * weights[inside]
+        self.weights: Array = middle / np.sum(middle)
+        self.per_kelvin = float(np.log(np.sum(high) / np.sum(low)))
+
+    def kelvin(self, relative: float | None) -> float | None:
+        """Return the error of the brightness temperature."""
+        return None if relative is None else relative / self.per_kelvin
+
+    def mean(self, errors: Iterable[ModelError]) -> tuple[float | None, float]:
+        """Return the mean error of the wavelengths with a figure, and their share; the largest figure counts."""
+        at = np.full(self.wavelength_um.size, np.nan)
+        for each in errors:
+            relative = each.relative if each.relative is not None else (each.kelvin or 0.0) * self.per_kelvin
+            here = (self.wavelength_um >= each.lower_um) & (self.wavelength_um <= each.upper_um)
+            at[here] = np.fmax(at[here], relative)
+        known = ~np.isnan(at)
+        share = float(np.sum(self.weights[known]))
+        return (float(self.weights[known] @ at[known]) / share if share > 0.0 else None), share
+
+
+def _of_provider(
+    plan: Plan, name: str, errors: Sequence[ModelError] | None, of: str, kind: str, band: _Band
+) -> Iterable[Contribution]:
+    """Yield the contributions of one provider to a class and band; an unknown one if it states nothing for it."""
+    if not errors:
+        if kind in _UNSTATED[name]:
+            yield Contribution(name)
+        return
+    columns = {"", kind, of, *(each.microphysics.material for each in plan.layers if each.name == of)}
+    for cause in dict.fromkeys(each.name for each in errors):
+        every = [each for each in errors if each.name == cause and each.path == "up"]
+        if kind == CLEAR and not any(each.column in columns for each in every):
+            continue
+        fitting = [
+            each
+            for each in every
+            if each.column in columns
+            and each.sunlight in (None, plan.sun_matters)
+            and each.zenith_deg[0] <= plan.view.zenith_deg <= each.zenith_deg[1]
+        ]
+        fitting = [each for each in fitting if np.any(_inside(each, band))]
+        relative, share = band.mean(fitting)
+        yield Contribution(
+            cause,
+            relative,
+            band.kelvin(relative),
+            share,
+            fitting[0].statistic if fitting else "",
+            tuple(dict.fromkeys(each.source for each in fitting)),
+            all(each.command for each in fitting),
+            next((each.needs for each in fitting if each.needs), ""),
+        )
+
+
+def _inside(error: ModelError, band: _Band) -> Array:
+    inside: Array = (band.wavelength_um >= error.lower_um) & (band.wavelength_um <= error.upper_um)
+    return inside
