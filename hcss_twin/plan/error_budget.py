@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.planck import planck
@@ -200,7 +201,7 @@ class _Band:
         at = np.full(self.wavelength_um.size, np.nan)
         for each in errors:
             relative = each.relative if each.relative is not None else (each.kelvin or 0.0) * self.per_kelvin
-            here = (self.wavelength_um >= each.lower_um) & (self.wavelength_um <= each.upper_um)
+            here = _inside(each, self)
             at[here] = np.fmax(at[here], relative)
         known = ~np.isnan(at)
         share = float(np.sum(self.weights[known]))
@@ -241,6 +242,6 @@ def _of_provider(
         )
 
 
-def _inside(error: ModelError, band: _Band) -> Array:
-    inside: Array = (band.wavelength_um >= error.lower_um) & (band.wavelength_um <= error.upper_um)
+def _inside(error: ModelError, band: _Band) -> NDArray[np.bool_]:
+    inside: NDArray[np.bool_] = (band.wavelength_um >= error.lower_um) & (band.wavelength_um <= error.upper_um)
     return inside

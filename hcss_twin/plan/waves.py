@@ -172,7 +172,8 @@ def choose_waves(
         return None
     if not assembly.has_clear_sky:
         return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)
-    bound, estimate = (None, None) if suns else (0.0, None)
+    bound: float | None = None if suns else 0.0
+    estimate: float | None = None
     if suns and hasattr(sea, "mean_square_slope"):
         rms = sea.wave_slope_rms(assembly.grid.pixel_size_m)
         bound, estimate = (wave_bound(assembly, rms, scenario.sea.wind_from, suns, each) for each in (True, False))

@@ -237,16 +237,10 @@ def _world(plan: Plan) -> Rows:
     if not plan.needs_radiance:
         return
     budget = error_budget(plan)
-    beyond = beyond_accuracy(plan, budget)
+    beyond = [each.partition(", needs")[0] for each in beyond_accuracy(plan, budget)]
     share = f"its share ({100.0 * OMISSION_SHARE:g} %) of the accuracy"
-    yield (
-        "verdict",
-        (
-            f"not within: what is left out exceeds {share}: {'; '.join(beyond)}"
-            if beyond
-            else f"within: nothing that is left out exceeds {share}"
-        ),
-    )
+    least = f"within: nothing that is left out exceeds {share}"
+    yield "verdict", f"not within: what is left out exceeds {share}: {', '.join(beyond)}" if beyond else least
     yield "error", "against the world, by class and band; (notes): figures that no command computes yet"
     for line in budget.lines:
         yield "", line

@@ -1,4 +1,4 @@
-"""The certificate's verdict on the whole scene: what is left out beyond the accuracy, and the error against the world."""
+"""The certificate's verdict on the whole scene: what is left out, and the error against the world."""
 
 from __future__ import annotations
 

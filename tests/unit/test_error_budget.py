@@ -1,0 +1,140 @@
+"""The budget against the world: figures of providers become a band's, in both units, and unknown ones stay unknown."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmark_module import benchmark_module
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.core.errors import ProviderDefect
+from hcss_twin.plan import error_budget as budgets
+from hcss_twin.plan.error_budget import Contribution, ErrorBudget, error_budget
+from hcss_twin.providers import ModelError
+
+MODELS = Path(__file__).parents[2] / "hcss_twin" / "models"
+C2_CM_K = 1.438777
+"""Second radiation constant, cm K."""
+
+
+@pytest.fixture(scope="module")
+def plan():
+    bands = [[3.7, 3.8], [10.5, 11.0], [8.0, 12.0]]
+    return make_plan(Scenario.load("stratus", {**CHEAP, "image.rows": 8, "image.columns": 8, "bands": bands}))
+
+
+def stating(*errors):
+    """A provider that states these figures."""
+
+    class Stating:
+        def model_errors(self):
+            return errors
+
+    return Stating().model_errors()
+
+
+def contribution(plan, band, *errors, of="clear", kind="clear"):
+    scale = budgets._Band(plan, band, plan.assembly.sea_temperature_K)
+    (found,) = budgets._of_provider(plan, "gas", stating(*errors), of, kind, scale)
+    return found
+
+
+def test_the_total_is_the_root_of_the_sum_of_squares_of_what_is_known():
+    own = (Contribution("a", 0.03, 1.5), Contribution("b", 0.04, 2.0), Contribution("c"))
+    budget = ErrorBudget({("clear", "x"): own})
+    assert budget.total(("clear", "x")) == pytest.approx((0.05, 2.5))
+    assert budget.unknown == ("c",)
+    assert budget.lines == ("clear x: at least 5 % (2.5 K): b 4 % (2 K), a 3 % (1.5 K), unknown: c",)
+
+
+def test_kelvin_follow_from_the_derivative_of_planck(plan):
+    found = contribution(plan, 1, ModelError(name="gas", lower_um=8.0, upper_um=14.0, relative=0.02))
+    x = C2_CM_K * (1e4 / 10.75) / plan.assembly.sea_temperature_K
+    per_kelvin = x / (1.0 - math.exp(-x)) / plan.assembly.sea_temperature_K
+    assert found.kelvin == pytest.approx(0.02 / per_kelvin, rel=2e-3)
+    back = contribution(plan, 1, ModelError(name="gas", lower_um=8.0, upper_um=14.0, kelvin=found.kelvin))
+    assert back.relative == pytest.approx(0.02, rel=1e-9)
+
+
+def test_a_band_has_the_mean_of_its_wavelengths_weighted_with_black_body_radiance(plan):
+    errors = [
+        ModelError(name="gas", lower_um=8.0, upper_um=9.0, relative=0.1),
+        ModelError(name="gas", lower_um=9.0, upper_um=11.0, relative=0.02),
+    ]
+    found = contribution(plan, 2, *errors)
+    um = np.linspace(8.0, 12.0, 4001)
+    radiance = um**-5.0 / np.expm1(C2_CM_K * 1e4 / um / plan.assembly.sea_temperature_K)
+    low, high = radiance[um <= 9.0].sum(), radiance[(um > 9.0) & (um <= 11.0)].sum()
+    assert found.relative == pytest.approx((0.1 * low + 0.02 * high) / (low + high), rel=0.02)
+    assert found.known == pytest.approx((low + high) / radiance.sum(), rel=0.02)
+
+
+def test_only_figures_of_this_column_view_sun_and_path_count(plan):
+    fitting = ModelError(name="gas", lower_um=8.0, upper_um=14.0, relative=0.01)
+    others = [
+        ModelError(name="gas", lower_um=8.0, upper_um=14.0, relative=0.5, **each)
+        for each in (
+            {"column": "cloudy"},
+            {"zenith_deg": (40.0, 90.0)},
+            {"sunlight": not plan.sun_matters},
+            {"path": "sun"},
+        )
+    ]
+    assert contribution(plan, 1, fitting, *others).relative == pytest.approx(0.01)
+    assert contribution(plan, 1, fitting, *others, of="stratus", kind="cloudy").relative == pytest.approx(0.5)
+    assert contribution(plan, 0, fitting).relative is None
+
+
+def test_a_provider_that_states_nothing_is_unknown(plan):
+    scale = budgets._Band(plan, 0, 290.0)
+    for stated in (None, ()):
+        assert list(budgets._of_provider(plan, "gas", stated, "clear", "clear", scale)) == [Contribution("gas")]
+        assert not list(budgets._of_provider(plan, "particles", stated, "clear", "clear", scale))
+
+
+def test_figures_without_a_size_are_refused():
+    with pytest.raises(ValueError, match="one or both"):
+        ModelError(name="gas", lower_um=3.0, upper_um=5.0)
+    with pytest.raises(ValueError, match="path 'skies'"):
+        ModelError(name="gas", lower_um=3.0, upper_um=5.0, relative=0.1, path="skies")
+
+
+def test_the_guard_refuses_what_are_no_figures(plan):
+    guarded = plan.assembly.transmittance
+    provider = type("Bad", (), {"model_errors": lambda self: ["3 %"]})()
+    with pytest.raises(ProviderDefect, match="a sequence of ModelError"):
+        type(guarded)(provider, "atmosphere 'bad'").model_errors()
+
+
+def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(plan):
+    budget = error_budget(plan)
+    names = {cell: [each.name for each in own] for cell, own in budget.contributions.items()}
+    bands = [band.name for band in plan.bands]
+    assert list(names) == [(of, band) for of in ("clear", "stratus") for band in bands]
+    assert names["clear", bands[1]][:4] == ["engine", "numerics", "gas", "sea"]
+    assert {"particles", "single scattering", "plane-parallel clouds"} <= set(names["stratus", bands[1]])
+    assert any("needs radiance.model = 'physical'" in each for each in budget.beyond(plan.accuracy.relative))
+    assert "numerics" in budget.unknown
+    measured = error_budget(plan, {bands[0]: 1e-5}, {bands[0]: 2e-4})
+    assert [each.relative for each in measured.contributions["clear", bands[0]][:2]] == [1e-5, 2e-4]
+
+
+def test_every_figure_has_a_source_and_a_command_or_is_one_of_notes():
+    tables = sorted(MODELS.rglob("model_errors.csv"))
+    assert len(tables) == 4
+    for path in tables:
+        for row in csv.DictReader(path.open(encoding="utf-8", newline="")):
+            assert row["source"]
+            assert row["condition"]
+            assert row["command"] or row["name"] in ("gas", "plane-parallel clouds")
+
+
+def test_the_figures_of_the_sea_are_what_the_command_computes():
+    module = benchmark_module("model_errors")
+    before = module.read(MODELS / "sea" / "model_errors.csv")
+    assert not list(module.differences(before, list(module.sea_rows())))
+    wrong = [{**before[0], "relative": "0.5"}, *before[1:]]
+    assert len(list(module.differences(wrong, before))) == 1
