@@ -2,6 +2,7 @@
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import ProviderDefect
 from hcss_twin.plan import error_budget as budgets
-from hcss_twin.plan.error_budget import Contribution, ErrorBudget, error_budget
+from hcss_twin.plan.accuracy import RequestedAccuracy
+from hcss_twin.plan.error_budget import Contribution, ErrorBudget, beyond_accuracy, error_budget
 from hcss_twin.providers import ModelError
 
 MODELS = Path(__file__).parents[2] / "hcss_twin" / "models"
@@ -120,6 +122,15 @@ def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(pl
     assert "numerics" in budget.unknown
     measured = error_budget(plan, {bands[0]: 1e-5}, {bands[0]: 2e-4})
     assert [each.relative for each in measured.contributions["clear", bands[0]][:2]] == [1e-5, 2e-4]
+
+
+def test_a_scene_is_within_if_nothing_left_out_exceeds_its_share(plan):
+    budget = error_budget(plan)
+    left = beyond_accuracy(plan, budget)
+    for what in ("waves as shapes", "clouds within the footprint of a pixel", "shadows of clouds on the sea"):
+        assert any(each.startswith(what) and ", needs " in each for each in left)
+    loose = replace(plan, accuracy=RequestedAccuracy(1e3))
+    assert not beyond_accuracy(loose, error_budget(loose))
 
 
 def test_every_figure_has_a_source_and_a_command_or_is_one_of_notes():
