@@ -28,6 +28,9 @@ ENGINE, NUMERICS = "engine", "numerics"
 
 CLEAR, CLOUDY = "clear", "cloudy"
 
+LEAST_KNOWN = 0.05
+"""Share of a band with figures up to which they say nothing of the band."""
+
 _UNSTATED = {"gas": (CLEAR, CLOUDY), "particles": (CLOUDY,), "sea": (CLEAR,), "radiance model": (CLEAR, CLOUDY)}
 """Contributions of providers that state nothing, and the classes that they change."""
 
@@ -98,10 +101,20 @@ class ErrorBudget:
         """Return a line for each class and band: the total, then its contributions, the largest first."""
         return tuple(f"{of} {band}: {self._cell(of, band)}" for of, band in self.contributions)
 
+    @property
+    def totals(self) -> tuple[str, ...]:
+        """Return a line for each class: the total of each band and its largest contribution; then the unknown ones."""
+        by_class: dict[str, list[str]] = {}
+        for (of, band), own in self.contributions.items():
+            largest = max(own, key=lambda each: each.relative or 0.0)
+            by_class.setdefault(of, []).append(f"{band} {_size(*self.total((of, band)))} mostly {largest.name}")
+        lines = [f"{of}: {', '.join(parts)}" for of, parts in by_class.items()]
+        return (*lines, *((f"without the unknown: {', '.join(self.unknown)}",) if self.unknown else ()))
+
     def _cell(self, of: str, band: str) -> str:
         own = sorted(self.contributions[of, band], key=lambda each: -(each.relative or 0.0))
         parts = [
-            f"{each.name} {_size(each.relative, each.kelvin)}{'' if each.recomputed else ' (notes)'}"
+            f"{each.name} {_size(each.relative, each.kelvin)}{_remark(each)}"
             for each in own
             if each.relative is not None
         ]
@@ -123,7 +136,18 @@ class ErrorBudget:
 
 
 def _size(relative: float | None, kelvin: float | None) -> str:
-    return f"{100.0 * (relative or 0.0):.2g} % ({kelvin or 0.0:.2g} K)"
+    return f"{_percent(relative)} ({kelvin or 0.0:.2g} K)"
+
+
+def _percent(relative: float | None) -> str:
+    percent = 100.0 * (relative or 0.0)
+    return f"{percent:.0f} %" if percent >= 10.0 else f"{percent:.2g} %"
+
+
+def _remark(contribution: Contribution) -> str:
+    """Say of which part of a band a figure is, and whether it is from notes."""
+    partly = "" if contribution.known > 0.95 else f" of {100.0 * contribution.known:.0f} % of the band"
+    return f"{partly}{'' if contribution.recomputed else ' (notes)'}"
 
 
 def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
@@ -131,7 +155,7 @@ def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
     limit = OMISSION_SHARE * plan.accuracy.relative
     left = [each for each in plan.omissions if each.needs and each.bound is not None and each.bound > limit]
     texts = [
-        f"{each.what} {100.0 * (each.size or 0.0):.2g} % ({each.sense or 'any pixel'}), needs {each.needs}"
+        f"{each.what} {_percent(each.size)} ({each.sense or 'any pixel'}), needs {each.needs}"
         for each in sorted(left, key=lambda each: -(each.size or 0.0))
     ]
     return (*texts, *budget.beyond(plan.accuracy.relative))
@@ -205,7 +229,7 @@ class _Band:
             at[here] = np.fmax(at[here], relative)
         known = ~np.isnan(at)
         share = float(np.sum(self.weights[known]))
-        return (float(self.weights[known] @ at[known]) / share if share > 0.0 else None), share
+        return (float(self.weights[known] @ at[known]) / share if share > LEAST_KNOWN else None), share
 
 
 def _of_provider(
@@ -219,7 +243,7 @@ def _of_provider(
     columns = {"", kind, of, *(each.microphysics.material for each in plan.layers if each.name == of)}
     for cause in dict.fromkeys(each.name for each in errors):
         every = [each for each in errors if each.name == cause and each.path == "up"]
-        if kind == CLEAR and not any(each.column in columns for each in every):
+        if not any((each.column in columns) if kind == CLEAR else (each.column != CLEAR) for each in every):
             continue
         fitting = [
             each

@@ -10,6 +10,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
+from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
@@ -125,7 +126,7 @@ def _slant_needs(assembly: Assembly, *needs: str) -> str:
     wanted = list(needs)
     if any(layer.coverage_mode != "field" for layer in assembly.layers):
         wanted.append('clouds.coverage_mode = "field"')
-    if not all(generator.declares.tileable for generator in assembly.generators):
+    elif not all(generator.declares.tileable for generator in assembly.generators):
         wanted.append("a cloud generator of windows")
     return " and ".join(wanted)
 
@@ -267,7 +268,7 @@ def one_direction(
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
     columns = columns.only(ends)
     if not own_views:
-        yield _one_view(assembly, columns, {sun: total for (_, sun), total in totals.items()})
+        yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()})
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
     if lit:
         bound = _bound_of_suns(assembly, columns, lit)
@@ -280,8 +281,8 @@ def one_direction(
         )
 
 
-def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None, Array]) -> Omission:
-    views, apart = corner_views(assembly)
+def _one_view(assembly: Assembly, columns: FewColumns, track: SunTrack, known: Mapping[Sun | None, Array]) -> Omission:
+    views, apart = corner_views(assembly, track)
     bound = _bound_of_views(assembly, columns, views, known)
     lines = assembly.lines_of_sight
     altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
@@ -295,29 +296,21 @@ def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None
     )
 
 
-def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
+def corner_views(assembly: Assembly, track: SunTrack) -> tuple[tuple[View, ...], float]:
     """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
 
     To first order the opposite corners differ equally in the opposite sense. The corner with the larger change of
     zenith angle is first.
     """
     lines = assembly.lines_of_sight
-    views = _far_views(assembly) if lines is None else ImageViews(assembly.grid, lines).at(_CORNERS)
+    if lines is None:
+        view = assembly.view
+        lines = LinesOfSight(
+            track.latitude_deg, track.longitude_deg, view.zenith_deg, view.azimuth_deg, SENSOR_ALTITUDE_M
+        )
+    views = ImageViews(assembly.grid, lines).at(_CORNERS)
     apart = max(_between_deg(view, assembly.view) for view in views)
     return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart
-
-
-def _far_views(assembly: Assembly) -> list[View]:
-    """Return the view from the corners for a sensor at a typical altitude over a flat Earth."""
-    zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
-    aside = SENSOR_ALTITUDE_M * math.tan(zenith)
-    sensor = np.array([aside * math.sin(azimuth), aside * math.cos(azimuth), SENSOR_ALTITUDE_M])
-    views = []
-    for x, y in _corners_m(assembly):
-        ray = sensor - np.array([x, y, 0.0])
-        bearing = math.degrees(math.atan2(ray[0], ray[1])) % 360.0
-        views.append(View(math.degrees(math.atan2(math.hypot(ray[0], ray[1]), ray[2])), bearing))
-    return views
 
 
 def _between_deg(one: View, other: View) -> float:

@@ -171,6 +171,7 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "transmittance_of_amounts": (callable, "a method"),
     "bound_profile": (callable, "a static method"),
     "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
+    "model_errors": (callable, "a method"),
     "expected_failures": (lambda value: isinstance(value, Mapping), "a mapping of laws to reasons"),
     "sea_sun_terms": (_is_names, "a set of names of terms"),
     "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),

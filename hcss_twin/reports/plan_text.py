@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import partial
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.assembly import derived_label
 from hcss_twin.plan.description import describe_particles
-from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
-from hcss_twin.plan.few_columns import OMISSION_SHARE
+from hcss_twin.plan.error_budget import error_budget
+from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
@@ -40,7 +41,9 @@ def _rows(plan: Plan) -> Rows:
     yield from _output(plan)
     for item in plan.filled_in:
         yield "filled in", f"{item.field} = {item.value} ({item.why})"
-    yield "approximated", "or omitted, with the share of the radiance of a pixel it can change (more: --json)"
+    share = f"its share of the accuracy ({OMISSION_SHARE * plan.accuracy.relative:g})"
+    told = f"not within: * exceeds {share}" if any(map(partial(_exceeds, plan), plan.omissions)) else f"within {share}"
+    yield "approximated", f"or omitted, with the share of a pixel's radiance (more: --json); {told}"
     for bound, text in approximations(plan):
         yield "", f"{bound:<{_BOUND}}{text}"
     yield from _world(plan)
@@ -218,11 +221,11 @@ def approximations(plan: Plan) -> Rows:
     }
     bounded = sorted((item for item in plan.omissions if item.bound), key=lambda item: -(item.size or 0.0))
     unknown = [item for item in plan.omissions if item.bound is None]
-    limit = OMISSION_SHARE * plan.accuracy.relative
     for item in [*bounded, *(item for item in unknown if item.what not in of_generators)]:
-        needs = f"; needs {item.needs}" if item.needs and (item.bound is None or item.bound > limit) else ""
+        exceeds = _exceeds(plan, item)
         sense = f" ({item.sense})" if item.sense else ""
-        yield bound_text(item.size), f"{item.what}{sense}: {item.why.partition(';')[0]}{needs}"
+        why = f"needs {item.needs}" if exceeds else item.why.partition(";")[0]
+        yield bound_text(item.size) + " *" * exceeds, f"{item.what}{sense}: {why}"
     # the reason without the list that may follow it
     nothing = [f"{item.what} ({re.split('[;:]', item.why)[0]})" for item in plan.omissions if item.bound == 0.0]
     if nothing:
@@ -233,17 +236,15 @@ def approximations(plan: Plan) -> Rows:
 
 
 def _world(plan: Plan) -> Rows:
-    """Yield the verdict on what is left out, and the error against the world."""
-    if not plan.needs_radiance:
-        return
-    budget = error_budget(plan)
-    beyond = [each.partition(", needs")[0] for each in beyond_accuracy(plan, budget)]
-    share = f"its share ({100.0 * OMISSION_SHARE:g} %) of the accuracy"
-    least = f"within: nothing that is left out exceeds {share}"
-    yield "verdict", f"not within: what is left out exceeds {share}: {', '.join(beyond)}" if beyond else least
-    yield "error", "against the world, by class and band; (notes): figures that no command computes yet"
-    for line in budget.lines:
-        yield "", line
+    """Yield the total error against the world."""
+    if plan.needs_radiance:
+        first, *others = error_budget(plan).totals
+        yield "error", f"against the world (more: --json); {first}"
+        yield from (("", line) for line in others)
+
+
+def _exceeds(plan: Plan, omission: Omission) -> bool:
+    return bool(omission.needs) and (omission.bound or 0.0) > OMISSION_SHARE * plan.accuracy.relative
 
 
 def _grouped(details: list[str]) -> Iterator[str]:

@@ -45,11 +45,13 @@ def contribution(plan, band, *errors, of="clear", kind="clear"):
 
 
 def test_the_total_is_the_root_of_the_sum_of_squares_of_what_is_known():
-    own = (Contribution("a", 0.03, 1.5), Contribution("b", 0.04, 2.0), Contribution("c"))
+    own = (Contribution("a", 0.03, 1.5, 1.0), Contribution("b", 0.04, 2.0, 0.5), Contribution("c"))
     budget = ErrorBudget({("clear", "x"): own})
     assert budget.total(("clear", "x")) == pytest.approx((0.05, 2.5))
     assert budget.unknown == ("c",)
-    assert budget.lines == ("clear x: at least 5 % (2.5 K): b 4 % (2 K), a 3 % (1.5 K), unknown: c",)
+    assert budget.lines == (
+        "clear x: at least 5 % (2.5 K): b 4 % (2 K) of 50 % of the band, a 3 % (1.5 K), unknown: c",
+    )
 
 
 def test_kelvin_follow_from_the_derivative_of_planck(plan):
@@ -137,7 +139,7 @@ def test_every_figure_has_a_source_and_a_command_or_is_one_of_notes():
     tables = sorted(MODELS.rglob("model_errors.csv"))
     assert len(tables) == 4
     for path in tables:
-        for row in csv.DictReader(path.open(encoding="utf-8", newline="")):
+        for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
             assert row["source"]
             assert row["condition"]
             assert row["command"] or row["name"] in ("gas", "plane-parallel clouds")

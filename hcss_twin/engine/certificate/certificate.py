@@ -255,12 +255,7 @@ class Certificate:
 
     @property
     def _world(self) -> tuple[str, ...]:
-        if self.budget is None:
-            return ()
-        totals = {cell: self.budget.total(cell) for cell in self.budget.contributions}
-        text = ", ".join(f"{of} {band} {100.0 * one:.2g} % ({k:.2g} K)" for (of, band), (one, k) in totals.items())
-        unknown = f", without the unknown: {', '.join(self.budget.unknown)}" if self.budget.unknown else ""
-        return (f"error against the world: {text}{unknown}",)
+        return () if self.budget is None else (f"error against the world, {', '.join(self.budget.totals)}",)
 
     @property
     def _relative(self) -> str:
