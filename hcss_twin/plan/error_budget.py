@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.planck import planck
@@ -213,6 +212,7 @@ class _Band:
         self.wavelength_um: Array = 1e4 / wavenumber[inside]
         around = temperature_K + np.array([[-0.5], [0.0], [0.5]])
         low, middle, high = planck(wavenumber[inside][None], around) * weights[inside]
+        self.shortest_um, self.longest_um = float(self.wavelength_um.min()), float(self.wavelength_um.max())
         self.weights: Array = middle / np.sum(middle)
         self.per_kelvin = float(np.log(np.sum(high) / np.sum(low)))
 
@@ -225,7 +225,7 @@ class _Band:
         at = np.full(self.wavelength_um.size, np.nan)
         for each in errors:
             relative = each.relative if each.relative is not None else (each.kelvin or 0.0) * self.per_kelvin
-            here = _inside(each, self)
+            here = (self.wavelength_um >= each.lower_um) & (self.wavelength_um <= each.upper_um)
             at[here] = np.fmax(at[here], relative)
         known = ~np.isnan(at)
         share = float(np.sum(self.weights[known]))
@@ -240,6 +240,7 @@ def _of_provider(
         if kind in _UNSTATED[name]:
             yield Contribution(name)
         return
+    sunlight, zenith_deg = (None, plan.sun_matters), plan.view.zenith_deg
     columns = {"", kind, of, *(each.microphysics.material for each in plan.layers if each.name == of)}
     for cause in dict.fromkeys(each.name for each in errors):
         every = [each for each in errors if each.name == cause and each.path == "up"]
@@ -249,10 +250,11 @@ def _of_provider(
             each
             for each in every
             if each.column in columns
-            and each.sunlight in (None, plan.sun_matters)
-            and each.zenith_deg[0] <= plan.view.zenith_deg <= each.zenith_deg[1]
+            and each.sunlight in sunlight
+            and each.zenith_deg[0] <= zenith_deg <= each.zenith_deg[1]
+            and each.lower_um <= band.longest_um
+            and each.upper_um >= band.shortest_um
         ]
-        fitting = [each for each in fitting if np.any(_inside(each, band))]
         relative, share = band.mean(fitting)
         yield Contribution(
             cause,
@@ -264,8 +266,3 @@ def _of_provider(
             all(each.command for each in fitting),
             next((each.needs for each in fitting if each.needs), ""),
         )
-
-
-def _inside(error: ModelError, band: _Band) -> NDArray[np.bool_]:
-    inside: NDArray[np.bool_] = (band.wavelength_um >= error.lower_um) & (band.wavelength_um <= error.upper_um)
-    return inside

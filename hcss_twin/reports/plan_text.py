@@ -226,6 +226,9 @@ def approximations(plan: Plan) -> Rows:
         sense = f" ({item.sense})" if item.sense else ""
         why = f"needs {item.needs}" if exceeds else item.why.partition(";")[0]
         yield bound_text(item.size) + " *" * exceeds, f"{item.what}{sense}: {why}"
+    if plan.needs_radiance:
+        for text in error_budget(plan).beyond(plan.accuracy.relative):
+            yield "model *", text
     # the reason without the list that may follow it
     nothing = [f"{item.what} ({re.split('[;:]', item.why)[0]})" for item in plan.omissions if item.bound == 0.0]
     if nothing:
