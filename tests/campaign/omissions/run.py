@@ -25,13 +25,16 @@ RESULTS = Path(__file__).parent / "results.json"
 def summary(known: dict[str, list[dict[str, Any]]]) -> list[str]:
     """Return a line for each omission."""
     rows = [row for own in known.values() for row in own]
-    lines = [f"{len(known)} scenes, {sum(row['pixels'] for row in rows)} pixels compared"]
+    pixels = sum(max((row["pixels"] for row in own), default=0) for own in known.values())
+    lines = [f"{len(known)} scenes of {pixels} pixels, {sum(row['pixels'] for row in rows)} comparisons"]
     for what in sorted({row["what"] for row in rows}):
         own = [row for row in rows if row["what"] == what]
-        tight = max(row["change"] / row["bound"] for row in own)
+        tight = max(row["change"] / (row["bound"] + row["error"]) for row in own)
         beyond = sum(row["beyond"] for row in own)
         pixels = sum(row["pixels"] for row in own)
-        lines.append(f"{what}: {len(own)} scenes, {pixels} pixels, {beyond} beyond, at most {tight:.2f} of the bound")
+        lines.append(
+            f"{what}: {len(own)} scenes, {pixels} pixels, {beyond} beyond, at most {tight:.2f} of bound and table error"
+        )
     return lines
 
 
