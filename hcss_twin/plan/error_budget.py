@@ -30,7 +30,13 @@ CLEAR, CLOUDY = "clear", "cloudy"
 LEAST_KNOWN = 0.05
 """Share of a band with figures up to which they say nothing of the band."""
 
-_UNSTATED = {"gas": (CLEAR, CLOUDY), "particles": (CLOUDY,), "sea": (CLEAR,), "radiance model": (CLEAR, CLOUDY)}
+_UNSTATED = {
+    "gas": (CLEAR, CLOUDY),
+    "particles": (CLOUDY,),
+    "sea": (CLEAR,),
+    "surfaces": (CLEAR,),
+    "radiance model": (CLEAR, CLOUDY),
+}
 """Contributions of providers that state nothing, and the classes that they change."""
 
 
@@ -181,6 +187,8 @@ def error_budget(
         "sea": _stated(assembly.sea),
         "radiance model": _stated(assembly.model),
     }
+    if assembly.surfaces is not None:
+        stated["surfaces"] = _stated(assembly.surfaces.provider)
     particles = {layer.name: _stated(own) for layer, own in zip(plan.layers, assembly.optics_of_layers, strict=True)}
     cells = {}
     for of, (kind, kelvin) in classes.items():

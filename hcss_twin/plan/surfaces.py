@@ -210,7 +210,8 @@ def merged(
         before = omissions.get(item.what, item)
         unknown = item.bound is None or before.bound is None
         bound = None if unknown else max(item.bound or 0.0, before.bound or 0.0)
-        omissions[item.what] = replace(before, bound=bound)
+        estimates = [each.estimate for each in (item, before) if each.estimate is not None]
+        omissions[item.what] = replace(before, bound=bound, estimate=max(estimates, default=None))
     if len(surfaces.classes) > 1 and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel has the surface at its centre"
         omissions["surfaces within the footprint of a pixel"] = Omission(
