@@ -93,7 +93,7 @@ def slant_skipped(
             f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
             contrast,
             None if typical is None else _displaced(assembly) * typical,
-            "" if typical is None else "rms over the image, at most",
+            "" if typical is None else "rms over many images, at most",
             _slant_needs(assembly, "slant.parallax = true"),
         )
     if slant.shadows or not radiance or not sun.up.size:

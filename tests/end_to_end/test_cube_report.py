@@ -144,10 +144,11 @@ def test_certificate_and_ledger_are_those_of_the_cube(cube, page):
     kinds = found.table("kind of pixel")
     assert [row[:3] for row in kinds] == [[each["name"], str(each["pixels"]), str(each["checked"])] for each in strata]
     skipped = json.loads(attributes["hcss_skipped"])
-    ledger = {row[0]: row[1:] for row in found.table("what", "at most", "why")}
+    ledger = {row[0]: row[1:] for row in found.table("what", "at most", "typical", "why")}
     assert set(ledger) == {each["what"] for each in skipped}
     for each in skipped:
-        bound, why = ledger[each["what"]]
+        bound, typical, why = ledger[each["what"]]
+        assert typical.endswith(f"({each['sense']})") if each["estimate"] is not None else typical == ""
         assert why == each["why"]
         if each["bound"] is None:
             assert bound == "unknown"
