@@ -4,7 +4,7 @@
 
     python docs/figures/resolved_waves.py [docs/images/resolved_waves.png]
 
-Needs matplotlib. Beside the picture it prints the spread of the pixels and the bound that the plan gives where
+Needs matplotlib. Beside the picture it prints the spread of the pixels and the estimate that the plan gives where
 waves are averaged over.
 """
 
@@ -48,7 +48,7 @@ def scene(band: str, azimuth: float, **overrides: Any) -> Scenario:
 def main() -> None:
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else PICTURE
     figure, axes = plt.subplots(2, 2, figsize=(10, 7), constrained_layout=True)
-    print("| band | pixel, m | relative spread | 98.9 % of the pixels change at most by | bound in the plan |")
+    print("| band | pixel, m | relative spread | 98.9 % of the pixels change at most by | estimate in the plan |")
     print("|---|---|---|---|---|")
     for row, (band, azimuth, title) in zip(axes, PANELS, strict=True):
         limits: dict[str, float] = {}
@@ -56,10 +56,10 @@ def main() -> None:
             pixel = {"image.pixel_size": size}
             values = simulate(scene(band, azimuth, **pixel)).radiance.values[0, 0].astype(float)
             plan = make_plan(scene(band, azimuth, **pixel, **{"sea.waves": "averaged"}))
-            bound = next(item.bound for item in plan.omissions if item.what == "waves as shapes")
+            told = next(item.estimate for item in plan.omissions if item.what == "waves as shapes")
             change = np.abs(values / values.mean() - 1.0)
             spread, most = values.std() / values.mean(), np.quantile(change, 0.989)
-            print(f"| {band} | {size:g} | {spread:.1e} | {most:.1e} | {bound:.1e} |")
+            print(f"| {band} | {size:g} | {spread:.1e} | {most:.1e} | {told:.1e} |")
             limits = limits or {"vmin": np.quantile(values, 0.002), "vmax": np.quantile(values, 0.998)}
             extent = (0.0, size * values.shape[1], 0.0, size * values.shape[0])
             image = axis.imshow(values, origin="lower", cmap="gray", extent=extent, **limits)
