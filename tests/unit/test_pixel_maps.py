@@ -64,5 +64,5 @@ def test_maps_that_do_not_fit_are_refused_with_their_size():
     plan.sensor = object()
     require_room_for_maps(plan)  # and with measured radiance and digital number 3.4
     plan.bands = ("a", "b", "c")
-    with pytest.raises(ScenarioError, match=r"in 3 bands need 4\.9 GiB; allowed: 4 GiB"):
+    with pytest.raises(ScenarioError, match=r"bands: 3 need 4\.9 GiB; allowed: 4 GiB"):
         require_room_for_maps(plan)

@@ -40,7 +40,8 @@ class PairMoments:
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.pairs = 0
-        self._mean, self._squares, self._apart = np.zeros((_SUMS, *shape))
+        sums: Array = np.zeros((_SUMS, *shape))
+        self._mean, self._squares, self._apart = sums
 
     def add(self, first: NDArray[Any], second: NDArray[Any]) -> None:
         """Take the arrays of one draw with its two seeds."""
@@ -54,7 +55,7 @@ class PairMoments:
     @property
     def mean(self) -> Array:
         """Mean over all scenes."""
-        return self._mean
+        return np.asarray(self._mean)
 
     @property
     def variance(self) -> Array:
@@ -87,9 +88,8 @@ class PixelMaps:
         frames = plan.frame_times_s.size, *plan.pixels
         data: dict[str, Any] = {}
         for name, found in self._moments.items():
-            dims, shape = ("time", "y", "x"), frames
-            if name != CLOUD:
-                dims, shape = ("band", *dims), (len(plan.bands), *frames)
+            of_band = () if name == CLOUD else (len(plan.bands),)
+            dims, shape = (*(("band",) if of_band else ()), "time", "y", "x"), (*of_band, *frames)
             label = {CLOUD: "cloud (1: cloud, 0: none)"}.get(name, name.replace("_", " "))
             for statistic, values, meaning in (
                 ("mean", found.mean, "mean over scenes of the pixel's"),
@@ -116,7 +116,7 @@ def require_room_for_maps(plan: Plan) -> None:
     needed = 8 * _SUMS * values
     if needed > MAX_BYTES:
         message = (
-            f"maps of {rows} x {columns} pixels in {plan.frame_times_s.size} frames and {len(plan.bands)} bands need "
+            f"maps of {rows} x {columns} pixels, frames: {plan.frame_times_s.size}, bands: {len(plan.bands)} need "
             f"{needed / 2**30:.1f} GiB; allowed: {MAX_BYTES / 2**30:.0f} GiB (fewer frames or bands, image.window, or "
             "no maps)"
         )
