@@ -39,7 +39,6 @@ VARIABLES = ("radiance", "cloud_mask", "cloud_thickness")
 MAX_PIXELS = 2**25
 """Maximum number of pixels in all frames of a scene, whose radiance in all bands is kept in memory."""
 
-
 SPREAD = "_spread"
 """Suffix of the standard deviation over the pixels of a class."""
 
@@ -140,7 +139,8 @@ def statistics_of(
     every = {name: np.concatenate(values, axis=1) for name, values in frames.items()}
     moments = _all_moments(every, kind, number, total)
     if payload is not None:
-        moments = payload.with_figures_of_merit(moments)
+        off, spread = (moments[f"{payload.DIFFERENCE}{end}"] for end in ("", SPREAD))
+        moments = payload.with_figures_of_merit(moments, off**2 + spread**2)
         every = {name: values for name, values in every.items() if name not in payload.AUXILIARY}
     levels = {
         name: _levels(values, kind, number)

@@ -16,12 +16,8 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, make_sensor
-from hcss_twin.sweeps.propagation.draw_statistics import SPREAD
 
 MEASURED, NUMBER, SATURATED = "measured_radiance", "digital_number", "saturated_fraction"
-
-DIFFERENCE = "difference"
-"""Measured radiance less that of the second sensor."""
 
 _FAMILY = 2**18 + 1
 """Separates the seed of the second sensor from all others."""
@@ -38,6 +34,9 @@ class Payload:
     sensor : BuiltSensor
         The sensor of the plan.
     """
+
+    DIFFERENCE = "difference"
+    """Measured radiance less that of the second sensor."""
 
     AUXILIARY = DIFFERENCE, SATURATED
     """Measured values whose pixels are not summarised as such."""
@@ -65,18 +64,19 @@ class Payload:
             found[NUMBER] = one["digital_number"]
         if "saturated" in self._names:
             found[SATURATED] = one["saturated"] > 0
-        return found | {DIFFERENCE: one["radiance"].astype(np.float64) - other["radiance"]}
+        return found | {self.DIFFERENCE: one["radiance"].astype(np.float64) - other["radiance"]}
 
-    def with_figures_of_merit(self, moments: Mapping[str, Array]) -> dict[str, Array]:
+    def with_figures_of_merit(self, moments: Mapping[str, Array], square: Array) -> dict[str, Array]:
         """Return moments of each band and class (band, class) with noise, signal-to-noise ratio and NEDT.
 
-        The signal-to-noise ratio is NaN without noise. The NEDT is the noise divided by the slope of the band radiance
-        of a black body at the brightness temperature of the class.
+        ``square`` (band, class) is the mean square of ``DIFFERENCE``. The signal-to-noise ratio is NaN without noise.
+        The NEDT is the noise divided by the slope of the band radiance of a black body at the brightness temperature of
+        the class.
         """
         found = {name: values for name, values in moments.items() if not name.startswith(self.AUXILIARY)}
         if SATURATED in moments:
             found[SATURATED] = moments[SATURATED]
-        noise = np.sqrt(0.5 * (moments[DIFFERENCE] ** 2 + moments[f"{DIFFERENCE}{SPREAD}"] ** 2))
+        noise = np.sqrt(0.5 * square)
         slope = np.full(noise.shape, np.nan)
         for band, kelvin, own in zip(self._bands, moments["brightness_temperature"], slope, strict=True):
             for place in np.flatnonzero(np.isfinite(kelvin)):

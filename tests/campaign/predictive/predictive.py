@@ -279,6 +279,28 @@ def summarise(found: Mapping[str, Any]) -> dict[str, Any]:
     return summary
 
 
+WORDS = {
+    "made": "made by a population of fractal fields",
+    "seviri": "SEVIRI at 10.8 um, quarters of sea blocks",
+    "goes": "GOES-16 at 0.865 um, parts of a hurricane scene",
+}
+
+
+def table(content: Mapping[str, Any]) -> str:
+    """Return the table of the page docs/development/uncertainty.md."""
+    lines = [
+        "| images | predicted | numbers | inside 90 % intervals | below | above | intervals to be widened by |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for kind, words in WORDS.items():
+        for group in GROUPS:
+            own = content[kind]["summary"][group] if kind in content else None
+            if own is not None:
+                inside = f"{own['inside']:.0%} ± {own['standard_error']:.0%} | {own['below']:.0%} | {own['above']:.0%}"
+                lines.append(f"| {words} | {group} | {own['numbers']} | {inside} | {own['factor']:.2f} |")
+    return "\n".join(lines)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--write", action="store_true", help="Write results.json; without it, print.")
@@ -298,6 +320,8 @@ def main() -> None:
         if given.write:
             with atomic_write(RESULTS, HcssError) as draft:
                 draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    if content:
+        print(table(content))
 
 
 if __name__ == "__main__":
