@@ -128,7 +128,7 @@ def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
         bar = figure.colorbar(shown, ax=axis, orientation="horizontal", shrink=0.9)
         bar.ax.tick_params(labelsize=LETTERS - 1)
         bar.ax.locator_params(nbins=4)
-        bar.set_label(values.attrs.get("units", ""), fontsize=LETTERS - 1)
+        bar.set_label(values.attrs["units"].removeprefix("1"), fontsize=LETTERS - 1)
     figure.supxlabel("km from the centre", fontsize=LETTERS)
     return figure
 
