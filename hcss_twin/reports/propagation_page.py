@@ -136,8 +136,8 @@ def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
 def _budget(contents: PropagationContents) -> Iterator[Block]:
     yield paragraph(
         "Errors of the mean of a class: the standard deviation over draws, divided into the parts of the uncertain "
-        "inputs and of the seed, beside the errors of the models against the best reference known, where stated; "
-        "together is the root of the sum of squares."
+        "inputs and of the seed, beside the errors of the models against the best reference known, where stated. "
+        "Together is the root of the sum of squares."
     )
     yield from (tables.budget(contents, band) for band in range(len(contents.labels("band"))))
 

@@ -16,8 +16,8 @@ from hcss_twin.core.json_numbers import json_value
 from hcss_twin.reports.provenance import json_attribute
 from hcss_twin.reports.tables import Table, number
 from hcss_twin.sweeps.propagation.dataset import open_propagation
-from hcss_twin.sweeps.propagation.error_budget import ErrorSize, ModelError, error_budget
 from hcss_twin.sweeps.propagation.estimators import SAME
+from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS, UNKNOWN, ErrorSize, Stated, joint_budget
 from hcss_twin.sweeps.propagation.joint_sample import POSTERIOR
 from hcss_twin.sweeps.propagation.pixel_maps import MAP
 from hcss_twin.sweeps.propagation.summary import IN_CLASSES, OUTPUTS, PAYLOAD, QUANTILES, outputs_of
@@ -174,24 +174,33 @@ _SENSOR = {
 }
 
 
-def budget(contents: PropagationContents, band: int, models: Sequence[ModelError] = ()) -> Table:
-    """Return the errors of the mean of each class due to inputs, seed and models, in K and as shares of radiance."""
+def budget(contents: PropagationContents, band: int, stated: Stated | None = None) -> Table:
+    """Return the errors of the mean of each class due to inputs, seed and models, in K and as shares of radiance.
+
+    ``stated`` are the errors of models, by default those in the file.
+    """
+    if stated is None:
+        stated = json_attribute(contents.dataset.attrs, MODEL_ERRORS, {})
     name = contents.labels("band")[band]
+    found = joint_budget(contents.dataset, name, stated)
+    models = list(dict.fromkeys(each for row in found for each in row.models))
     rows = [
-        [row.kind, *map(_size, (row.parameters, row.seed, *(row.models or (_UNKNOWN,)), row.total))]
-        for row in error_budget(contents.dataset, name, models)
+        [
+            row.kind,
+            _size(row.parameters, "-"),
+            _size(row.seed, "-"),
+            *(_size(row.models.get(each, UNKNOWN)) for each in models or ("models",)),
+            ("at least " if row.is_least and math.isfinite(row.total.kelvin) else "") + _size(row.total),
+        ]
+        for row in found
     ]
-    header = ["error of the mean of", "uncertain inputs", "seed", *(each.name for each in models)]
-    header += ["together"] if models else ["model", "together"]
+    header = ["error of the mean of", "uncertain inputs", "seed", *(models or ["models"]), "together"]
     return Table(header, rows, f"{name}: standard deviations in K of brightness temperature, and % of radiance.")
 
 
-_UNKNOWN = ErrorSize(math.nan, math.nan)
-
-
-def _size(size: ErrorSize) -> str:
+def _size(size: ErrorSize, unknown: str = "not stated") -> str:
     if not math.isfinite(size.kelvin):
-        return "not stated"
+        return unknown
     return f"{size.kelvin:.3g} K ({100.0 * size.relative:.2g} %)"
 
 
