@@ -56,7 +56,7 @@ def cli() -> None:
 @scenario_options
 @click.option("-o", "--output", type=NEW, help="Cube to write, NetCDF or Zarr (NAME.zarr); default: NAME.nc.")
 @force_option
-@click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the cube is the same.")
+@click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the result is the same.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask cluster instead of --workers, for example tcp://host:8786.")
 @click.option("--verbose", is_flag=True, help="Print the whole certificate.")
 @propagation_options
@@ -75,14 +75,14 @@ def run(
     as_json: bool,
     **propagation: Any,
 ) -> None:
-    """Simulate SCENARIO and write its cube; with --draws propagate uncertain inputs to its radiance.
+    """Simulate SCENARIO and write its cube; with --draws propagate uncertain inputs.
 
     If checked pixels miss the requested accuracy, the command fails and keeps the cube.
     """
     if is_propagation(propagation):
-        if workers != 1 or scheduler is not None:
-            raise click.UsageError("--workers, --scheduler: not allowed with --draws, which runs in one process")
-        run_propagation(context, scenario, assignments, output, force, as_json, propagation)
+        if scheduler is not None:
+            raise click.UsageError("--scheduler: not allowed with --draws; allowed: --workers")
+        run_propagation(context, scenario, assignments, output, force, as_json, {**propagation, "workers": workers})
         return
     loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")

@@ -118,6 +118,7 @@ _DRAW_OPTIONS = (
         metavar="NUMBERS",
         help="With --draws: also write the cubes of these draws, for example 0,17.",
     ),
+    click.option("--maps", is_flag=True, help="With --draws: also write mean and standard deviation of each pixel."),
     click.option("--layer", type=int, help="With --posterior: cloud layer it applies to, if there are two."),
 )
 
@@ -134,7 +135,8 @@ def is_propagation(given: dict[str, Any]) -> bool:
     if given["draws"] is not None:
         return True
     names = {"posterior": "--posterior", "uncertain": "--uncertain", "cubes_of": "--cube-of", "layer": "--layer"}
-    needy = [option for name, option in names.items() if given[name] not in (None, ())]
+    names |= {"maps": "--maps"}
+    needy = [option for name, option in names.items() if given[name] not in (None, (), False)]
     needy += ["--shares"] if given["shares"] != "regression" else []
     if needy:
         raise click.UsageError(f"{needy[0]} needs the number of draws: --draws N, for example 200")
@@ -170,6 +172,8 @@ def run_propagation(
             layer=given["layer"],
             shares=given["shares"],
             cubes_of=numbers,
+            maps=given["maps"],
+            workers=given["workers"],
             progress=partial(progress, context.ensure_object(Stop), label="draws"),
         )
     if as_json:

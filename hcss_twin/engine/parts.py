@@ -12,7 +12,7 @@ import math
 import multiprocessing
 import signal
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
@@ -268,14 +268,41 @@ def _tasks(plan: Plan, frames: Sequence[int]) -> Iterator[Task]:
 
 
 def _in_order(plan: Plan, executor: Executor, workers: int, tasks: Iterator[Task]) -> Iterator[tuple[Task, MadePart]]:
-    """Yield the workers' results in the order of the tasks, submitting a few tasks ahead."""
-    waiting: deque[tuple[Task, Future[MadePart]]] = deque()
-    frame, summaries = -1, list[Any]()
-    try:
+    """Yield the workers' results in the order of the tasks."""
+
+    def with_summaries() -> Iterator[tuple[Task, list[Any]]]:
+        frame, summaries = -1, list[Any]()
         for task in tasks:
             if task.frame != frame:
                 frame, summaries = task.frame, summaries_of(plan, float(plan.frame_times_s[task.frame]))
-            waiting.append((task, executor.submit(make_part, task, summaries)))
+            yield task, summaries
+
+    for (task, _), made in in_order(executor, workers, _make_given, with_summaries()):
+        yield task, made
+
+
+def _make_given(given: tuple[Task, Sequence[Any]]) -> MadePart:
+    return make_part(*given)
+
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+def in_order(
+    executor: Executor, workers: int, work: Callable[[_Item], _Result], items: Iterator[_Item]
+) -> Iterator[tuple[_Item, _Result]]:
+    """Yield items with the results of workers in the order of the items, submitting a few ahead.
+
+    Raises
+    ------
+    ProviderError
+        If a worker ends before completing its item.
+    """
+    waiting: deque[tuple[_Item, Future[_Result]]] = deque()
+    try:
+        for item in items:
+            waiting.append((item, executor.submit(work, item)))
             while len(waiting) >= AHEAD * workers:
                 yield waiting[0][0], waiting[0][1].result()
                 waiting.popleft()

@@ -10,10 +10,11 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.reports import propagation_tables as tables
-from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, plain
+from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, picture, plain
 from hcss_twin.reports.page import Block, Markup, Page, Section, beside, facts, folded, note, paragraph
 from hcss_twin.reports.propagation_tables import RADIATION, PropagationContents, read_contents
 from hcss_twin.reports.provenance import json_attribute, names_in, provenance, scenario
+from hcss_twin.sweeps.propagation.pixel_maps import MAP
 from hcss_twin.sweeps.propagation.summary import QUANTILES
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 
 DRAWN_INPUTS = 10
+DRAWN_PIXELS = 400
+"""Maximum number of rows and columns of a map; larger ones are thinned."""
+
 DRAWN_CLASSES = 5
 """Maximum number of classes in a figure; tables list all."""
 
@@ -45,6 +49,9 @@ def propagation_page(path: Path) -> Page:
     contents = read_contents(path)
     sections = [
         Section("Spread", list(_spread(contents))),
+        *([Section("Sensor", list(_sensor(contents)))] if contents.has_sensor else []),
+        *([Section("Maps", list(_maps(contents)))] if contents.mapped else []),
+        Section("Inputs and models", list(_budget(contents))),
         Section("Which input matters", list(_shares(contents))),
         Section("Image metrics", list(_metrics(contents))),
         Section("Inputs", list(_inputs(contents))),
@@ -70,6 +77,69 @@ def _spread(contents: PropagationContents) -> Iterator[Block]:
     yield folded("The same of radiance", _drawn_spread(contents, radiance))
     yield from _first_bands(contents)
     yield folded("All quantiles", *(tables.quantiles(contents, name, band) for name in RADIATION for band in bands))
+
+
+def _sensor(contents: PropagationContents) -> Iterator[Block]:
+    yield paragraph(
+        "Each scene is measured twice, by sensors that differ in their seeds: half the mean square difference is the "
+        "variance of the noise, fixed pattern included. The signal-to-noise ratio is that of single pixels against "
+        "the mean of their class; the NEDT is that of a black body at the brightness temperature of the class. Noise "
+        "below the step of the converter, and in saturated pixels, is not seen."
+    )
+    yield from (tables.payload(contents, band) for band in range(len(contents.labels("band"))))
+    for name in ("measured_radiance", "digital_number"):
+        if name in contents.dataset:
+            every = (tables.spread(contents, name, band) for band in range(len(contents.labels("band"))))
+            yield folded(f"{name.replace('_', ' ').capitalize()} of single pixels", *every)
+
+
+def _maps(contents: PropagationContents) -> Iterator[Block]:
+    yield paragraph(
+        "Over the scenes of all draws with both seeds, of each pixel of the first frame: mean, standard deviation, and "
+        "the part of it that is due to the seed, which places the clouds."
+    )
+    for name in contents.mapped:
+        values = contents.dataset[f"{name}{MAP}mean"]
+        names = contents.labels("band")[:DRAWN_BANDS] if "band" in values.dims else [""]
+        for band, label in enumerate(names):
+            shown = f"{name.replace('_', ' ')}{', ' if label else ''}{label}"
+            yield picture(_maps_of(contents, name, band), f"maps of {shown}", f"{shown[:1].upper()}{shown[1:]}.")
+
+
+def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
+    """Draw mean and standard deviations of the pixels of the first frame side by side, north at the top."""
+    figure = new_figure(2.0 * WIDTH_IN, 3.2)
+    titles = ("mean", "standard deviation", "due to the seed")
+    statistics = ("mean", "standard_deviation", "seed_standard_deviation")
+    x, y = (contents.dataset[axis].values * 1e-3 for axis in ("x", "y"))
+    top = float(
+        contents.dataset[f"{name}{MAP}standard_deviation"][..., 0, :, :].values.reshape(-1, y.size, x.size)[band].max()
+    )
+    for axis, title, statistic in zip(figure.subplots(1, 3), titles, statistics, strict=True):
+        values = contents.dataset[f"{name}{MAP}{statistic}"]
+        plane = values.isel(time=0).values.reshape(-1, y.size, x.size)[band]
+        step = max(1, max(plane.shape) // DRAWN_PIXELS)
+        limits = {} if statistic == "mean" else {"vmin": 0.0, "vmax": top or 1.0}
+        shown = axis.imshow(
+            plane[::step, ::step], origin="lower", extent=(x[0], x[-1], y[0], y[-1]), cmap="viridis", **limits
+        )
+        axis.set_title(title, fontsize=LETTERS)
+        axis.tick_params(labelsize=LETTERS - 1)
+        bar = figure.colorbar(shown, ax=axis, orientation="horizontal", shrink=0.9)
+        bar.ax.tick_params(labelsize=LETTERS - 1)
+        bar.ax.locator_params(nbins=4)
+        bar.set_label(values.attrs["units"].removeprefix("1"), fontsize=LETTERS - 1)
+    figure.supxlabel("km from the centre", fontsize=LETTERS)
+    return figure
+
+
+def _budget(contents: PropagationContents) -> Iterator[Block]:
+    yield paragraph(
+        "Errors of the mean of a class: the standard deviation over draws, divided into the parts of the uncertain "
+        "inputs and of the seed, beside the errors of the models against the best reference known, where stated. "
+        "Together is the root of the sum of squares."
+    )
+    yield from (tables.budget(contents, band) for band in range(len(contents.labels("band"))))
 
 
 def _drawn_spread(contents: PropagationContents, name: str) -> Markup:

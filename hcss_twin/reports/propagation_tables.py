@@ -17,8 +17,10 @@ from hcss_twin.reports.provenance import json_attribute
 from hcss_twin.reports.tables import Table, number
 from hcss_twin.sweeps.propagation.dataset import open_propagation
 from hcss_twin.sweeps.propagation.estimators import SAME
+from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS, UNKNOWN, ErrorSize, Stated, joint_budget
 from hcss_twin.sweeps.propagation.joint_sample import POSTERIOR
-from hcss_twin.sweeps.propagation.summary import OUTPUTS, QUANTILES
+from hcss_twin.sweeps.propagation.pixel_maps import MAP
+from hcss_twin.sweeps.propagation.summary import IN_CLASSES, OUTPUTS, PAYLOAD, QUANTILES, outputs_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,6 +69,17 @@ class PropagationContents:
         """Return which shares of a source are estimated: ``first_order``, ``total``, both or none."""
         return [name for name in _ORDERS if str(self.dataset[f"{name}_estimator"].values[source]) != "none"]
 
+    @property
+    def has_sensor(self) -> bool:
+        """Whether a sensor measured the scenes."""
+        return PAYLOAD[0] in self.dataset
+
+    @property
+    def mapped(self) -> list[str]:
+        """Names of the quantities with maps, for example ``radiance``."""
+        end = f"{MAP}mean"
+        return [str(name).removesuffix(end) for name in self.dataset.data_vars if str(name).endswith(end)]
+
     def pair(self, name: str, at: tuple[int, ...]) -> tuple[float, float]:
         """Return a statistic and its standard error at one index."""
         return float(self.dataset[name].values[at]), float(self.dataset[f"{name}_error"].values[at])
@@ -89,7 +102,8 @@ def read_contents(path: Path) -> PropagationContents:
         if missing:
             raise PropagationError(f"cannot read {path}: damaged: it has no {', '.join(missing[:3])}")
         try:
-            return PropagationContents(opened.load())
+            # only the maps of the first frame are shown, and those of all may be large
+            return PropagationContents(opened.isel(time=slice(1), missing_dims="ignore").load())
         except (OSError, RuntimeError) as error:
             raise PropagationError(f"cannot read {path}: damaged: {error}") from error
 
@@ -135,6 +149,59 @@ def spread(contents: PropagationContents, name: str, band: int) -> Table:
     ]
     caption = f"{contents.labels('band')[band]}: {contents.label(name)}, ± standard error."
     return Table(["class", *_MOMENTS, "of a pixel"], rows, caption)
+
+
+def payload(contents: PropagationContents, band: int) -> Table:
+    """Return moments over draws of what the sensor measures and of its noise, by class and quantity."""
+    data = contents.dataset
+    shown = [name for name in PAYLOAD if name in data and name in _SENSOR]
+    rows = [
+        [kind, _SENSOR[name], *_moments(contents, name, (band, place))]
+        for place, kind in enumerate(contents.labels("class"))
+        for name in shown
+    ]
+    caption = f"{contents.labels('band')[band]}: as the sensor measures it, ± standard error."
+    return Table(["class", "measured", *_MOMENTS], rows, caption, text_columns=2)
+
+
+_SENSOR = {
+    "measured_radiance": "radiance (W m-2 sr-1)",
+    "digital_number": "digital number",
+    "noise_radiance": "noise (W m-2 sr-1)",
+    "signal_to_noise": "signal-to-noise ratio",
+    "nedt": "NEDT (K)",
+    "saturated_fraction": "saturated part",
+}
+
+
+def budget(contents: PropagationContents, band: int, stated: Stated | None = None) -> Table:
+    """Return the errors of the mean of each class due to inputs, seed and models, in K and as shares of radiance.
+
+    ``stated`` are the errors of models, by default those in the file.
+    """
+    if stated is None:
+        stated = json_attribute(contents.dataset.attrs, MODEL_ERRORS, {})
+    name = contents.labels("band")[band]
+    found = joint_budget(contents.dataset, name, stated)
+    models = list(dict.fromkeys(each for row in found for each in row.models))
+    rows = [
+        [
+            row.kind,
+            _size(row.parameters, "-"),
+            _size(row.seed, "-"),
+            *(_size(row.models.get(each, UNKNOWN)) for each in models or ("models",)),
+            ("at least " if row.is_least and math.isfinite(row.total.kelvin) else "") + _size(row.total),
+        ]
+        for row in found
+    ]
+    header = ["error of the mean of", "uncertain inputs", "seed", *(models or ["models"]), "together"]
+    return Table(header, rows, f"{name}: standard deviations in K of brightness temperature, and % of radiance.")
+
+
+def _size(size: ErrorSize, unknown: str = "not stated") -> str:
+    if not math.isfinite(size.kelvin):
+        return unknown
+    return f"{size.kelvin:.3g} K ({100.0 * size.relative:.2g} %)"
 
 
 def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
@@ -277,6 +344,9 @@ def _lines(propagation: Propagation) -> Iterator[str]:
     for band in bands:
         for name in RADIATION:
             yield from spread(contents, name, band).lines()
+        if contents.has_sensor:
+            yield from payload(contents, band).lines()
+        yield from budget(contents, band).lines()
     yield ""
     yield from metrics(contents).lines()
     for name in RADIATION:
@@ -317,11 +387,12 @@ def propagation_values(propagation: Propagation) -> Mapping[str, Any]:
                 **{f"{key}_error": _tree(data[f"{name}_{key}_error"]) for key in STATISTICS},
                 **{key: _tree(data[f"{name}_{key}"]) for key in ("scenes", "draws")},
             }
-            for name in OUTPUTS
+            for name in outputs_of(data)
         },
         "pixels": {
             name: {key: _tree(data[f"{name}_pixel_{key}"]) for key in STATISTICS[:3]}
-            for name in ("radiance", "brightness_temperature")
+            for name in IN_CLASSES
+            if name in data
         },
         "notes": list(propagation.notes),
         "cubes": [str(path) for path in propagation.cubes],

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from cheap import CHEAP
+from scipy import constants
+from scipy.integrate import quad
 
 import hcss_twin
 
@@ -52,3 +54,59 @@ def test_classes_without_pixels_have_no_numbers(found):
     assert np.all(own["radiance_draws"] == 0)
     assert np.all(np.isnan(found["metric_mean"].sel(metric_name=["entropy", "fractal_dimension"])))
     assert float(found["metric_mean"].sel(metric_name="coverage")) == 0.0
+
+
+STEP, NEDT, AT_K = 1e-4, 0.05, 300.0
+SENSOR = {
+    "sensor.parameters.noise": "nedt",
+    "sensor.parameters.nedt": NEDT,
+    "sensor.parameters.nedt_temperature": AT_K,
+    "sensor.parameters.bits": 20,
+    "sensor.parameters.radiance_per_number": STEP,
+}
+
+
+@pytest.fixture(scope="module")
+def sensed():
+    """The same sea through a linear sensor, in enough pixels for its noise."""
+    overrides = CLEAR | SENSOR | {"image.rows": 32, "image.columns": 32}
+    uncertain = {"sea.temperature": f"normal:291:{SIGMA}"}
+    return hcss_twin.propagate("stratus", draws=12, uncertain=uncertain, overrides=overrides).dataset.isel(band=0)
+
+
+def black_body(kelvin):
+    """Radiance of a black body from 10.3 to 11.3 um, W m-2 sr-1."""
+
+    def spectral(wavelength_um):
+        metres = wavelength_um * 1e-6
+        x = constants.h * constants.c / (metres * constants.k * kelvin)
+        return 2e-6 * constants.h * constants.c**2 / metres**5 / np.expm1(x)
+
+    return quad(spectral, 10.3, 11.3, epsabs=0.0, epsrel=1e-10)[0]
+
+
+def per_kelvin(kelvin):
+    return (black_body(kelvin + 0.5) - black_body(kelvin - 0.5)) / 1.0
+
+
+def test_the_spread_of_digital_numbers_is_that_of_radiance_divided_by_the_step_of_the_converter(sensed):
+    own = sensed.sel({"class": "clear"})
+    spread = float(own["radiance_standard_deviation"]) / STEP
+    # the noise of a mean over 1024 pixels is .002 K, of the sea .4 K
+    assert float(own["digital_number_standard_deviation"]) == pytest.approx(spread, rel=5e-3)
+    assert float(own["digital_number_mean"]) == pytest.approx(float(own["radiance_mean"]) / STEP, rel=1e-4)
+    # a pixel has the spread of the draws and the noise
+    pixel = np.hypot(own["radiance"].values[0].std(), NEDT * per_kelvin(AT_K)) / STEP
+    assert float(own["digital_number_pixel_standard_deviation"]) == pytest.approx(pixel, rel=5e-3)
+
+
+def test_noise_signal_to_noise_and_nedt_are_those_of_the_black_body(sensed):
+    own = sensed.sel({"class": "clear"})
+    noise = NEDT * per_kelvin(AT_K)
+    kelvin = float(own["brightness_temperature_mean"])
+    # 24 scenes of 1024 pixels: half a per cent is two standard errors
+    assert float(own["noise_radiance_mean"]) == pytest.approx(noise, rel=0.015)
+    assert float(own["signal_to_noise_mean"]) == pytest.approx(black_body(kelvin) / noise, rel=0.015)
+    assert float(own["nedt_mean"]) == pytest.approx(NEDT * per_kelvin(AT_K) / per_kelvin(kelvin), rel=0.015)
+    assert int(own["nedt_scenes"]) == 24
+    assert int(sensed["nedt_scenes"].sel({"class": "thick"})) == 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
-from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, DrawStatistics
+from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, SPREAD, DrawStatistics
 from hcss_twin.sweeps.propagation.joint_sample import JointSample
 from hcss_twin.sweeps.propagation.summary import pooled_pixels, summarise
 
@@ -25,13 +25,19 @@ VERSION_ATTRIBUTE = "hcss_propagation_version"
 VERSION = 2
 """Since version 2, moments use all scenes with an output; before, they used draws whose scenes all had it."""
 
-_SPREAD = "standard deviation over the pixels of a class of"
+_RADIANCE, _OF_CLASS = "W m-2 sr-1", "of the pixels of a class"
 _PER_DRAW = {
-    "radiance": ("mean radiance of the pixels of a class", "W m-2 sr-1"),
-    "radiance_spread": (f"{_SPREAD} radiance", "W m-2 sr-1"),
-    "brightness_temperature": ("mean brightness temperature of the pixels of a class", "K"),
-    "brightness_temperature_spread": (f"{_SPREAD} brightness temperature", "K"),
+    "radiance": (f"mean radiance {_OF_CLASS}", _RADIANCE),
+    "brightness_temperature": (f"mean brightness temperature {_OF_CLASS}", "K"),
+    "measured_radiance": (f"mean radiance {_OF_CLASS} as measured by the sensor", _RADIANCE),
+    "digital_number": (f"mean digital number {_OF_CLASS}", "1"),
+    "saturated_fraction": (f"saturated part {_OF_CLASS}", "1"),
+    "noise_radiance": (f"noise of the sensor, fixed pattern included, as radiance {_OF_CLASS}", _RADIANCE),
+    "signal_to_noise": (f"mean measured radiance {_OF_CLASS} divided by the noise", "1"),
+    "nedt": ("noise as a temperature difference of a black body at the brightness temperature of a class", "K"),
 }
+"""Variables of a scene by band and class, with their meaning and units; all but the first two need a sensor."""
+
 _METRICS = "mean over frames of a metric of the clouds: cloudy part of pixels, EV, Den, DP and FD of their thickness"
 
 
@@ -41,13 +47,11 @@ def drawn_dataset(
     inputs: Array,
     bands: Sequence[str],
     classes: Sequence[str],
-    kelvin_levels: NDArray[np.float32],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
     """Combine the values of all draws.
 
-    ``statistics`` are ordered by mixture, then by draw; ``inputs`` (draw, input) are those of the first sample;
-    ``kelvin_levels`` (draw, band, class, level) are the brightness temperatures of the radiance levels of the draws.
+    ``statistics`` are ordered by mixture, then by draw; ``inputs`` (draw, input) are those of the first sample.
     """
     import xarray as xr
 
@@ -62,16 +66,17 @@ def drawn_dataset(
     def add(name: str, dims: tuple[str, ...], values: NDArray[Any], long_name: str, units: str | None = None) -> None:
         data[name] = (dims, values, {"long_name": long_name} | ({} if units is None else {"units": units}))
 
-    for name, (meaning, units) in _PER_DRAW.items():
-        add(name, ("mixture", "draw", "band", "class"), stacked(name), meaning, units)
+    for name, meaning, units in _of_scenes(each[0][0].values):
+        by_class = np.stack([np.stack([one.values[name] for one in row]) for row in each])
+        add(name, ("mixture", "draw", "band", "class"), by_class, meaning, units)
     of_class, pixels = ("mixture", "draw", "class"), stacked("pixels")
     add("class_pixels", of_class, pixels, "pixels of a class in all frames", "1")
     add("class_fraction", of_class, pixels / pixels[..., :1], "part of the pixels that is of a class", "1")
     add("metric", ("mixture", "draw", "metric_name"), stacked("metrics"), _METRICS, "1")
-    levels = np.stack([one.levels for one in statistics[mixtures[0]] if one.levels is not None])
-    for name, array in (("radiance", levels), ("brightness_temperature", kelvin_levels)):
+    for name in each[0][0].levels:
         meaning = f"{name.replace('_', ' ')} below which a share of the pixels of a class lies"
-        add(f"{name}_level", ("draw", "band", "class", "level"), array, meaning, _PER_DRAW[name][1])
+        levels = np.stack([one.levels[name] for one in each[0]])
+        add(f"{name}_level", ("draw", "band", "class", "level"), levels, meaning, _PER_DRAW[name][1])
     meaning = "value of an input in the draws, SI; instants in seconds since 1970"
     add("input_value", ("draw", "input"), inputs, meaning)
     add("scene_seed", ("sample", "draw"), sample.seeds, "seed of the scene, of the draws and with other seeds")
@@ -87,6 +92,15 @@ def drawn_dataset(
         "input_kind": ("input", kinds, {"long_name": "where its distribution comes from"}),
     }
     return xr.Dataset(data, coords, dict(attributes))
+
+
+def _of_scenes(names: Container[str]) -> Iterator[tuple[str, str, str]]:
+    """Yield name, meaning and units of the variables by band and class among ``names``."""
+    for name, (meaning, units) in _PER_DRAW.items():
+        spread = f"standard deviation over the pixels of a class of {name.replace('_', ' ')}"
+        for variable, text in ((name, meaning), (f"{name}{SPREAD}", spread)):
+            if variable in names:
+                yield variable, text, units
 
 
 def with_summary(drawn: xr.Dataset) -> xr.Dataset:

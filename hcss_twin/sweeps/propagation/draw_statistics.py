@@ -1,11 +1,10 @@
-"""Statistics of one scene (radiance by pixel class and band, cloud metrics), and the tables that scenes share."""
+"""Statistics of one scene: radiance and what a sensor measures by pixel class and band, and cloud metrics."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +13,15 @@ from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
-from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
+from hcss_twin.sweeps.propagation.pixel_maps import CLOUD
+
+if TYPE_CHECKING:
+    from hcss_twin.sweeps.propagation.payload import Payload
 
 Thickness = NDArray[np.float32]
 
@@ -37,23 +39,30 @@ VARIABLES = ("radiance", "cloud_mask", "cloud_thickness")
 MAX_PIXELS = 2**25
 """Maximum number of pixels in all frames of a scene, whose radiance in all bands is kept in memory."""
 
+SPREAD = "_spread"
+"""Suffix of the standard deviation over the pixels of a class."""
+
 
 @dataclass(frozen=True)
 class DrawStatistics:
     """Statistics over all frames of one scene; NaN for classes without pixels.
 
-    Means and standard deviations over the pixels of a class (band, class), for radiance in W m-2 sr-1 and brightness
-    temperature in K; ``pixels`` (class,); ``metrics`` (metric,), means over the frames that have them; and optionally
-    ``levels`` (band, class, level), the quantiles of radiance over pixels at ``LEVELS``.
+    Attributes
+    ----------
+    values : mapping of str to ndarray (band, class)
+        Means over the pixels of a class of radiance, in W m-2 sr-1, brightness temperature, in K, and what a sensor
+        measures, their standard deviations (``..._spread``), and figures of merit of the sensor.
+    pixels : ndarray (class,)
+    metrics : ndarray (metric,)
+        Means over the frames that have them.
+    levels : mapping of str to ndarray (band, class, level)
+        Quantiles of radiance and measured quantities over pixels at ``LEVELS``; may be empty.
     """
 
-    radiance: Array
-    radiance_spread: Array
-    brightness_temperature: Array
-    brightness_temperature_spread: Array
+    values: Mapping[str, Array]
     pixels: NDArray[np.int64]
     metrics: Array
-    levels: NDArray[np.float32] | None
+    levels: Mapping[str, NDArray[np.float32]]
 
 
 class _Classes:
@@ -96,33 +105,63 @@ def require_room(plan: Plan) -> None:
 
 def statistics_of(
     plan: Plan, tables: RadianceTables, temperature: BrightnessTemperature, *, with_levels: bool
-) -> DrawStatistics:
-    """Compute the variables ``VARIABLES`` of all frames of a scene, and summarise them.
+) -> tuple[DrawStatistics, dict[str, NDArray[Any]]]:
+    """Compute the variables ``VARIABLES`` of all frames of a scene, and what its sensor measures, and summarise them.
 
-    ``temperature`` belongs to the plan's spectral grid; ``with_levels`` adds quantiles over pixels. Raises
+    ``temperature`` belongs to the plan's spectral grid; ``with_levels`` adds quantiles over pixels. Returns the
+    statistics, and the values (band, pixel) of all pixels and frames, with the cloud mask (pixel,). Raises
     ProviderError if a provider violates its contract.
     """
     maker = PartMaker(plan, tables)
-    kinds, radiance, kelvin, metrics = [], [], [], []
+    payload: Payload | None = None
+    if plan.sensor is not None:
+        from hcss_twin.sweeps.propagation.payload import Payload  # not for scenes without a sensor
+
+        payload = Payload(plan, tables, plan.sensor)
+    kinds, masks, metrics = [], [], []
+    frames: dict[str, list[NDArray[Any]]] = {}
     for index in range(plan.frame_times_s.size):
         classes = _Classes(plan)
         frame, _ = maker.part(index, plan.extent, classes)
+        radiance, cloudy = frame["radiance"], frame["cloud_mask"] > 0
+        found = {"radiance": radiance, "brightness_temperature": temperature(radiance)}
+        if payload is not None:
+            found |= payload.measure(index, radiance)
+        for name, values in found.items():
+            frames.setdefault(name, []).append(values.reshape(len(plan.bands), -1))
         kinds.append(classes.kinds.ravel())
-        radiance.append(frame["radiance"].reshape(len(plan.bands), -1))
-        kelvin.append(temperature(frame["radiance"]).reshape(len(plan.bands), -1))
-        metrics.append(_metrics(frame["cloud_thickness"], frame["cloud_mask"] > 0))
+        masks.append(cloudy.ravel())
+        metrics.append(_metrics(frame["cloud_thickness"], cloudy))
     kind = np.concatenate(kinds)
     number = len(stratum_names(len(plan.layers)))
     pixels = np.bincount(kind, minlength=number)
     total = np.concatenate([[kind.size], pixels]).astype(np.int64)
-    values, temperatures = np.concatenate(radiance, axis=1), np.concatenate(kelvin, axis=1)
-    moments = [_moments(each, kind, number, total) for each in (values, temperatures)]
-    levels = _levels(values, kind, number) if with_levels else None
-    return DrawStatistics(*moments[0], *moments[1], total, _mean_where_known(np.array(metrics)), levels)
+    every = {name: np.concatenate(values, axis=1) for name, values in frames.items()}
+    moments = _all_moments(every, kind, number, total)
+    if payload is not None:
+        off, spread = (moments[f"{payload.DIFFERENCE}{end}"] for end in ("", SPREAD))
+        moments = payload.with_figures_of_merit(moments, off**2 + spread**2)
+        every = {name: values for name, values in every.items() if name not in payload.AUXILIARY}
+    levels = {
+        name: _levels(values, kind, number)
+        for name, values in every.items()
+        if with_levels and name != "brightness_temperature"  # from the levels of radiance
+    }
+    statistics = DrawStatistics(moments, total, _mean_where_known(np.array(metrics)), levels)
+    return statistics, {**every, CLOUD: np.concatenate(masks)}
+
+
+def _all_moments(
+    every: Mapping[str, NDArray[Any]], kind: NDArray[np.int8], number: int, pixels: NDArray[np.int64]
+) -> dict[str, Array]:
+    found: dict[str, Array] = {}
+    for name, values in every.items():
+        found[name], found[f"{name}{SPREAD}"] = _moments(values, kind, number, pixels)
+    return found
 
 
 def _moments(
-    values: NDArray[np.float32], kind: NDArray[np.int8], number: int, pixels: NDArray[np.int64]
+    values: NDArray[Any], kind: NDArray[np.int8], number: int, pixels: NDArray[np.int64]
 ) -> tuple[Array, Array]:
     """Mean and standard deviation of values (band, pixel) over the pixels of each class, (band, class)."""
     mean, spread = np.full((2, values.shape[0], pixels.size), np.nan)
@@ -138,7 +177,7 @@ def _moments(
     return mean, spread
 
 
-def _levels(values: NDArray[np.float32], kind: NDArray[np.int8], number: int) -> NDArray[np.float32]:
+def _levels(values: NDArray[Any], kind: NDArray[np.int8], number: int) -> NDArray[np.float32]:
     levels = np.full((values.shape[0], number + 1, LEVELS.size), np.nan, dtype=np.float32)
     for place in range(number + 1):
         own = values if place == 0 else values[:, kind == place - 1]
@@ -169,56 +208,3 @@ def _mean_where_known(metrics: Array) -> Array:
     count = known.sum(axis=0)
     total = np.where(known, metrics, 0.0).sum(axis=0)
     return np.asarray(np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0))
-
-
-_HELD = 4
-"""Maximum number of sets of tables in memory: those of the current and the previous draw."""
-
-
-@dataclass
-class TableCount:
-    """Numbers of scenes, of sets of tables that they needed, and of sets compiled for them.
-
-    The other sets came from the cache of earlier runs. A set dropped from memory and needed again counts twice.
-    """
-
-    scenes: int = 0
-    sets: int = 0
-    compiled: int = 0
-
-
-class SharedTables:
-    """Provides the tables of successive plans."""
-
-    def __init__(self) -> None:
-        self.count = TableCount()
-        self._held: OrderedDict[str, RadianceTables] = OrderedDict()
-        self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
-
-    def of(self, plan: Plan) -> RadianceTables:
-        """Return the tables of a plan, bit-identical to those of a separate run."""
-        self.count.scenes += 1
-        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
-        if key not in self._held:
-            self.count.sets += 1
-            compiled: list[Plan] = []  # one per view, if the view varies over pixels
-            self._held[key] = tables_of(plan, partial(_noted, compiled))
-            self.count.compiled += bool(compiled)
-            while len(self._held) > _HELD:
-                self._held.popitem(last=False)
-        self._held.move_to_end(key)
-        return self._held[key]
-
-    def temperature(self, plan: Plan) -> BrightnessTemperature:
-        """Return the cached conversion of radiance to brightness temperature, whose table is slow to compute."""
-        grid = plan.spectral_grid
-        key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
-        if key not in self._temperatures:
-            self._temperatures.clear()
-            self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
-        return self._temperatures[key]
-
-
-def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
-    compiled.append(plan)
-    return compile_tables(plan)

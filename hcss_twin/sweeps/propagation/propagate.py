@@ -21,11 +21,10 @@ from hcss_twin.core.errors import (
     ScenarioError,
     choose_from,
 )
-from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.parts import executor_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.propagation.dataset import (
     VERSION,
@@ -35,14 +34,7 @@ from hcss_twin.sweeps.propagation.dataset import (
     with_summary,
     write_propagation,
 )
-from hcss_twin.sweeps.propagation.draw_statistics import (
-    DrawStatistics,
-    SharedTables,
-    TableCount,
-    class_names,
-    require_room,
-    statistics_of,
-)
+from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, require_room
 from hcss_twin.sweeps.propagation.draws import (
     UncertainScenario,
     layer_of,
@@ -52,14 +44,9 @@ from hcss_twin.sweeps.propagation.draws import (
     uncertain_keys,
     with_draw,
 )
-from hcss_twin.sweeps.propagation.joint_sample import (
-    DRAWS,
-    JointSample,
-    Mixture,
-    PosteriorDraws,
-    joint_sample,
-    notes_of,
-)
+from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
+from hcss_twin.sweeps.propagation.pixel_maps import PixelMaps, require_room_for_maps
+from hcss_twin.sweeps.propagation.scenes import DrawResult, DrawTask, TableCount, draws_made, only_one
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,9 +92,11 @@ def propagate(
     layer: int | None = None,
     shares: str = "regression",
     cubes_of: Sequence[int] = (),
+    maps: bool = False,
+    workers: int = 1,
     progress: Progress[Any] | None = None,
 ) -> Propagation:
-    """Propagate the uncertainty of inputs into radiance.
+    """Propagate the uncertainty of inputs into radiance and, if the scenario has a sensor, into its measurements.
 
     Each draw has values of all inputs and two seeds, which separate the scatter at fixed parameters from the scatter
     due to the parameters.
@@ -133,8 +122,13 @@ def propagate(
         which each draw is recomputed with each input exchanged in turn.
     cubes_of : sequence of int
         Draws, by number, whose cubes are written next to ``output``: ``NAME.draw-0017.nc``.
+    maps : bool
+        Also write mean and standard deviation over draws of each pixel of each frame.
+    workers : int
+        Processes that compute draws; the result does not depend on it. With more than 1, a script needs ``if __name__
+        == "__main__":``.
     progress : callable, optional
-        Wraps the iterable of draws; called with it and the number of draws.
+        Wraps the iterable of finished draws; called with it and the number of draws.
 
     Raises
     ------
@@ -148,7 +142,7 @@ def propagate(
         As for :func:`hcss_twin.simulate`.
     """
     path = None if output is None else Path(output)
-    _check(draws, shares, cubes_of, path)
+    _check(draws, shares, cubes_of, workers, path)
     uncertain_scenario = UncertainScenario.load(source, overrides)
     keys = uncertain_keys({**uncertain_scenario.uncertain, **(uncertain or {})})
     scenario = uncertain_scenario.scenario()
@@ -166,11 +160,22 @@ def propagate(
     notes = [] if drawn is None else list(notes_of(drawn, scenario, part, draws))
     if draws < FEW_DRAWS:
         notes.append(f"{draws} draws give inaccurate shares of the variance: use {FEW_DRAWS} or more")
-    if scenario.sensor is not None:
-        notes.append("radiance is that at the sensor; measured radiance is only in the cubes of draws")
+    if any(each.key.partition(".")[0] == "image" for each in keys) and maps:
+        raise PropagationOptionError("maps: the image varies between draws; allowed: maps of one grid of pixels")
     with announce_compilation(logging.getLogger(__name__).warning):
-        scenes = _Scenes(sample, uncertain_scenario.cache)
-        scenes.compute(scenarios, progress)
+        try:
+            plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache)
+            require_room(plan)
+            if maps:
+                require_room_for_maps(plan)
+        except ScenarioError as error:
+            raise with_draw(error, sample, sample.mixtures[0], 0) from error
+        collected = _Collected(sample)
+        tasks = [DrawTask(tuple(scenarios[each.name][draw] for each in sample.mixtures), maps) for draw in range(draws)]
+        with executor_of(min(workers, draws)) as (executor, count):
+            made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
+            for draw, result in made if progress is None else progress(made, draws):
+                collected.take(draw, result)
         attributes = {
             VERSION_ATTRIBUTE: np.int32(VERSION),
             "title": f"Propagated uncertainty: {scenario.title or uncertain_scenario.origin}",
@@ -181,14 +186,16 @@ def propagate(
             "notes": json.dumps(notes),
             "hcss_versions": json.dumps(versions()),
         }
-        dataset = with_summary(scenes.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
+        dataset = with_summary(collected.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
+        if maps:
+            dataset = dataset.merge(collected.maps.dataset(plan))
         if path is not None:
             write_propagation(dataset, path)
         certificates: list[Certificate] = []
         draw_cubes = [
             _cube(uncertain_scenario, sample, number, path, certificates) for number in cubes_of if path is not None
         ]
-    return Propagation(dataset, path, scenes.tables.count, tuple(draw_cubes), tuple(certificates))
+    return Propagation(dataset, path, collected.tables, tuple(draw_cubes), tuple(certificates))
 
 
 def cube_path(output: Path, draw: int) -> Path:
@@ -197,55 +204,38 @@ def cube_path(output: Path, draw: int) -> Path:
     return output.with_name(f"{name}.draw-{draw:04d}.nc")
 
 
-class _Scenes:
-    """Computes the scenes of all draws one after the other, and stores their statistics."""
+class _Collected:
+    """Results of all draws, taken in order, so that they do not depend on who computed them."""
 
-    def __init__(self, sample: JointSample, cache: ResultCache) -> None:
-        self._sample, self._cache = sample, cache
-        self.tables = SharedTables()
+    def __init__(self, sample: JointSample) -> None:
+        self._sample = sample
         self._statistics: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
-        self._kelvin: list[NDArray[np.float32]] = []
-        self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+        self._names: set[tuple[tuple[str, ...], tuple[str, ...]]] = set()
+        self._keys: set[str] = set()
+        self.tables = TableCount()
+        self.maps = PixelMaps()
 
-    def compute(self, scenarios: Mapping[str, Sequence[Scenario]], progress: Progress[Any] | None) -> None:
-        """Compute all scenes; those that share tables follow each other."""
-        numbers: Iterable[int] = range(self._sample.count)
-        for draw in numbers if progress is None else progress(numbers, self._sample.count):
-            for mixture in self._sample.mixtures:
-                try:
-                    self._one(mixture, scenarios[mixture.name][draw])
-                except ScenarioError as error:
-                    raise with_draw(error, self._sample, mixture, draw) from error
-
-    def _one(self, mixture: Mixture, scenario: Scenario) -> None:
-        plan = make_plan(scenario, shelf=self._cache)
-        self._require_same(plan)
-        temperature = self.tables.temperature(plan)
-        first = mixture.name == DRAWS
-        statistics = statistics_of(plan, self.tables.of(plan), temperature, with_levels=first)
-        self._statistics[mixture.name].append(statistics)
-        if statistics.levels is not None:
-            shape = statistics.levels.shape
-            levels = statistics.levels.reshape(shape[0], -1).astype(np.float64)
-            self._kelvin.append(temperature.where_known(levels).reshape(shape).astype(np.float32))
-
-    def _require_same(self, plan: Plan) -> None:
-        names = tuple(band.name for band in plan.bands), class_names(len(plan.layers))
-        if self._names is None:
-            require_room(plan)
-            self._names = names
-        elif names != self._names:
-            raise PropagationError("bands and the number of cloud layers must be the same in all draws")
+    def take(self, draw: int, result: DrawResult) -> None:
+        """Take the results of a draw; raises ScenarioError if its scenario is invalid."""
+        if result.problem is not None:
+            place, problems, origin = result.problem
+            raise with_draw(ScenarioError(problems, origin), self._sample, self._sample.mixtures[place], draw)
+        self._names.add(result.names)
+        only_one(self._names)
+        for mixture, statistics in zip(self._sample.mixtures, result.statistics, strict=True):
+            self._statistics[mixture.name].append(statistics)
+        if result.pixels:
+            self.maps.add(*result.pixels)
+        self._keys |= result.tables
+        count = self.tables
+        count.scenes, count.sets = count.scenes + len(result.statistics), len(self._keys)
+        count.compiled += result.compiled
 
     def dataset(self, inputs: NDArray[np.float64], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Return the values of all draws."""
-        assert self._names is not None
-        count = self.tables.count
-        counts = {"table_sets": np.int64(count.sets), "scenes": np.int64(count.scenes)}
-        kelvin_levels = np.stack(self._kelvin)
-        return drawn_dataset(
-            self._statistics, self._sample, inputs, *self._names, kelvin_levels, {**attributes, **counts}
-        )
+        counts = {"table_sets": np.int64(self.tables.sets), "scenes": np.int64(self.tables.scenes)}
+        names = only_one(self._names)
+        return drawn_dataset(self._statistics, self._sample, inputs, *names, {**attributes, **counts})
 
 
 def _cube(
@@ -262,9 +252,11 @@ def _cube(
     return run(make_plan(scenario, shelf=source.cache), cube_path(path, draw), report=report)
 
 
-def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) -> None:
+def _check(draws: int, shares: str, cubes_of: Sequence[int], workers: int, path: Path | None) -> None:
     if isinstance(draws, bool) or not isinstance(draws, int) or not FEWEST <= draws <= MAX:
         raise PropagationOptionError(f"draws: {draws!r} given, allowed: a whole number from {FEWEST} to {MAX}")
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise PropagationOptionError(f"workers: {workers!r} given, allowed: a whole number from 1")
     if shares not in SHARES:
         raise PropagationOptionError(f"shares: '{shares}' given, {choose_from(shares, SHARES)}")
     for number in cubes_of:

@@ -29,7 +29,28 @@ OUTPUTS = (
     "class_fraction",
     "metric",
 )
-"""Summarised variables, which have a value for each draw."""
+"""Summarised variables of every propagation, which have a value for each draw."""
+
+PAYLOAD = (
+    "measured_radiance",
+    "digital_number",
+    "noise_radiance",
+    "signal_to_noise",
+    "nedt",
+    "saturated_fraction",
+    "measured_radiance_spread",
+    "digital_number_spread",
+)
+"""Those of a propagation with a sensor; the digital number and saturation only if the sensor has them."""
+
+IN_CLASSES = ("radiance", "brightness_temperature", "measured_radiance", "digital_number")
+"""Variables with statistics over the pixels of a class."""
+
+
+def outputs_of(drawn: xr.Dataset) -> list[str]:
+    """Return the summarised variables that a propagation has."""
+    return [name for name in (*OUTPUTS, *PAYLOAD) if name in drawn]
+
 
 REST = "all but the seed"
 NO_ESTIMATE, REGRESSION, PICK_FREEZE = "none", "regression", "pick-freeze"
@@ -78,7 +99,7 @@ def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[st
 
 
 def summarise(drawn: xr.Dataset) -> xr.Dataset:
-    """Return mean, standard deviation, quantiles and shares of every output of ``OUTPUTS``, with standard errors.
+    """Return mean, standard deviation, quantiles and shares of each of :func:`outputs_of`, with standard errors.
 
     Some scenes may lack an output (a class without pixels, morphology without clouds). Its moments and quantiles then
     use the ``..._scenes`` scenes of both seeds that have it. Shares compare scenes of the same draw, so they use the
@@ -86,9 +107,10 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
     """
     import xarray as xr
 
-    shapes = {name: drawn[name].shape[2:] for name in OUTPUTS}
+    outputs = outputs_of(drawn)
+    shapes = {name: drawn[name].shape[2:] for name in outputs}
     values = np.concatenate(
-        [drawn[name].values.reshape(*drawn[name].shape[:2], -1) for name in OUTPUTS], axis=2
+        [drawn[name].values.reshape(*drawn[name].shape[:2], -1) for name in outputs], axis=2
     ).astype(np.float64)
     mixtures = [str(name) for name in drawn["mixture"].values]
     inputs = [str(name) for name in drawn["input"].values]
@@ -106,7 +128,7 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
         }
     )
     begin = 0
-    for name in OUTPUTS:
+    for name in outputs:
         size = int(np.prod(shapes[name]))
         about, dims = drawn[name].attrs, drawn[name].dims[2:]
         for statistic, (values_of, front) in estimates.items():
@@ -199,10 +221,10 @@ def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow]
 def pooled_pixels(drawn: xr.Dataset) -> Iterator[tuple[str, tuple[tuple[str, ...], Array, Mapping[str, str]]]]:
     """Yield statistics of the pixels of a class over all draws, each pixel with equal weight.
 
-    These are the mean, standard deviation and quantiles of radiance and brightness temperature in the first mixture.
+    These are the mean, standard deviation and quantiles of the variables of ``IN_CLASSES`` in the first mixture.
     """
     weight = drawn["class_pixels"].values[0].astype(np.float64)  # draw, class
-    for name in ("radiance", "brightness_temperature"):
+    for name in filter(drawn.__contains__, IN_CLASSES):
         about = drawn[name].attrs
         mean, spread = drawn[name].values[0], drawn[f"{name}_spread"].values[0]
         own = np.broadcast_to(weight[:, None], mean.shape)

@@ -1,0 +1,109 @@
+"""Uncertainty of the inputs beside the errors of the models, by band and pixel class."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hcss_twin.engine.certificate.part_sample import CLEAR
+from hcss_twin.sweeps.propagation.draw_statistics import ALL
+from hcss_twin.sweeps.propagation.joint_sample import SEED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+MODEL_ERRORS = "hcss_error_budget"
+"""Attribute of a propagation with the errors that models state, JSON, as :data:`Stated`."""
+
+Stated = Mapping[str, Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]]
+"""Errors by class (``clear``, or the name of a cloud layer) and band.
+
+``contributions`` is a list of mappings with ``name``, and ``relative`` and ``kelvin``, which are None where unknown.
+"""
+
+
+@dataclass(frozen=True)
+class ErrorSize:
+    """An error as a share of the radiance, and as a brightness temperature in K; NaN where it is unknown."""
+
+    relative: float
+    kelvin: float
+
+
+UNKNOWN = ErrorSize(math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """Errors of the mean over the pixels of a class.
+
+    Attributes
+    ----------
+    parameters, seed : ErrorSize
+        Parts of the standard deviation over draws due to uncertain inputs and to the realisation of the clouds.
+    models : mapping of str to ErrorSize
+        By name of the contribution; empty if no model states anything for the class.
+    total : ErrorSize
+        Root of the sum of squares of what is known; unknown if nothing is known of models.
+    is_least : bool
+        Whether a model's contribution is unknown, so that the total is a lower limit.
+    """
+
+    kind: str
+    parameters: ErrorSize
+    seed: ErrorSize
+    models: Mapping[str, ErrorSize]
+    total: ErrorSize
+    is_least: bool
+
+
+def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow]:
+    """Return a row for each pixel class of a band; ``stated`` may be empty.
+
+    The classes of one cloud layer have that layer's model errors. Those of two layers and of all pixels together are
+    not stated, as they mix columns.
+    """
+    rows = []
+    for name in drawn["class"].values:
+        kind = str(name)
+        at = drawn.sel({"band": band, "class": kind})
+        mean = abs(float(at["radiance_mean"]))
+        relative = float(at["radiance_standard_deviation"]) / mean if mean > 0.0 else math.nan
+        kelvin = float(at["brightness_temperature_standard_deviation"])
+        parts = [
+            _parts(relative, float(at["radiance_total"].sel(source=SEED))),
+            _parts(kelvin, float(at["brightness_temperature_total"].sel(source=SEED))),
+        ]
+        inputs, seed = (ErrorSize(*each) for each in zip(*parts, strict=True))
+        models = _of_class(kind, band, stated)
+        known = [each for each in models.values() if math.isfinite(each.kelvin)]
+        total = UNKNOWN
+        if known and math.isfinite(kelvin):
+            total = ErrorSize(
+                math.hypot(relative, *(each.relative for each in known)), math.hypot(kelvin, *(e.kelvin for e in known))
+            )
+        rows.append(BudgetRow(kind, inputs, seed, models, total, len(known) < len(models)))
+    return rows
+
+
+def _parts(spread: float, seed_share: float) -> tuple[float, float]:
+    """Divide a standard deviation into the parts of inputs and seed, whose squares add up to its own."""
+    if spread == 0.0:
+        return 0.0, 0.0
+    share = min(max(seed_share, 0.0), 1.0) if math.isfinite(seed_share) else math.nan  # an estimate may exceed 1
+    return spread * math.sqrt(1.0 - share), spread * math.sqrt(share)
+
+
+def _of_class(kind: str, band: str, stated: Stated) -> dict[str, ErrorSize]:
+    clouds = [name for name in stated if name != CLEAR]
+    own = kind if kind == CLEAR else clouds[0] if kind != ALL and len(clouds) == 1 else None
+    contributions = () if own is None else stated.get(own, {}).get(band, {}).get("contributions", ())
+    return {
+        str(each["name"]): UNKNOWN
+        if each["relative"] is None or each["kelvin"] is None
+        else ErrorSize(float(each["relative"]), float(each["kelvin"]))
+        for each in contributions
+    }

@@ -1,0 +1,99 @@
+"""What the sensor of a scene makes of its frames, and its noise: the difference of two sensors with different seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.cube.sensor_cube import measured_variables
+from hcss_twin.engine.scene_around import SceneAround
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor import BuiltSensor, make_sensor
+
+MEASURED, NUMBER, SATURATED = "measured_radiance", "digital_number", "saturated_fraction"
+
+_FAMILY = 2**18 + 1
+"""Separates the seed of the second sensor from all others."""
+
+
+class Payload:
+    """The sensor of a plan, and a second one that differs in its seeds alone.
+
+    Half the mean square difference of their measurements of one scene is the variance of the noise, of any sensor
+    model: random noise and fixed pattern together, with what saturation and quantisation leave of them.
+
+    Parameters
+    ----------
+    sensor : BuiltSensor
+        The sensor of the plan.
+    """
+
+    DIFFERENCE = "difference"
+    """Measured radiance less that of the second sensor."""
+
+    AUXILIARY = DIFFERENCE, SATURATED
+    """Measured values whose pixels are not summarised as such."""
+
+    def __init__(self, plan: Plan, tables: RadianceTables, sensor: BuiltSensor) -> None:
+        whole = _with_all_variables(sensor)
+        self._one, self._other = (SceneAround(plan, tables, each) for each in (whole, _reseeded(whole)))
+        self._first, self._times_s = plan.scenario.frames.first, plan.frame_times_s
+        self._names, self._bands = [spec.name for spec in whole.variables], whole.inputs.bands
+
+    def measure(self, index: int, radiance: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
+        """Return measured radiance, digital number and saturation, where the sensor has them, and ``DIFFERENCE``.
+
+        Parameters
+        ----------
+        index : int
+            Number of the frame, from 0; frames in order.
+        radiance : ndarray of float32 (B, y, x)
+            Clean radiance of the frame.
+        """
+        scene, frame, time_s = self._one.frame(index, radiance), self._first + index, float(self._times_s[index])
+        one, other = (each.sensor.measure(scene, frame, time_s) for each in (self._one, self._other))
+        found: dict[str, NDArray[Any]] = {MEASURED: one["radiance"]}
+        if "digital_number" in self._names:
+            found[NUMBER] = one["digital_number"]
+        if "saturated" in self._names:
+            found[SATURATED] = one["saturated"] > 0
+        return found | {self.DIFFERENCE: one["radiance"].astype(np.float64) - other["radiance"]}
+
+    def with_figures_of_merit(self, moments: Mapping[str, Array], square: Array) -> dict[str, Array]:
+        """Return moments of each band and class (band, class) with noise, signal-to-noise ratio and NEDT.
+
+        ``square`` (band, class) is the mean square of ``DIFFERENCE``. The signal-to-noise ratio is NaN without noise.
+        The NEDT is the noise divided by the slope of the band radiance of a black body at the brightness temperature of
+        the class.
+        """
+        found = {name: values for name, values in moments.items() if not name.startswith(self.AUXILIARY)}
+        if SATURATED in moments:
+            found[SATURATED] = moments[SATURATED]
+        noise = np.sqrt(0.5 * square)
+        slope = np.full(noise.shape, np.nan)
+        for band, kelvin, own in zip(self._bands, moments["brightness_temperature"], slope, strict=True):
+            for place in np.flatnonzero(np.isfinite(kelvin)):
+                own[place] = band_radiance_per_kelvin(band, float(kelvin[place]))
+        ratio = np.divide(moments[MEASURED], noise, out=np.full(noise.shape, np.nan), where=noise > 0.0)
+        return found | {"noise_radiance": noise, "signal_to_noise": ratio, "nedt": noise / slope}
+
+
+def _with_all_variables(sensor: BuiltSensor) -> BuiltSensor:
+    names = tuple(name for stage in sensor.stages for name in stage.provider.variables)
+    return replace(sensor, variables=measured_variables(names))
+
+
+def _reseeded(sensor: BuiltSensor) -> BuiltSensor:
+    """Return the same sensor with other seeds in all stages."""
+    base = sensor.stages[0].seed
+    seed = int(np.random.SeedSequence(base, spawn_key=(_FAMILY,)).generate_state(1, np.uint64)[0] >> np.uint64(1))
+    stages = tuple(each.model_copy(update={"seed": None}) for each in sensor.section.stages)
+    section = sensor.section.model_copy(update={"seed": seed, "stages": stages})
+    return replace(sensor, stages=make_sensor(section, sensor.inputs).stages)

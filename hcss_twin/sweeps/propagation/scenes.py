@@ -1,0 +1,178 @@
+"""Scenes of a draw, computed here or in a worker process with the same bits, and the tables that scenes share."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import Problem, PropagationError, ScenarioError
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.compile import compile_tables, table_key, tables_of
+from hcss_twin.engine.parts import in_order
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, class_names, statistics_of
+
+_HELD = 4
+"""Maximum number of sets of tables in memory: those of the current and the previous draw."""
+
+_PAIR = 2
+"""Mixtures whose pixels are mapped: the draws, with either seed."""
+
+
+@dataclass
+class TableCount:
+    """Numbers of scenes, of different sets of tables that they needed, and of sets compiled for them.
+
+    The other sets came from the cache of earlier runs.
+    """
+
+    scenes: int = 0
+    sets: int = 0
+    compiled: int = 0
+
+
+class SharedTables:
+    """Provides the tables of successive plans."""
+
+    def __init__(self) -> None:
+        self._held: OrderedDict[str, RadianceTables] = OrderedDict()
+        self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
+
+    def of(self, plan: Plan) -> tuple[RadianceTables, str, bool]:
+        """Return the tables of a plan, bit-identical to those of a separate run, their key, and if they are new."""
+        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
+        compiled: list[Plan] = []  # one per view, if the view varies over pixels
+        if key not in self._held:
+            self._held[key] = tables_of(plan, partial(_noted, compiled))
+            while len(self._held) > _HELD:
+                self._held.popitem(last=False)
+        self._held.move_to_end(key)
+        return self._held[key], key, bool(compiled)
+
+    def temperature(self, plan: Plan) -> BrightnessTemperature:
+        """Return the cached conversion of radiance to brightness temperature, whose table is slow to compute."""
+        grid = plan.spectral_grid
+        key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
+        if key not in self._temperatures:
+            self._temperatures.clear()
+            self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
+        return self._temperatures[key]
+
+
+def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
+    compiled.append(plan)
+    return compile_tables(plan)
+
+
+@dataclass(frozen=True)
+class DrawTask:
+    """The scenes of one draw, one for each mixture, for any process with this package.
+
+    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps.
+    """
+
+    scenarios: tuple[Scenario, ...]
+    with_pixels: bool
+
+
+@dataclass(frozen=True)
+class DrawResult:
+    """Results of the scenes of one draw.
+
+    Attributes
+    ----------
+    statistics : tuple of DrawStatistics
+        One for each mixture; the first has quantiles over pixels.
+    pixels : tuple of mapping
+        Values of all pixels with either seed, as :func:`statistics_of` returns them; empty if not requested.
+    names : tuple
+        Names of bands and pixel classes.
+    tables : frozenset of str
+        Keys of the sets of tables that the scenes needed.
+    compiled : int
+        Number of sets compiled.
+    problem : tuple or None
+        Number of the mixture whose scenario is invalid, with its problems and origin.
+    """
+
+    statistics: tuple[DrawStatistics, ...] = ()
+    pixels: tuple[dict[str, NDArray[Any]], ...] = ()
+    names: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
+    tables: frozenset[str] = frozenset()
+    compiled: int = 0
+    problem: tuple[int, tuple[Problem, ...], str] | None = None
+
+
+class DrawMaker:
+    """Computes draws one after the other; all share ``cache``."""
+
+    def __init__(self, cache: ResultCache) -> None:
+        self._cache, self._tables = cache, SharedTables()
+
+    def __call__(self, task: DrawTask) -> DrawResult:
+        """Return the results of one draw; an error that only planning detects is part of it.
+
+        Raises ProviderError if a provider violates its contract, PropagationError if bands or layers differ.
+        """
+        statistics, pixels, names, keys, compiled = [], [], set(), set(), 0
+        for place, scenario in enumerate(task.scenarios):
+            try:
+                plan = make_plan(scenario, shelf=self._cache)
+                tables, key, is_new = self._tables.of(plan)
+                temperature = self._tables.temperature(plan)
+                own, values = statistics_of(plan, tables, temperature, with_levels=place == 0)
+            except ScenarioError as error:
+                return DrawResult(problem=(place, error.problems, error.origin))
+            if "radiance" in own.levels:
+                levels = own.levels["radiance"]
+                flat = levels.reshape(levels.shape[0], -1).astype(np.float64)
+                kelvin = temperature.where_known(flat).reshape(levels.shape).astype(np.float32)
+                own = DrawStatistics(
+                    own.values, own.pixels, own.metrics, {**own.levels, "brightness_temperature": kelvin}
+                )
+            statistics.append(own)
+            if task.with_pixels and place < _PAIR:
+                pixels.append(values)
+            names.add((tuple(band.name for band in plan.bands), class_names(len(plan.layers))))
+            keys.add(key)
+            compiled += is_new
+        return DrawResult(tuple(statistics), tuple(pixels), only_one(names), frozenset(keys), compiled)
+
+
+def only_one(names: set[tuple[tuple[str, ...], tuple[str, ...]]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return bands and classes of all scenes; raises PropagationError if they differ."""
+    if len(names) > 1:
+        raise PropagationError("bands and the number of cloud layers must be the same in all draws")
+    return next(iter(names))
+
+
+@lru_cache(maxsize=1)
+def _maker() -> DrawMaker:
+    return DrawMaker(ResultCache())
+
+
+def _made_by_worker(task: DrawTask) -> DrawResult:
+    """Compute a draw in a process that computes nothing else."""
+    return _maker()(task)
+
+
+def draws_made(
+    tasks: Sequence[DrawTask], cache: ResultCache, executor: Executor | None, workers: int
+) -> Iterator[DrawResult]:
+    """Yield the results of all draws in order; workers, if any, begin after the first draw has its tables compiled."""
+    if executor is None:
+        yield from map(DrawMaker(cache), tasks)
+        return
+    for some in (tasks[:1], tasks[1:]):
+        yield from (result for _, result in in_order(executor, workers, _made_by_worker, iter(some)))
