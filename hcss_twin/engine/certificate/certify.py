@@ -1,65 +1,30 @@
 """Recomputation of random pixels of a cube on the reference path, and the certificate made from it.
 
-The certificate states the error of the engine relative to an exact evaluation of the selected providers, at every
-wavenumber of the dense grid and for the exact column of each pixel, without tables, interpolation or selected
-wavenumbers. It does not include the providers' own errors. Reference columns are cached between runs.
+The certificate states the error of the engine relative to an evaluation of the selected providers that is finer in all
+numerical choices, for the exact column of each pixel and without tables
+(:mod:`~hcss_twin.engine.certificate.reference_columns`). It does not include the providers' own errors.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
-from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.certificate.reference_columns import reference_of
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
-from hcss_twin.models.radiance.reference import reference_terms
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SurfaceState
-
-COLUMNS_AT_ONCE = 32
-"""Columns per call of the model; its memory grows with their number."""
-
-
-@dataclass(frozen=True)
-class ReferenceColumns:
-    """Terms (N, K, B) of columns."""
-
-    terms: Array
-
-
-def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
-    """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
-
-    They are cached by the inputs of the plan's tables, the columns and the time.
-
-    Raises
-    ------
-    ProviderError
-        If a provider breaks its contract.
-    """
-    digest = hashlib.sha256(table_key(plan).encode())
-    digest.update(repr((float(time_s), thickness_m.shape)).encode())
-    digest.update(np.ascontiguousarray(thickness_m).tobytes())
-
-    def compute() -> ReferenceColumns:
-        model, sun = plan.assembly.model, plan.sun_up_at(time_s)
-        return ReferenceColumns(reference_terms(model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
-
-    return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
 
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:

@@ -69,6 +69,7 @@ def solve_sun(
     modes: int,
     threads: int | None = None,
     mode_tolerance: float = 1e-5,
+    kept_moments: int | None = None,
 ) -> tuple[Array, Array]:
     """Bidirectional reflectance and transmittance, sr-1: radiance over mu_sun times the sun's irradiance.
 
@@ -98,6 +99,8 @@ def solve_sun(
         The series of a layer ends after two modes in succession whose amplitudes are both at most this
         share of brdf and btdf so far, in every direction asked for. At least 0 and below 1; 0 sums all
         ``modes``. The error is a few times this share (docs/development/radiance.md).
+    kept_moments : int, optional
+        Moments of the phase function that delta-M keeps, at least ``modes``; default: twice the streams.
 
     Returns
     -------
@@ -112,7 +115,7 @@ def solve_sun(
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
     quadrature = gauss_streams(streams)
     check_modes(modes, streams, mode_tolerance)
-    scaled = delta_m(thickness, w, chi, 2 * streams)
+    scaled = delta_m(thickness, w, chi, 2 * streams if kept_moments is None else kept_moments)
     distinct, of_view = np.unique(mu, return_inverse=True)
     flat = (thickness.size, mu.size)
     brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
