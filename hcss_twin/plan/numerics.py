@@ -19,7 +19,7 @@ from hcss_twin.providers import Sun
 PER_BAND = 3
 """Number of wavenumbers per band."""
 
-SPECTRAL_LEVELS = 2
+SPECTRAL_LEVELS = 3
 """Levels from that of the spectra at all wavenumbers to that of the tables."""
 
 FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))

@@ -16,7 +16,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.compile import table_key
-from hcss_twin.models.radiance.spectral_grid import all_nodes, choose_nodes
+from hcss_twin.models.radiance.spectral_grid import choose_nodes
 from hcss_twin.plan.numerics import reference_level, spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import RadianceModel, Sun
@@ -67,9 +67,12 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
         terms += (finer - known[..., places]) @ nodes.weights_cm1.T
     coarsest = assembly.at_level(0).model
     first = known if coarse == 0 else _spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun)
-    finer_grid = all_nodes(assembly.refined_grid(plan.grid_refinement.refinement + 1))
-    finer = _spectra(coarsest, finer_grid.wavenumber_cm1, thickness_m, sun)
-    terms += finer @ finer_grid.weights_cm1.T - first @ grid.weights_cm1.T
+    finer_grid = assembly.refined_grid(plan.grid_refinement.refinement + 1)
+    new = ~np.isin(finer_grid.wavenumber_cm1, grid.wavenumber_cm1)
+    between = _spectra(coarsest, finer_grid.wavenumber_cm1[new], thickness_m, sun)
+    change = -grid.weights_cm1
+    change[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
+    terms += between @ finer_grid.weights_cm1[:, new].T + first @ change.T
     return terms
 
 
