@@ -110,6 +110,8 @@ class Certificate:
         Largest error of the brightness temperature of each band; empty unless kelvin were requested.
     own_errors : tuple of str
         Provider-stated accuracy, which these errors do not include.
+    reference : str
+        Whether the reference columns were solved in this run or reused.
     dark : tuple of str
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
     """
@@ -123,6 +125,7 @@ class Certificate:
     terms: dict[str, float]
     achieved_K: dict[str, float]
     own_errors: tuple[str, ...]
+    reference: str
     dark: tuple[str, ...]
 
     @property
@@ -149,7 +152,8 @@ class Certificate:
     @property
     def summary(self) -> tuple[str, str]:
         """The certificate in two lines: the verdict and the error."""
-        return self._verdict, self._kelvin if self.requested.kelvin is not None else self._relative
+        error = self._kelvin if self.requested.kelvin is not None else self._relative
+        return self._verdict, f"{error}; reference {self.reference}"
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -176,7 +180,8 @@ class Certificate:
             ),
             *((f"not checked, as the reference cannot compute them: {left_out}",) if left_out else ()),
             *self._confidence,
-            "these are errors of tables and interpolation; errors of the selected providers are not among them",
+            "these are errors of tables, interpolation, streams and spectral grid, against a reference that is one "
+            "level finer; errors of the providers' physics are not among them",
             *(f"provider-stated accuracy: {each}" for each in self.own_errors),
         )
 
@@ -190,6 +195,7 @@ class Certificate:
             "terms": self.terms,
             "own_errors": list(self.own_errors),
             "dark": list(self.dark),
+            "reference": self.reference,
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,
@@ -202,7 +208,7 @@ class Certificate:
         return {name: json_value(value) for name, value in values.items()}
 
     def attributes(self) -> dict[str, str | float | int]:
-        """Global attributes of the cube."""
+        """Global attributes of the cube, which do not depend on the cache."""
         plain = self.as_dict()
         return {
             "hcss_certificate": plain["text"],

@@ -35,24 +35,43 @@ class ReferenceColumns:
     terms: Array
 
 
-def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
-    """Return reference terms (N, K, B) of columns (N, L) at a time.
+class References:
+    """The reference columns of one certificate, cached by the inputs of the tables, the columns and the time.
 
-    They are cached by the inputs of the plan's tables, the columns and the time.
-
-    Raises
-    ------
-    ProviderError
-        If a provider breaks its contract.
+    Attributes
+    ----------
+    calls, solved : int
+        How many sets of columns were asked for, and how many of them were solved in this run.
     """
-    digest = hashlib.sha256(table_key(plan).encode())
-    digest.update(repr((float(time_s), thickness_m.shape)).encode())
-    digest.update(np.ascontiguousarray(thickness_m).tobytes())
 
-    def compute() -> ReferenceColumns:
-        return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+    def __init__(self) -> None:
+        self.calls, self.solved = 0, 0
 
-    return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
+    def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+        """Return terms (N, K, B) of columns (N, L) at a time.
+
+        Raises
+        ------
+        ProviderError
+            If a provider breaks its contract.
+        """
+        digest = hashlib.sha256(table_key(plan).encode())
+        digest.update(repr((float(time_s), thickness_m.shape)).encode())
+        digest.update(np.ascontiguousarray(thickness_m).tobytes())
+        self.calls += 1
+
+        def compute() -> ReferenceColumns:
+            self.solved += 1
+            return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+
+        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
+
+    @property
+    def origin(self) -> str:
+        """``solved in this run``, ``reused``, or how many of them were solved."""
+        if self.solved == self.calls:
+            return "solved in this run"
+        return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
 
 
 def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:

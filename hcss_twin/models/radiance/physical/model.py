@@ -368,7 +368,8 @@ def _own_errors(numerics: Numerics, closed_form: bool) -> tuple[str, ...]:
 def _notes(
     parameters: PhysicalParameters, numerics: Numerics, inputs: RadianceInputs, closed_form: bool
 ) -> tuple[str, ...]:
-    notes = [f"physical radiance: {numerics.streams} streams, gas exact for {parameters.closure_order} changes"]
+    streams = f"{numerics.streams} streams, {numerics.sun_streams} for sunlight"
+    notes = [f"physical radiance: {streams}, gas exact for {parameters.closure_order} changes"]
     if closed_form:
         notes.append("physical radiance: clouds by a two-stream closed form, see docs/development/radiance.md")
     if inputs.transmittance.declares.legs == "to_space":
