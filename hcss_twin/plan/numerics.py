@@ -141,4 +141,4 @@ def _columns(assembly: Assembly) -> FewColumns:
     columns = few_columns(assembly, PER_BAND)
     medium = [np.sqrt(layer.thickness_min_m * layer.thickness_max_m) for layer in assembly.layers]
     alone = np.diag(medium)[np.flatnonzero(assembly.cloudy_layers)]
-    return replace(columns, thickness_m=np.concatenate((columns.thickness_m.reshape(-1, len(medium)), alone)))
+    return replace(columns, thickness_m=np.concatenate((columns.thickness_m, alone)))
