@@ -57,7 +57,11 @@ def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int, finest:
     model = assembly.model
     random = np.random.default_rng([77, seed])
     total = int(np.prod(thickness.shape[:3]))
-    flat = random.choice(total, min(wanted, total), replace=False)
+    first = 0
+    if finest:  # one frame, because 64 streams are solved anew for each sun
+        total //= thickness.shape[0]
+        first = total * int(random.integers(thickness.shape[0]))
+    flat = first + random.choice(total, min(wanted, total), replace=False)
     place = np.stack(np.unravel_index(flat, thickness.shape[:3]), axis=1)
     place = place[np.argsort(place[:, 0], kind="stable")]
     metres = thickness[tuple(place.T)].astype(np.float64)
