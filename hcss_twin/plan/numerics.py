@@ -25,7 +25,7 @@ SPECTRAL_LEVELS = 3
 FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
 """Where the search starts, for tolerances above each limit."""
 
-FINEST_GRID = 2
+FINEST_GRID = 3
 """Finest grid of a scene; the next one is a reference only."""
 
 COARSE_GRID_TOLERANCE = 5e-4

@@ -1,6 +1,7 @@
 """Numerical levels: their order, the choice among them by error, and the refinement of the spectral grid."""
 
 from dataclasses import astuple, dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ NATIVE = np.arange(1000.0, 4000.0, 50.0)
 
 
 def test_levels_become_finer_in_every_size():
-    for coarse, fine in zip(LEVELS[:-1], LEVELS[1:], strict=True):
+    for coarse, fine in pairwise(LEVELS):
         *sizes, faint = astuple(coarse)
         *finer, fainter = astuple(fine)
         assert all(b >= a for a, b in zip(sizes, finer, strict=True))
@@ -42,10 +43,9 @@ class Declared:
 class ModelWithError:
     """Radiance 1 plus an error that falls by a factor of 4 from level to level."""
 
-    terms = {"emission": "of the sea"}
-
     def __init__(self, level, count):
         self.level, self.declares = level, Declared(count)
+        self.terms = {"emission": "of the sea"}
 
     def clear(self, wavenumber_cm1, sun):
         return {"emission": np.full(wavenumber_cm1.size, 1.0 + 0.04 * 0.25**self.level)}

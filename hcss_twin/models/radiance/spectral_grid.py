@@ -132,7 +132,7 @@ def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None, refineme
     native_cm1 : ndarray or None
         Grid of the transmittance provider; a regular 5 cm-1 grid if it has none.
     refinement : int
-        0: these wavenumbers; -1: every second native one; n above 0: 2 n - 1 more between any two.
+        0: these wavenumbers; -1: every second native one; n above 0: divided into 2^n.
     """
     per_band = [_refined(_band_nodes(band, native_cm1, 2 if refinement < 0 else 1), refinement) for band in bands]
     wavenumber = np.unique(np.concatenate(per_band))
@@ -162,10 +162,10 @@ def _band_nodes(band: SpectralBand, native_cm1: Array | None, every: int) -> Arr
 
 
 def _refined(nodes: Array, refinement: int) -> Array:
-    """Return the nodes, with 2 ``refinement`` - 1 more in each interval."""
+    """Return the nodes, with each interval divided into 2^``refinement`` parts."""
     if refinement <= 0:
         return nodes
-    parts = 2 * refinement
+    parts = 2**refinement
     between = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts
     return np.append(between.ravel(), nodes[-1])
 

@@ -42,8 +42,7 @@ from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
 
-MEASURED_STREAMS, MEASURED_MODES = 8, 16
-"""Minimum numbers of streams and azimuth modes for which the model states a measured error."""
+_CLOSED_FORM_ERRORS = ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
 
 _MAX_SPECTRA, _MAX_WAVENUMBERS = 4, 512
 """Limits of solved clouds in memory: spectra, and wavenumbers of a spectrum over all suns (70 kB each)."""
@@ -128,7 +127,7 @@ class Physical:
         self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, self._numerics, inputs, self.closed_form),
-            own_errors=_own_errors(self._numerics, self.closed_form),
+            own_errors=_CLOSED_FORM_ERRORS if self.closed_form else (),
             numerical_levels=len(possible),
         )
 
@@ -345,24 +344,6 @@ def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) 
         if index < len(columns.slabs):
             through = through * columns.slabs[index].to_lower_air
     return result * columns.received / columns.directions.mu_sun
-
-
-def _own_errors(numerics: Numerics, closed_form: bool) -> tuple[str, ...]:
-    """Return the errors measured for these numbers of streams or more (docs/development/radiance.md)."""
-    if closed_form:
-        return ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
-    errors = []
-    if numerics.streams >= MEASURED_STREAMS:
-        errors.append(
-            "physical radiance: emission of clouds within 0.001 in emissivity to 75 deg, of 64 streams in discrete "
-            "ordinates"
-        )
-    if numerics.sun_streams >= MEASURED_STREAMS and numerics.azimuth_modes >= MEASURED_MODES:
-        errors.append(
-            "physical radiance: sunlight reflected by clouds within 2 % of its maximum in 95 % of random layers to 75 "
-            "deg, of 64 streams in discrete ordinates"
-        )
-    return tuple(errors)
 
 
 def _notes(
