@@ -61,5 +61,5 @@ def _fresh_analysis_and_references(request, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", recall_unless_code_is_replaced)
         own = tmp_path_factory.mktemp("references").name
-        patch.setattr("hcss_twin.engine.certificate.certify.REFERENCES", (own, ".npz"))
+        patch.setattr("hcss_twin.engine.certificate.reference_columns.REFERENCES", (own, ".npz"))
         yield

@@ -24,6 +24,7 @@ from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.numerics import spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind
 
@@ -53,7 +54,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if plan.views is not None:
         return tables_over_views(plan, compile_tables)
     allowed = plan.budget
-    spectrum = choose_spectrum(plan, allowed.wavenumbers)
+    # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
+    spectrum = choose_spectrum(plan.at_level(spectral_level(plan.assembly)), allowed.wavenumbers)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = _time_nodes(columns, plan, allowed.time)
     placing = times[len(times) // 2]
@@ -86,6 +88,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
         waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
     shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
     errors = Budget(
+        numerics=plan.numerics.error,
+        spectral_grid=plan.grid_refinement.error,
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error,
         two_layers=0.0 if pair is None else pair.estimated_error,
@@ -208,6 +212,7 @@ def table_key(plan: Plan) -> str:
     parts: dict[str, Any] = {
         "scenario": {name: value for name, value in scenario.items() if name not in INDEPENDENT},
         "accuracy": plan.accuracy.relative,
+        "numerics": [plan.assembly.numerical_level, plan.numerics.error, dataclasses.astuple(plan.grid_refinement)],
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],

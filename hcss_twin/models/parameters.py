@@ -192,12 +192,22 @@ class AsPrintedParameters(BaseModel):
     literal_eq20: bool = Field(False, description="Add the sea radiance both unattenuated and attenuated by the cloud.")
 
 
+STREAMS, SUN_STREAMS, AZIMUTH_MODES = 8, 8, 16
+"""Sizes of the physical model where a scenario states one of them only."""
+
+
 class PhysicalParameters(BaseModel):
     """Parameters of the ``physical`` models: accuracy, and terms to leave out."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    streams: int = Field(8, ge=2, le=32, description="Gauss streams per hemisphere for diffuse light and sky radiance.")
+    streams: int | None = Field(
+        None,
+        ge=2,
+        le=32,
+        description="Gauss streams per hemisphere for diffuse light and sky radiance. Without this, sun_streams and "
+        "azimuth_modes, all three are chosen for the scene's accuracy; with any of them, the others are 8, 8 and 16.",
+    )
     closure_order: int = Field(
         1,
         ge=0,
@@ -205,11 +215,11 @@ class PhysicalParameters(BaseModel):
         description="Scattering and reflection order up to which gas absorption is exact; higher orders use that "
         "along the line of sight.",
     )
-    sun_streams: int = Field(
-        8, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
+    sun_streams: int | None = Field(
+        None, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
     )
-    azimuth_modes: int = Field(
-        16,
+    azimuth_modes: int | None = Field(
+        None,
         ge=1,
         le=128,
         description="Terms of the Fourier series over azimuth for sunlight; at most twice sun_streams.",
@@ -236,8 +246,7 @@ class PhysicalParameters(BaseModel):
 
     @model_validator(mode="after")
     def _enough_streams(self) -> Self:
-        if self.azimuth_modes > 2 * self.sun_streams:
-            raise ValueError(
-                f"azimuth_modes {self.azimuth_modes}: allowed up to twice sun_streams, {2 * self.sun_streams}"
-            )
+        streams, modes = self.sun_streams or SUN_STREAMS, self.azimuth_modes or AZIMUTH_MODES
+        if (self.sun_streams or self.azimuth_modes) and modes > 2 * streams:
+            raise ValueError(f"azimuth_modes {modes}: allowed up to twice sun_streams, {2 * streams}")
         return self

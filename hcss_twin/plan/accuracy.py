@@ -19,15 +19,17 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
 
 SHARES: Mapping[str, float] = {
-    "wavenumbers": 0.25,
+    "numerics": 0.28,
+    "spectral_grid": 0.25,
+    "wavenumbers": 0.15,
     "thickness": 0.1,
     "two_layers": 0.1,
     "waves": 0.1,
-    "views": 0.07,
-    "shadows": 0.05,
-    "time": 0.1,
+    "views": 0.05,
+    "shadows": 0.03,
+    "time": 0.07,
     "other_instants": 0.02,
-    "faint_sunlight": 0.1,
+    "faint_sunlight": 0.05,
 }
 """Shares of the accuracy. A pixel has cloud in one layer or in both, or waves: only the largest of the three counts."""
 
@@ -40,6 +42,10 @@ class Budget:
 
     Attributes
     ----------
+    numerics : float
+        Streams, azimuth modes and other sizes of the radiance model's solution.
+    spectral_grid : float
+        Step of the whole grid.
     wavenumbers : float
         Replacing the whole grid by few weighted wavenumbers.
     thickness, two_layers, waves, views, shadows, time : float
@@ -50,6 +56,8 @@ class Budget:
         Omitting negligible sunlight by day.
     """
 
+    numerics: float = 0.0
+    spectral_grid: float = 0.0
     wavenumbers: float = 0.0
     thickness: float = 0.0
     two_layers: float = 0.0
@@ -64,7 +72,7 @@ class Budget:
     def total(self) -> float:
         """Largest sum of these errors in a pixel."""
         somewhere = max(self.thickness, self.two_layers, self.waves)
-        before = self.wavenumbers + somewhere + self.views + self.shadows
+        before = self.numerics + self.spectral_grid + self.wavenumbers + somewhere + self.views + self.shadows
         return before + self.time + self.other_instants + self.faint_sunlight
 
 

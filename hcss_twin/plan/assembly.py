@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -56,6 +56,9 @@ from hcss_twin.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
 
+MODELS = 8
+"""Radiance models of one scene that are kept."""
+
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
@@ -73,7 +76,7 @@ class Assembly:
     optics_of_layers : tuple of Optics (L,)
         The provider of each layer; ``optics`` asks the right one for any particles.
     model_of : callable
-        Builds the radiance model of the same scene for another sea, view or sea temperature.
+        Builds the radiance model of the same scene for another sea, view, sea temperature or numerical level.
     sea_of : callable
         Builds the sea model for another temperature.
     built : mapping of str to Built
@@ -86,6 +89,8 @@ class Assembly:
         Map of the ground; None for sea everywhere.
     surface : SurfaceState or None
         Surface that takes the place of the scenario's sea; None for that sea.
+    numerical_level : int
+        That of the radiance model.
     """
 
     entries: Mapping[str, Entry]
@@ -103,7 +108,7 @@ class Assembly:
     optics: Optics
     optics_of_layers: tuple[Optics, ...]
     model: RadianceModel
-    model_of: Callable[[SeaModel, View, float], RadianceModel]
+    model_of: Callable[[SeaModel, View, float, int], RadianceModel]
     sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
@@ -116,6 +121,7 @@ class Assembly:
     derived: tuple[VariableProvider, ...] = ()
     surfaces: SceneSurfaces | None = None
     surface: SurfaceState | None = None
+    numerical_level: int = 0
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
@@ -125,15 +131,30 @@ class Assembly:
 
     def model_over(self, sea: SeaModel) -> RadianceModel:
         """Return the radiance model of the same scene over another sea."""
-        return self.model_of(sea, self.view, self.sea_temperature_K)
+        return self.model_of(sea, self.view, self.sea_temperature_K, self.numerical_level)
 
     def model_toward(self, view: View) -> RadianceModel:
         """Return the radiance model of the same scene for another view."""
-        return self.model_of(self.sea, view, self.sea_temperature_K)
+        return self.model_of(self.sea, view, self.sea_temperature_K, self.numerical_level)
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction."""
         return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+
+    def at_level(self, level: int) -> Assembly:
+        """Return the same scene with the radiance model at another numerical level."""
+        if level == self.numerical_level:
+            return self
+        model = self.model_of(self.sea, self.view, self.sea_temperature_K, level)
+        return replace(self, model=model, numerical_level=level)
+
+    def on_grid(self, refinement: int) -> Assembly:
+        """Return the same scene on a spectral grid with another refinement."""
+        return replace(self, spectral_grid=self.refined_grid(refinement)) if refinement else self
+
+    def refined_grid(self, refinement: int) -> SpectralGrid:
+        """Return the spectral grid with another refinement."""
+        return dense_grid(self.bands, self.transmittance.declares.native_grid_cm1, refinement)
 
     def over(self, state: SurfaceState) -> Assembly:
         """Return the same scene with one surface everywhere."""
@@ -141,7 +162,7 @@ class Assembly:
         if state.boundary is None and kelvin == self.sea_temperature_K:
             return self
         sea = self.sea_of(kelvin) if state.boundary is None else state.boundary
-        model = self.model_of(sea, self.view, kelvin)
+        model = self.model_of(sea, self.view, kelvin, self.numerical_level)
         return replace(self, sea=sea, sea_temperature_K=kelvin, model=model, surface=state)
 
     def notes(
@@ -265,14 +286,16 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     )
     radiance = scenario.radiance
 
-    def model_of(sea: SeaModel, view: View, sea_temperature_K: float) -> RadianceModel:
-        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K)
+    def new_model(sea: SeaModel, view: View, sea_temperature_K: float, level: int) -> RadianceModel:
+        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, numerical_level=level)
         chosen = selected(radiance, "model")
         model: RadianceModel = builder.build(Kind.RADIANCE, chosen, other, radiance.parameters)
         return model
 
+    # The same model serves the tables and the certificate, which share its solutions.
+    model_of = cast(Callable[[SeaModel, View, float, int], RadianceModel], lru_cache(maxsize=MODELS)(new_model))
     with attribute_to_field("radiance.model", radiance.parameters):
-        model = model_of(sea, slant.view, around.sea_temperature_K)
+        model = model_of(sea, slant.view, around.sea_temperature_K, 0)
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),

@@ -53,6 +53,7 @@ def describe(plan: Plan) -> dict[str, Any]:
             "azimuth_deg": [float(plan.sun_azimuth_deg[0]), float(plan.sun_azimuth_deg[-1])],
         },
         "wavenumbers": int(plan.spectral_grid.wavenumber_cm1.size),
+        "numerics": {**vars(plan.numerics), "spectral_grid": vars(plan.grid_refinement)},
         "accuracy": {**vars(plan.accuracy), "budget": vars(plan.budget)},
         "variables": [spec.name for spec in plan.variables],
         "uncompressed_bytes": plan.uncompressed_bytes,

@@ -87,6 +87,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
         radiance = wants_radiance(wanted)
         surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
+    assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
@@ -125,6 +126,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,
         views=analysis.views,
+        numerics=analysis.numerics,
+        grid_refinement=analysis.spectral_grid,
         surfaces=surfaces,
         land_share=land,
         probes=probes,

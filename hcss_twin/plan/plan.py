@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,7 @@ from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
 from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.surroundings import FilledIn
@@ -67,6 +68,10 @@ class Plan:
         Defaults for values that the scenario omits.
     notes : tuple of str
         Limits of the providers that the scene uses.
+    numerics : NumericalLevel
+        Level of the radiance model.
+    grid_refinement : GridRefinement
+        Refinement of the spectral grid.
     waves : PlannedWaves or None
         None if the sea is averaged over its waves.
     faint_sunlight : float or None
@@ -103,6 +108,8 @@ class Plan:
     omissions: tuple[Omission, ...]
     filled_in: tuple[FilledIn, ...]
     notes: tuple[str, ...]
+    numerics: NumericalLevel
+    grid_refinement: GridRefinement
     waves: PlannedWaves | None = None
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
@@ -110,6 +117,10 @@ class Plan:
     surfaces: PlannedSurfaces | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
+
+    def at_level(self, level: int) -> Plan:
+        """Return the same plan with the radiance model at another numerical level."""
+        return replace(self, assembly=self.assembly.at_level(level))
 
     @property
     def budget(self) -> Budget:

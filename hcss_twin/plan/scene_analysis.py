@@ -17,6 +17,7 @@ from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
+from hcss_twin.plan.numerics import GridRefinement, NumericalLevel, choose_level, choose_refinement
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.path_radiance import unused_path_radiance
@@ -42,6 +43,10 @@ class SceneAnalysis:
         Largest share of sunlight in any band if it is omitted by day; else None.
     resolves_waves : bool
         Whether clear pixels show resolved waves.
+    numerics : NumericalLevel
+        Level of the radiance model.
+    spectral_grid : GridRefinement
+        Refinement of the spectral grid.
     views : ViewAxis or None
         Views with tables; None if the view of the image centre is used for all pixels.
     notes : tuple of str
@@ -52,6 +57,8 @@ class SceneAnalysis:
     faint_sunlight: float | None
     resolves_waves: bool
     omissions: tuple[Omission, ...]
+    numerics: NumericalLevel
+    spectral_grid: GridRefinement
     views: ViewAxis | None = None
     notes: tuple[str, ...] = ()
 
@@ -78,7 +85,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     if assembly.surface is not None:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
     key = result_key(parts, catalog.shelf)
-    classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis)
+    classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement)
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, sun), classes)
 
 
@@ -90,7 +97,11 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
         probe_lowest_sun(assembly, sun)
     extreme_suns = [position for _, position in sun.extremes(assembly.view)] if radiance else []
     accuracy = requested_accuracy(scenario, assembly, extreme_suns)
-    views = choose_views(scenario, assembly, extreme_suns, share_out(accuracy.relative).views)
+    shares = share_out(accuracy.relative)
+    numerics = choose_level(assembly, extreme_suns, shares.numerics)
+    refinement = choose_refinement(assembly, extreme_suns, shares.spectral_grid)
+    assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
+    views = choose_views(scenario, assembly, extreme_suns, shares.views)
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
     omitted_waves: Omission | None = Omission(WAVES, "the surface is not the scenario's sea", 0.0)
     if assembly.surface is None:
@@ -102,7 +113,7 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     faint = None
     # The share of sunlight is evaluated for one view.
     if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
-        faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
+        faint = negligible_sunlight(assembly, sun, shares.faint_sunlight)
     possible = cube_variables(scenario, assembly, drawn, ("all",))
     omissions = tuple(
         list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None)
@@ -111,7 +122,8 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()
     darkest = extreme_suns[-1] if radiance and faint is None else None
     notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
-    return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views, notes)
+    omissions = (*omissions, *of_waves)
+    return SceneAnalysis(accuracy, faint, waves, omissions, numerics, refinement, views, notes)
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:

@@ -241,4 +241,6 @@ def merged(
         omissions=tuple(omissions.values()),
         views=views,
         notes=tuple(dict.fromkeys(note for analysis in (of_sea, *each) for note in analysis.notes)),
+        numerics=max((analysis.numerics for analysis in each), key=lambda own: (own.level, own.error)),
+        spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
     )

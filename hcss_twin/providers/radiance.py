@@ -69,6 +69,8 @@ class RadianceInputs:
         Maps wavenumbers (V,) to W m-2 (cm-1)-1 at 1 au.
     wind_from_deg : float
         Bearing from which the wind blows, for anisotropic seas.
+    numerical_level : int
+        Which of the model's levels of numerical accuracy to use, 0 is the coarsest.
     """
 
     profile: Profile
@@ -80,6 +82,7 @@ class RadianceInputs:
     view: View
     solar_irradiance: SolarIrradiance
     wind_from_deg: float = 0.0
+    numerical_level: int = 0
 
 
 class SolarIrradiance(Protocol):
@@ -99,8 +102,13 @@ class RadianceDeclaration(Declaration):
     depends_on : frozenset of str or None
         Variables that matter, among ``view_zenith``, ``sun_zenith``, ``relative_azimuth``, ``thickness``; the
         conformance kit checks it. None: not said.
+    numerical_levels : int
+        Number of levels of numerical accuracy (streams, nodes, ...), each finer and more expensive than the one before.
+        The engine chooses the coarsest whose result is near enough to that of the next one; the finest is a reference
+        only.
     """
 
+    numerical_levels: int = 1
     depends_on: frozenset[str] | None = field(
         default=None, metadata=among("view_zenith", "sun_zenith", "relative_azimuth", "thickness")
     )

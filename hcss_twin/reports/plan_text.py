@@ -190,6 +190,19 @@ def _output(plan: Plan) -> Rows:
             yield "sensor", f"note: {note}"
     if plan.needs_radiance:
         yield "accuracy", f"{plan.accuracy}; error budget: {_budget(plan)}"
+        yield "numerics", _numerics(plan)
+
+
+def _numerics(plan: Plan) -> str:
+    """Return how the sizes of the numerical solution were chosen."""
+    own, grid, last = plan.numerics, plan.grid_refinement, plan.assembly.model.declares.numerical_levels - 1
+    step = {-1: "every second wavenumber", 0: "the wavenumbers"}.get(
+        grid.refinement, f"{2**grid.refinement} times the wavenumbers"
+    )
+    text = f"spectral grid: {step} of the atmosphere's, error {grid.error:.2g}"
+    if last > 0:
+        text = f"level {own.level} of 0 to {last} of the radiance model, error {own.error:.2g}; {text}"
+    return text if own.enough else f"{text}; finer levels would be needed, but there are none"
 
 
 def _budget(plan: Plan) -> str:

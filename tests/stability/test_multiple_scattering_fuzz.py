@@ -4,8 +4,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hcss_twin.models.radiance.physical.numerics import LEVELS
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, transmit_beams
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
 THICKNESS = st.one_of(st.sampled_from([0.0, 1e6]), st.floats(-8, 6).map(lambda power: 10.0**power))
@@ -70,3 +71,32 @@ def test_layers_together_are_what_each_is_alone(layers, view, sun, azimuth) -> N
             np.testing.assert_allclose(all_[0, place], one[0, 0], rtol=1e-7, atol=1e-10)
             # Rounding of a sum over azimuth may leave less than nothing.
             assert np.all(np.isfinite(one))
+
+
+LEVEL = st.sampled_from(LEVELS[:-2])
+GRAZING = st.floats(0.01, 1.0)
+
+
+@settings(deadline=None, max_examples=40)
+@given(THICKNESS, ALBEDO, st.floats(0.0, 0.99), GRAZING, GRAZING, st.floats(0, np.pi), LEVEL)
+def test_sunlight_at_every_level_is_finite_and_goes_both_ways(tau, albedo, g, view, sun, azimuth, level) -> None:
+    """Also at grazing angles, in opaque and empty layers and next to no absorption."""
+    moments = np.array([[1.0], [g]])
+    sizes = level.sun_streams, level.azimuth_modes
+    there = solve_sun([[tau]], [albedo], moments, [view], sun, [azimuth], *sizes, kept_moments=level.sun_moments)
+    back = solve_sun([[tau]], [albedo], moments, [sun], view, [azimuth], *sizes, kept_moments=level.sun_moments)
+    for one, other in zip(there, back, strict=True):
+        assert np.all(np.isfinite(one))
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-8)
+
+
+@settings(deadline=None, max_examples=30)
+@given(THICKNESS, ALBEDO, st.floats(0.0, 0.99), COSINE, st.integers(2, 16))
+def test_beams_end_without_loss(tau, albedo, g, mu, modes) -> None:
+    """Modes that are left out after faint ones are as faint."""
+    moments = np.array([[1.0], [g]])
+    whole = transmit_beams([[tau]], [albedo], moments, [mu], 8, modes, mode_tolerance=0.0)
+    short = transmit_beams([[tau]], [albedo], moments, [mu], 8, modes)
+    assert np.all(np.isfinite(whole))
+    first = np.max(np.abs(whole[0]))
+    np.testing.assert_allclose(short, whole, rtol=0, atol=1e-4 * first)

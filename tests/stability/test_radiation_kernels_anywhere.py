@@ -171,3 +171,15 @@ def test_the_monotone_cubic_stays_between_its_nodes(count, seed, power, kind):
     margin = 1e-12 * np.abs(values).max(axis=1)
     assert np.all(found >= values.min(axis=1) - margin)
     assert np.all(found <= values.max(axis=1) + margin)
+
+
+@MANY
+@given(st.floats(0.71, 13.0), st.floats(-4, 0), st.integers(-1, 2))
+def test_every_grid_of_a_band_has_its_width(low, power, refinement):
+    """Whatever lies between the edges: no native wavenumber, one at an edge, or many."""
+    high = min(low + 10.0**power, 14.29)
+    edges = np.array([low, high])
+    grid = dense_grid([SpectralBand("any", edges, np.ones(2))], NATIVE, refinement)
+    assert np.all(np.diff(grid.wavenumber_cm1) > 0.0)
+    assert np.sum(grid.weights_cm1) == pytest.approx(1e4 / low - 1e4 / high, rel=1e-9)
+    assert grid.weights_cm1.min() > 0.0

@@ -111,6 +111,8 @@ class Certificate:
         Largest error of the brightness temperature of each band; empty unless kelvin were requested.
     own_errors : tuple of str
         Provider-stated accuracy, which these errors do not include.
+    reference : str
+        Whether the reference columns were solved in this run or reused.
     dark : tuple of str
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
     beyond : tuple of str
@@ -128,6 +130,7 @@ class Certificate:
     terms: dict[str, float]
     achieved_K: dict[str, float]
     own_errors: tuple[str, ...]
+    reference: str
     dark: tuple[str, ...]
     beyond: tuple[str, ...] = ()
     budget: ErrorBudget | None = None
@@ -157,7 +160,7 @@ class Certificate:
     def summary(self) -> tuple[str, ...]:
         """The certificate in a few lines: the verdict, the error, what is left out, and the error against the world."""
         error = self._kelvin if self.requested.kelvin is not None else self._relative
-        return (self._verdict, error, *self._left_out, *self._world)
+        return (self._verdict, f"{error}; reference {self.reference}", *self._left_out, *self._world)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -186,7 +189,8 @@ class Certificate:
             *self._confidence,
             *self._left_out,
             *(f"left out: {each}" for each in self.beyond[1:]),
-            "these are errors of tables and interpolation; errors of the selected providers are not among them",
+            "these are errors of tables, interpolation, streams and spectral grid, against a reference that is one "
+            "level finer; errors of the providers' physics are not among them",
             *(f"against the world, {each}" for each in (self.budget.lines if self.budget else ())),
             *(f"provider-stated accuracy: {each}" for each in self.own_errors),
         )
@@ -204,6 +208,7 @@ class Certificate:
             "within": self.passed and not self.beyond,
             "beyond": list(self.beyond),
             "error_budget": None if self.budget is None else self.budget.as_dict(),
+            "reference": self.reference,
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,
@@ -216,7 +221,7 @@ class Certificate:
         return {name: json_value(value) for name, value in values.items()}
 
     def attributes(self) -> dict[str, str | float | int]:
-        """Global attributes of the cube."""
+        """Global attributes of the cube, which do not depend on the cache."""
         plain = self.as_dict()
         return {
             "hcss_certificate": plain["text"],

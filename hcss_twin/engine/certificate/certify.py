@@ -1,65 +1,30 @@
 """Recomputation of random pixels of a cube on the reference path, and the certificate made from it.
 
-The certificate states the error of the engine relative to an exact evaluation of the selected providers, at every
-wavenumber of the dense grid and for the exact column of each pixel, without tables, interpolation or selected
-wavenumbers. It does not include the providers' own errors. Reference columns are cached between runs.
+The certificate states the error of the engine relative to an evaluation of the selected providers that is finer in all
+numerical choices, for the exact column of each pixel and without tables
+(:mod:`~hcss_twin.engine.certificate.reference_columns`). It does not include the providers' own errors.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
-from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
-from hcss_twin.models.radiance.reference import reference_terms
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SurfaceState
-
-COLUMNS_AT_ONCE = 32
-"""Columns per call of the model; its memory grows with their number."""
-
-
-@dataclass(frozen=True)
-class ReferenceColumns:
-    """Terms (N, K, B) of columns."""
-
-    terms: Array
-
-
-def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
-    """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
-
-    They are cached by the inputs of the plan's tables, the columns and the time.
-
-    Raises
-    ------
-    ProviderError
-        If a provider breaks its contract.
-    """
-    digest = hashlib.sha256(table_key(plan).encode())
-    digest.update(repr((float(time_s), thickness_m.shape)).encode())
-    digest.update(np.ascontiguousarray(thickness_m).tobytes())
-
-    def compute() -> ReferenceColumns:
-        model, sun = plan.assembly.model, plan.sun_up_at(time_s)
-        return ReferenceColumns(reference_terms(model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
-
-    return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
 
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
@@ -80,7 +45,8 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels) for pixels in frames)])
+    references = References()
+    exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
     errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
@@ -126,6 +92,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         terms=terms if error.size else {},
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
+        reference=references.origin,
         dark=tuple(
             band.name
             for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)
@@ -134,7 +101,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     )
 
 
-def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
+def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references: References) -> Array:
     """Band radiances (M, Q, B) on the reference path: total and requested terms."""
     count, layers, points = pixels.thickness_m.shape
     thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
@@ -142,30 +109,34 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
         # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     if plan.surfaces is not None:
-        return _over_surfaces(plan, quantities, pixels, thickness, points)
+        return _over_surfaces(plan, quantities, pixels, thickness, points, references)
     if plan.views is None:
-        return _means(plan, quantities, thickness, points, pixels.time_s)
+        return _means(plan, quantities, thickness, points, pixels.time_s, references)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     views = image_views(plan).of_pixels(rows.tolist(), columns.tolist())
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
         [nothing]
         + [
-            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s)
+            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s, references)
             for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
         ]
     )
 
 
-def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float) -> Array:
+def _means(
+    plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float, references: References
+) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points."""
     columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
-    known = quantities.of(reference_of(plan, columns, time_s))
+    known = quantities.of(references.terms(plan, columns, time_s))
     means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
     return means
 
 
-def _over_surfaces(plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int) -> Array:
+def _over_surfaces(
+    plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int, references: References
+) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
 
@@ -182,7 +153,7 @@ def _over_surfaces(plan: Plan, quantities: Quantities, pixels: SampledPixels, th
     for (state, view), own in groups.items():
         alone = plan_over(plan, state)
         alone = alone if view is None else plan_toward(alone, view)
-        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s)
+        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 

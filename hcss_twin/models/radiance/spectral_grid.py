@@ -120,8 +120,10 @@ class SpectralGrid:
     response: tuple[Array, ...]
 
 
-def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None) -> SpectralGrid:
+def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None, refinement: int = 0) -> SpectralGrid:
     """Return the grid of all native wavenumbers inside the bands, the band edges, and the nodes of the responses.
+
+    Weights are those of the trapezoidal rule, or of Simpson's on a refined grid.
 
     Parameters
     ----------
@@ -129,32 +131,53 @@ def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None) -> Spect
         Resolved bands.
     native_cm1 : ndarray or None
         Grid of the transmittance provider; a regular 5 cm-1 grid if it has none.
+    refinement : int
+        0: these wavenumbers; -1: every second native one; n above 0: divided into 2^n.
     """
-    per_band = [_band_nodes(band, native_cm1) for band in bands]
+    per_band = [_refined(_band_nodes(band, native_cm1, 2 if refinement < 0 else 1), refinement) for band in bands]
     wavenumber = np.unique(np.concatenate(per_band))
     weights = np.zeros((len(bands), wavenumber.size))
     nodes, responses = [], []
     for row, (band, own) in enumerate(zip(bands, per_band, strict=True)):
         index = np.searchsorted(wavenumber, own)
         response = np.interp(1e4 / own, band.wavelength_um, band.response)
-        weights[row, index] = _trapezoid_weights(own) * response
+        weights[row, index] = (_simpson_weights(own) if refinement > 0 else _trapezoid_weights(own)) * response
         nodes.append(index)
         responses.append(response)
     return SpectralGrid(wavenumber, weights, tuple(nodes), tuple(responses))
 
 
-def _band_nodes(band: SpectralBand, native_cm1: Array | None) -> Array:
+def _band_nodes(band: SpectralBand, native_cm1: Array | None, every: int) -> Array:
     edges = np.sort(wavenumber_from_um(band.wavelength_um))
     low, high = edges[0], edges[-1]
     if native_cm1 is None:
         first = np.ceil(low / DEFAULT_STEP_CM1) * DEFAULT_STEP_CM1
         native_cm1 = np.arange(first, high, DEFAULT_STEP_CM1)
-    inside = native_cm1[(native_cm1 > low) & (native_cm1 < high)]
+    inside = native_cm1[(native_cm1 > low) & (native_cm1 < high)][::every]
     nodes = np.unique(np.concatenate((edges, inside)))
     # Rounding may put a native node next to an edge, at zero distance.
     keep = np.concatenate(([True], np.diff(nodes) > 1e-9 * high))
     result: Array = nodes[keep]
     return result
+
+
+def _refined(nodes: Array, refinement: int) -> Array:
+    """Return the nodes, with each interval divided into 2^``refinement`` parts."""
+    if refinement <= 0:
+        return nodes
+    parts = 2**refinement
+    between = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts
+    return np.append(between.ravel(), nodes[-1])
+
+
+def _simpson_weights(nodes: Array) -> Array:
+    """Return Simpson's weights of an odd number of nodes, every second of which is midway between its neighbours."""
+    weights = np.zeros_like(nodes)
+    sixth = np.diff(nodes[::2]) / 6.0
+    weights[:-1:2] += sixth
+    weights[2::2] += sixth
+    weights[1::2] = 4.0 * sixth
+    return weights
 
 
 def _trapezoid_weights(nodes: Array) -> Array:

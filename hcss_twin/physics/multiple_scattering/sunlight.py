@@ -69,6 +69,7 @@ def solve_sun(
     modes: int,
     threads: int | None = None,
     mode_tolerance: float = 1e-5,
+    kept_moments: int | None = None,
 ) -> tuple[Array, Array]:
     """Bidirectional reflectance and transmittance, sr-1: radiance over mu_sun times the sun's irradiance.
 
@@ -98,6 +99,8 @@ def solve_sun(
         The series of a layer ends after two modes in succession whose amplitudes are both at most this
         share of brdf and btdf so far, in every direction asked for. At least 0 and below 1; 0 sums all
         ``modes``. The error is a few times this share (docs/development/radiance.md).
+    kept_moments : int, optional
+        Moments of the phase function that delta-M keeps, at least ``modes``; default: twice the streams.
 
     Returns
     -------
@@ -112,7 +115,7 @@ def solve_sun(
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
     quadrature = gauss_streams(streams)
     check_modes(modes, streams, mode_tolerance)
-    scaled = delta_m(thickness, w, chi, 2 * streams)
+    scaled = delta_m(thickness, w, chi, 2 * streams if kept_moments is None else kept_moments)
     distinct, of_view = np.unique(mu, return_inverse=True)
     flat = (thickness.size, mu.size)
     brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
@@ -164,6 +167,7 @@ def transmit_beams(
     streams: int,
     modes: int,
     threads: int | None = None,
+    mode_tolerance: float = 1e-5,
 ) -> Array:
     """Diffuse transmission of beams toward the streams in the azimuth modes from 1 on.
 
@@ -180,6 +184,9 @@ def transmit_beams(
         Cosines of the beams' zenith angles, in (0, 1].
     modes : int
         Modes below this one; 1 to twice the streams.
+    mode_tolerance : float
+        The series of a layer ends, and further modes are 0, after two modes in succession that are at most this share
+        of mode 1 along every stream; 0 solves all ``modes``.
 
     Returns
     -------
@@ -197,12 +204,20 @@ def transmit_beams(
         raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
     where = directions(beams, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
-    ordered = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
-    result = np.empty((modes - 1, thickness.size, streams, beams.size))
+    series = AzimuthSeries(scaled.thickness)
+    result = np.zeros((modes - 1, thickness.size, streams, beams.size))
+    onward = np.zeros(thickness.size)
     with Team(threads) as team:
         for mode in range(1, modes):
+            ordered = series.chains
             solved = solve_mode(where, scaled, ordered, mode, team, toward=streams, sources=beams.size)
             result[mode - 1, ordered.cell] = solved.transmission
+            largest = np.max(np.abs(solved.transmission), axis=(1, 2))
+            if mode == 1:
+                onward[ordered.cell] = largest
+            small = (largest <= mode_tolerance * onward[ordered.cell]) & (mode_tolerance > 0.0)
+            if series.end_where(small):
+                break
     return result.reshape(modes - 1, *thickness.shape, streams, beams.size)
 
 

@@ -19,6 +19,7 @@ from random_scenario_rows import Row
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 
 PIXELS = {"as-printed": 300, "physical-two-stream": 300, "physical": 60}
@@ -44,11 +45,23 @@ def columns_of(cube: Any, layers: int) -> np.ndarray:
     return np.moveaxis(cube.cloud_layer_thickness.transpose("layer", "time", "y", "x").values, 0, -1)
 
 
-def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int) -> Pixels:
-    """Draw pixels and compute each from its own column, at all wavenumbers, with a trapezoidal rule of our own."""
+def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int, finest: bool) -> Pixels:
+    """Draw pixels and compute each from its own column, at all wavenumbers, with a rule of our own.
+
+    At the finest numerical level and with another wavenumber between any two, or at those of the plan.
+    """
+    assembly, grid = plan.assembly, plan.spectral_grid
+    if finest:
+        assembly = assembly.at_level(assembly.model.declares.numerical_levels - 1)
+        grid = assembly.refined_grid(1)
+    model = assembly.model
     random = np.random.default_rng([77, seed])
     total = int(np.prod(thickness.shape[:3]))
-    flat = random.choice(total, min(wanted, total), replace=False)
+    first = 0
+    if finest:  # one frame, because 64 streams are solved anew for each sun
+        total //= thickness.shape[0]
+        first = total * int(random.integers(thickness.shape[0]))
+    flat = first + random.choice(total, min(wanted, total), replace=False)
     place = np.stack(np.unravel_index(flat, thickness.shape[:3]), axis=1)
     place = place[np.argsort(place[:, 0], kind="stable")]
     metres = thickness[tuple(place.T)].astype(np.float64)
@@ -64,34 +77,51 @@ def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int) -> Pixe
         clear = here[~np.any(metres[here] > 0, axis=1)]
         cloudy = np.setdiff1d(here, clear)
         if clear.size:
-            radiance[clear] = _over_bands(plan, plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun))
+            radiance[clear] = _over_bands(plan, grid, model.clear(grid.wavenumber_cm1, sun))
         for start in range(0, cloudy.size, 16):
             part = cloudy[start : start + 16]
-            terms = plan.assembly.model.cloudy(plan.spectral_grid.wavenumber_cm1, metres[part], sun)
-            radiance[part] = _over_bands(plan, terms)
+            terms = model.cloudy(grid.wavenumber_cm1, metres[part], sun)
+            radiance[part] = _over_bands(plan, grid, terms)
     return Pixels(place, metres, radiance)
 
 
-def _over_bands(plan: Plan, terms: Any) -> np.ndarray:
-    """Sum of the terms (..., V) times the response, by trapezoids between the grid's wavenumbers within each band."""
-    wavenumber = plan.spectral_grid.wavenumber_cm1
+def _over_bands(plan: Plan, grid: SpectralGrid, terms: Any) -> np.ndarray:
+    """Sum of the terms (..., V) times the response, by trapezoids between the grid's wavenumbers within each band.
+
+    On a refined grid by parabolas: Richardson's extrapolation of the trapezoids with every and every second wavenumber.
+    """
+    wavenumber = grid.wavenumber_cm1
     spectrum = sum(np.asarray(term, dtype=np.float64) for term in terms.values())
     sums = []
-    for band, own in zip(plan.bands, plan.spectral_grid.nodes, strict=True):
+    for band, own in zip(plan.bands, grid.nodes, strict=True):
         # Nodes of other bands lie between; from one of its own to the next the integrand is straight, as documented.
         x = wavenumber[own]
         if not np.allclose(1e4 / x[[-1, 0]], band.wavelength_um[[0, -1]], rtol=1e-12, atol=0.0):
             raise RuntimeError(f"{band.name}: the grid does not reach the edges of the band")
         y = spectrum[..., own] * np.interp(1e4 / x, band.wavelength_um, band.response)
-        sums.append(np.sum(0.5 * (y[..., 1:] + y[..., :-1]) * np.diff(x), axis=-1))
+        sum_ = _trapezoids(x, y)
+        if grid.wavenumber_cm1.size != plan.spectral_grid.wavenumber_cm1.size or plan.grid_refinement.refinement > 0:
+            sum_ = (4.0 * sum_ - _trapezoids(x[::2], y[..., ::2])) / 3.0
+        sums.append(sum_)
     return np.stack(sums, axis=-1)
 
 
-def check(number: int, accuracies: Sequence[float], folder: Path, most_pixels: int = 300) -> list[Row]:
+def _trapezoids(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sum(0.5 * (y[..., 1:] + y[..., :-1]) * np.diff(x), axis=-1))
+
+
+def check(
+    number: int,
+    accuracies: Sequence[float],
+    folder: Path,
+    most_pixels: int = 300,
+    model: str | None = None,
+    finest: bool = False,
+) -> list[Row]:
     """Run a scenario at each accuracy, and compare its pixels with the independent ones."""
     rows, pixels = [], None
     for accuracy in accuracies:
-        made = scenario(number, accuracy, folder)
+        made = scenario(number, accuracy, folder, model)
         _forget_tables()
         plan = make_plan(made)
         if pixels is None:
@@ -104,7 +134,9 @@ def check(number: int, accuracies: Sequence[float], folder: Path, most_pixels: i
             cube = simulate(made)
         thickness = columns_of(cube, len(plan.layers))
         if pixels is None:
-            pixels = recompute(make_plan(made), thickness, min(PIXELS[made.radiance.model], most_pixels), number)
+            pixels = recompute(
+                make_plan(made), thickness, min(PIXELS[made.radiance.model], most_pixels), number, finest
+            )
         else:
             here = thickness[tuple(pixels.place.T)]
             same = np.where(pixels.thickness_m > 0, np.isclose(here, pixels.thickness_m, rtol=1e-6), here == 0)
@@ -145,6 +177,7 @@ def _row(
         wavenumbers=int(tables.spectrum.nodes.wavenumber_cm1.size),
         dense=int(plan.spectral_grid.wavenumber_cm1.size),
         compile_cpu_s=float(f"{seconds:.3g}"),
+        level=plan.numerics.level,
     )
 
 

@@ -45,10 +45,11 @@ CATALOG_BANDS = (
 )
 
 
-def random_raw(number: int, attempt: int, folder: Path) -> dict[str, Any]:
+def random_raw(number: int, attempt: int, folder: Path, model: str | None = None) -> dict[str, Any]:
     """Draw a scenario, valid or nearly so; spectral responses are written into ``folder``."""
     random = np.random.default_rng([2026, number, attempt])
-    model = random.choice(MODELS, p=[0.5, 0.35, 0.15])
+    drawn = random.choice(MODELS, p=[0.5, 0.35, 0.15])
+    model = str(drawn) if model is None else model
     zone = timezone(timedelta(hours=int(random.integers(-12, 13))))
     moment = datetime(2015, 1, 1, tzinfo=zone) + timedelta(minutes=int(random.integers(0, 20 * 525_600)))
     span_s = float(10.0 ** random.uniform(0.5, 4.3))  # to 5.5 hours
@@ -156,10 +157,10 @@ def _sea(random: np.random.Generator, model: str) -> dict[str, Any]:
     return sea
 
 
-def scenario(number: int, accuracy: float, folder: Path) -> Scenario:
-    """Return scenario ``number``: the first valid one of its draws, whatever the accuracy."""
+def scenario(number: int, accuracy: float, folder: Path, model: str | None = None) -> Scenario:
+    """Return scenario ``number``, of any model or one: the first valid one of its draws, whatever the accuracy."""
     for attempt in range(100):
-        raw = random_raw(number, attempt, folder)
+        raw = random_raw(number, attempt, folder, model)
         try:
             make_plan(Scenario.from_dict({**raw, "accuracy": ACCURACIES[0]}, base=folder))
         except ScenarioError:

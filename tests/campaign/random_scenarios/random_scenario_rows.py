@@ -5,11 +5,15 @@ from __future__ import annotations
 import itertools
 import json
 import statistics
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from random_scenario_draws import ACCURACIES, MODELS
+
+FINEST_RESULTS = Path(__file__).with_name("results-finest.json")
+"""Of scenarios with multiple scattering, against the finest level and spectral grid."""
 
 RESULTS = Path(__file__).with_name("results.json")
 
@@ -38,6 +42,7 @@ class Row:
     wavenumbers: int
     dense: int
     compile_cpu_s: float
+    level: int = 0
 
     @property
     def agrees(self) -> bool:
@@ -82,7 +87,8 @@ def summary(rows: Sequence[Row], failed: dict[str, str]) -> Iterator[str]:
         ratio = [row.achieved / accuracy for row in own]
         yield (
             f"accuracy {accuracy:g}: achieved / asked median {statistics.median(ratio):.2f}, largest {max(ratio):.2f}; "
-            f"compile, CPU s, median {statistics.median(row.compile_cpu_s for row in own):.2f}"
+            f"compile, CPU s, median {statistics.median(row.compile_cpu_s for row in own):.2f}; numerical levels "
+            f"{dict(sorted(Counter(row.level for row in own).items()))}"
         )
     cost = {(row.scenario, row.accuracy): row.compile_cpu_s for row in rows}
     for model in [*MODELS, None]:

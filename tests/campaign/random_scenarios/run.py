@@ -4,6 +4,9 @@
     python tests/campaign/random_scenarios/run.py --scenarios 20        # the first 20
     python tests/campaign/random_scenarios/run.py --summary             # only what the file of results says
 
+With ``--finest`` every scenario has the model of multiple scattering, and 8 of its pixels are computed with 64 streams
+and a spectral grid twice as fine.
+
 Scenario number i is always the same. Its cubes are made with random pixels of 48 x 48 and a few frames; random pixels
 of them are computed again here: the radiance model is asked for their very columns at every wavenumber of the scene's
 grid, and the spectra are summed over the bands, with code that shares nothing with the certificate's. Clouds do not
@@ -18,10 +21,11 @@ import argparse
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from random_scenario_checks import check
 from random_scenario_draws import ACCURACIES
-from random_scenario_rows import RESULTS, read_failed, read_rows, summary, write_rows
+from random_scenario_rows import FINEST_RESULTS, RESULTS, read_failed, read_rows, summary, write_rows
 
 SCENARIOS = 300
 
@@ -31,18 +35,22 @@ def main() -> None:
     parser.add_argument("--scenarios", type=int, default=SCENARIOS, help="how many, from number 0")
     parser.add_argument("--only", type=int, nargs="*", help="these numbers instead, computed and not kept")
     parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--finest", action="store_true", help="multiple scattering, against the finest level and grid")
     parser.add_argument("--summary", action="store_true", help="compute nothing")
     given = parser.parse_args()
+    options: dict[str, Any] = {"model": "physical", "finest": True, "most_pixels": 8} if given.finest else {}
+    if given.finest and given.results == RESULTS:
+        given.results = FINEST_RESULTS
     rows, failed = read_rows(given.results), read_failed(given.results)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HCSS_CACHE_DIR"] = str(Path(folder) / "cache")
         if given.only is not None:
-            rows, failed = [row for n in given.only for row in check(n, ACCURACIES, Path(folder))], {}
+            rows, failed = [row for n in given.only for row in check(n, ACCURACIES, Path(folder), **options)], {}
         elif not given.summary:
             done = {row.scenario for row in rows} | {int(number) for number in failed}
             for number in sorted(set(range(given.scenarios)) - done):
                 try:
-                    rows += check(number, ACCURACIES, Path(folder))
+                    rows += check(number, ACCURACIES, Path(folder), **options)
                 except Exception as error:  # one more finding; the others are still wanted
                     failed[str(number)] = f"{type(error).__name__}: {error}"
                 print(number, failed.get(str(number), ""), flush=True)

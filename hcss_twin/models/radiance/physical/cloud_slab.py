@@ -14,16 +14,24 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
+from hcss_twin.models.radiance.physical.numerics import Numerics
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
+from hcss_twin.physics.multiple_scattering.phase_function import extended_moments
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
 
 PER_OCTAVE = 3
 """Nodes per doubling of thickness; each costs a chain of doublings."""
+
+FEW_STREAMS = 16
+"""Streams for sunlight that are solved at every thickness of the grid."""
+
+PEAK_DEGREE = 16
+"""Light scattered by a smaller angle than polynomials of this degree resolve, some 10 deg, still illuminates the air
+below a cloud."""
 
 _WINDOW = 10
 """Nodes of the interpolating polynomial; its error is 1e-6 of full reflection, as with 6 nodes at 6 per doubling."""
@@ -82,27 +90,26 @@ class OperatorTable:
         )
 
 
-def _lagrange(position: float) -> Array:
-    """Return the weights of the nodes 0, 1, ... 9 at a position; they sum to one."""
-    weights = np.ones(_WINDOW)
-    for i in range(_WINDOW):
-        for j in range(_WINDOW):
+def _from_octaves(count: int) -> Array:
+    """Return the weights (T, S) that interpolate T thicknesses of a grid from every third of them."""
+    known = -(-count // PER_OCTAVE)
+    nodes = min(_WINDOW, known)
+    weights = np.zeros((count, known))
+    for row in range(count):
+        first = min(max(math.floor(row / PER_OCTAVE) - nodes // 2 + 1, 0), known - nodes)
+        weights[row, first : first + nodes] = _lagrange(row / PER_OCTAVE - first, nodes)
+    return weights
+
+
+def _lagrange(position: float, nodes: int = _WINDOW) -> Array:
+    """Return the weights of the nodes 0, 1, ... at a position; they sum to one."""
+    weights = np.ones(nodes)
+    for i in range(nodes):
+        for j in range(nodes):
             if i != j:
                 weights[i] *= (position - j) / (i - j)
     result: Array = weights / weights.sum()
     return result
-
-
-MAX_MODES = 8
-"""Maximum number of azimuth modes of sunlight between cloud and sea."""
-
-_FAINT_SUN = 0.015
-"""Ratio of sunlight to sea emission below which the closed form (error 15 %) suffices: little is reflected."""
-
-
-def turned_modes(parameters: PhysicalParameters) -> int:
-    """Return the number of azimuth modes of sunlight between cloud and sea, the mean included."""
-    return min(parameters.azimuth_modes, 2 * parameters.streams, MAX_MODES)
 
 
 @dataclass(frozen=True)
@@ -122,6 +129,9 @@ class CloudSlab:
         sr-1; toward the view at its azimuth, toward streams as azimuth mean; 0 without a sun.
     sun_direct : ndarray (S,)
         Direct transmittance for the sun; 0 without one.
+    to_lower_air : ndarray (S,)
+        Transmittance for sunlight that air below scatters into the view: both ways, light scattered in the forward peak
+        included; 0 without a sun.
     beam_transmission : ndarray (M, 2, N, S)
         sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight is negligible.
     """
@@ -138,6 +148,7 @@ class CloudSlab:
     sun_reflection: Array
     sun_transmission: Array
     sun_direct: Array
+    to_lower_air: Array
     beam_transmission: Array
 
 
@@ -160,8 +171,7 @@ class SlabSolver:
     Parameters
     ----------
     optics : Optics
-    parameters : PhysicalParameters
-        Streams and azimuth modes.
+    numerics : Numerics
     wavenumber_cm1 : ndarray (V,)
     directions : ColumnDirections
     sun_share : ndarray (V,)
@@ -173,18 +183,17 @@ class SlabSolver:
     def __init__(
         self,
         optics: Optics,
-        parameters: PhysicalParameters,
+        numerics: Numerics,
         wavenumber_cm1: Array,
         directions: ColumnDirections,
         sun_share: Array,
         closed_form: bool,
     ) -> None:
         self._closed_form = closed_form
-        self._modes = turned_modes(parameters)
         self._sun_share = sun_share
         self._tables: dict[CloudLayer, OperatorTable] = {}
         self._optics = optics
-        self._parameters = parameters
+        self._numerics = numerics
         self._wavenumber = wavenumber_cm1
         self._directions = directions
 
@@ -212,7 +221,7 @@ class SlabSolver:
                 operators = table.at(thickness)
             else:  # outside the range of the layer's table
                 operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
-            *rows, back, through, beam, turned = operators
+            *rows, back, through, beam, to_lower_air, turned = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
             slabs.append(
                 CloudSlab(
@@ -228,6 +237,7 @@ class SlabSolver:
                     sun_reflection=back,
                     sun_transmission=through,
                     sun_direct=beam,
+                    to_lower_air=to_lower_air,
                     beam_transmission=turned,
                 )
             )
@@ -240,6 +250,7 @@ class SlabSolver:
         depth = thickness_m[:, None] * scattering.extinction_m1
         solved, brdf, btdf, turned = self._solved(depth, scattering.albedo, scattering.moments)
         back, through, beam = self._sunlight(solved, brdf, btdf)
+        lower = self._to_lower_air(depth, scattering.albedo, scattering.moments)
         extras = solved.mu.size - where.count
         view_and_streams = [VIEW, *range(extras, solved.mu.size)]
         factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
@@ -252,7 +263,17 @@ class SlabSolver:
             np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
-        return emissivity, far, direct, reflection, transmission, back, through, beam, turned
+        return emissivity, far, direct, reflection, transmission, back, through, beam, lower, turned
+
+    def _to_lower_air(self, depth: Array, albedo: Array, moments: Array) -> Array:
+        """Return the transmittance (T, V) of :attr:`CloudSlab.to_lower_air`."""
+        where = self._directions
+        if where.sun is None:
+            return np.zeros_like(depth)
+        peak = extended_moments(moments, PEAK_DEGREE + 1)[PEAK_DEGREE]
+        slant = 1.0 / where.mu[VIEW] + 1.0 / where.mu_sun
+        result: Array = np.exp(-depth * (1.0 - albedo * peak) * slant)
+        return result
 
     def _solved(self, depth: Array, albedo: Array, moments: Array) -> tuple[LayerOperators, Array, Array, Array]:
         """Return diffuse operators; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
@@ -260,13 +281,13 @@ class SlabSolver:
         The modes are the diffuse transmission of view and sun beams toward the streams. Sunlight is 0 without a sun;
         its modes are 0 where it is faint.
         """
-        where, parameters, closed = self._directions, self._parameters, self._closed_form
+        where, numerics, closed = self._directions, self._numerics, self._closed_form
         brdf, btdf = np.zeros((2, *depth.shape))
-        turned = np.zeros((depth.shape[0], self._modes - 1, 2, where.count, albedo.size))
+        turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, 2, where.count, albedo.size))
         if where.sun is None:
             return self._layers(depth, albedo, moments), brdf, btdf, turned
         # Where the sun contributes little, the closed form with its error of about 15 % suffices.
-        bright = (self._sun_share > _FAINT_SUN) & (not closed)
+        bright = (self._sun_share > numerics.faint_sun) & (not closed)
         faint = ~bright
         view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
         if np.any(faint):
@@ -276,20 +297,38 @@ class SlabSolver:
         if not np.any(bright):
             return self._layers(depth, albedo, moments), brdf, btdf, turned
         own = depth[:, bright], albedo[bright], moments[:, bright]
-        if parameters.sun_streams == where.count:
-            lit = solve_sunlit_layers(*own, view, sun, azimuth, where.count, parameters.azimuth_modes, self._modes)
+        modes, turned_modes = numerics.azimuth_modes, numerics.turned_modes
+        if (numerics.sun_streams, numerics.sun_moments) == (where.count, 2 * where.count):
+            lit = solve_sunlit_layers(*own, view, sun, azimuth, where.count, modes, turned_modes)
             brdf[:, bright], btdf[:, bright] = lit.brdf, lit.btdf
             beams, solved = lit.beams, lit.layers
             if np.any(faint):
                 solved = joined(solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint]), bright)
         else:
             solved = self._layers(depth, albedo, moments)
-            streams, modes = parameters.sun_streams, parameters.azimuth_modes
-            both = solve_sun(*own, np.array([view]), sun, np.array([azimuth]), streams=streams, modes=modes)
-            brdf[:, bright], btdf[:, bright] = (each[..., 0] for each in both)
-            beams = transmit_beams(*own, np.array([view, sun]), where.count, self._modes)
+            brdf[:, bright], btdf[:, bright] = self._toward_view(*own)
+            beams = transmit_beams(*own, np.array([view, sun]), where.count, turned_modes)
         turned[..., bright] = beams.transpose(1, 0, 4, 3, 2)
         return solved, brdf, btdf, turned
+
+    def _toward_view(self, depth: Array, albedo: Array, moments: Array) -> Array:
+        """Return brdf and btdf (2, T, V) toward the view.
+
+        Many streams are solved at one thickness per octave: their difference from few streams is small and smooth.
+        """
+        where, numerics = self._directions, self._numerics
+        toward = np.array([where.mu[VIEW]]), where.mu_sun, np.array([where.relative_azimuth])
+
+        def solve(depth: Array, streams: int, kept: int, modes: int) -> Array:
+            return np.stack(solve_sun(depth, albedo, moments, *toward, streams, modes, kept_moments=kept))[..., 0]
+
+        most = numerics.sun_streams, numerics.sun_moments, numerics.azimuth_modes
+        if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= _WINDOW:
+            return solve(depth, *most)
+        few = solve(depth, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
+        more = solve(depth[::PER_OCTAVE], *most) - few[:, ::PER_OCTAVE]
+        result: Array = few + np.einsum("ts,nsv->ntv", _from_octaves(depth.shape[0]), more)
+        return result
 
     def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
         where = self._directions

@@ -19,7 +19,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.model_errors import load_model_errors
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
-from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabSolver, side_by_side, turned_modes
+from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabSolver, side_by_side
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.directions import (
     AIR_SUN,
@@ -35,6 +35,7 @@ from hcss_twin.models.radiance.physical.directions import (
 from hcss_twin.models.radiance.physical.execution import cached_by_spectrum, in_one_thread
 from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
 from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
+from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.models.radiance.physical.tracing import Tracer
@@ -43,8 +44,7 @@ from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, ModelError, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
 
-MEASURED_STREAMS, MEASURED_MODES = 8, 16
-"""Minimum numbers of streams and azimuth modes for which the model states a measured error."""
+_CLOSED_FORM_ERRORS = ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
 
 _MAX_SPECTRA, _MAX_WAVENUMBERS = 4, 512
 """Limits of solved clouds in memory: spectra, and wavenumbers of a spectrum over all suns (70 kB each)."""
@@ -112,6 +112,8 @@ class Physical:
     def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
         self._inputs = inputs
         self._parameters = parameters
+        possible = levels(parameters)
+        self._numerics = possible[min(inputs.numerical_level, len(possible) - 1)]
         self._gas: TransmittanceProvider = inputs.transmittance
         if inputs.transmittance.declares.legs == "to_space":
             self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
@@ -126,8 +128,9 @@ class Physical:
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
         self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
-            notes=_notes(parameters, inputs, self.closed_form),
-            own_errors=_own_errors(parameters, self.closed_form),
+            notes=_notes(parameters, self._numerics, inputs, self.closed_form),
+            own_errors=_CLOSED_FORM_ERRORS if self.closed_form else (),
+            numerical_levels=len(possible),
         )
 
     @in_one_thread
@@ -199,12 +202,12 @@ class Physical:
 
     def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
         inputs = self._inputs
-        directions = column_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
+        directions = column_directions(inputs.view, sun, inputs.wind_from_deg, self._numerics.streams)
         received = np.zeros_like(wavenumber)
         if directions.sun is not None:
             irradiance = inputs.solar_irradiance(wavenumber)
             received = directions.mu_sun * irradiance / directions.sun.distance_au**2
-        most = turned_modes(self._parameters)
+        most = self._numerics.turned_modes
 
         @cache
         def modes() -> SeaModes | None:
@@ -221,10 +224,10 @@ class Physical:
         return unlit_sea_surface(self._inputs.sea, wavenumber, directions)
 
     def _new_unlit_sea_modes(self, wavenumber: Array) -> SeaModes:
-        return unlit_sea_modes(self._inputs.sea, wavenumber, self._sunless_directions(), turned_modes(self._parameters))
+        return unlit_sea_modes(self._inputs.sea, wavenumber, self._sunless_directions(), self._numerics.turned_modes)
 
     def _sunless_directions(self) -> ColumnDirections:
-        return column_directions(self._inputs.view, None, self._inputs.wind_from_deg, self._parameters.streams)
+        return column_directions(self._inputs.view, None, self._inputs.wind_from_deg, self._numerics.streams)
 
     def _sunlight_scattered_in_air(self, wavenumber: Array, where: ColumnDirections) -> Callable[[float], Array]:
         """Return sunlight (V,) scattered once into the view above an altitude, sr-1; 0 if the provider has none."""
@@ -257,7 +260,7 @@ class Physical:
         scene, inputs = self._scene(wavenumber, sun), self._inputs
         return SlabSolver(
             inputs.optics,
-            self._parameters,
+            self._numerics,
             wavenumber,
             scene.directions,
             scene.received / (np.pi * scene.air.black_body(inputs.sea_temperature_K)),
@@ -345,31 +348,15 @@ def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) 
     for index, between in enumerate(np.diff(above, axis=0, prepend=0.0)):
         result += through * np.maximum(between, 0.0)
         if index < len(columns.slabs):
-            slab = columns.slabs[index]
-            through = through * slab.direct[VIEW] * slab.sun_direct
+            through = through * columns.slabs[index].to_lower_air
     return result * columns.received / columns.directions.mu_sun
 
 
-def _own_errors(parameters: PhysicalParameters, closed_form: bool) -> tuple[str, ...]:
-    """Return the errors measured for these numbers of streams or more (docs/development/radiance.md)."""
-    if closed_form:
-        return ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
-    errors = []
-    if parameters.streams >= MEASURED_STREAMS:
-        errors.append(
-            "physical radiance: emission of clouds within 0.001 in emissivity to 75 deg, of 64 streams in discrete "
-            "ordinates"
-        )
-    if parameters.sun_streams >= MEASURED_STREAMS and parameters.azimuth_modes >= MEASURED_MODES:
-        errors.append(
-            "physical radiance: sunlight reflected by clouds within 2 % of its maximum in 95 % of random layers to 75 "
-            "deg, of 64 streams in discrete ordinates"
-        )
-    return tuple(errors)
-
-
-def _notes(parameters: PhysicalParameters, inputs: RadianceInputs, closed_form: bool) -> tuple[str, ...]:
-    notes = [f"physical radiance: {parameters.streams} streams, gas exact for {parameters.closure_order} changes"]
+def _notes(
+    parameters: PhysicalParameters, numerics: Numerics, inputs: RadianceInputs, closed_form: bool
+) -> tuple[str, ...]:
+    streams = f"{numerics.streams} streams, {numerics.sun_streams} for sunlight"
+    notes = [f"physical radiance: {streams}, gas exact for {parameters.closure_order} changes"]
     if closed_form:
         notes.append("physical radiance: clouds by a two-stream closed form, see docs/development/radiance.md")
     if inputs.transmittance.declares.legs == "to_space":

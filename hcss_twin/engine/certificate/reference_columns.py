@@ -1,0 +1,110 @@
+"""Columns of the certificate: finer than the tables in every numerical choice, and never read from them.
+
+A solution that is finer everywhere would take minutes. Its parts are added instead: columns at every wavenumber, at a
+coarse level of the radiance model; their difference from the reference level, at wavenumbers chosen for these columns;
+and, at the coarsest level, the difference between the next finer spectral grid and that of the scene. The differences
+are a few percent at most, so that their own errors hardly matter.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import REFERENCES, recall_or_compute
+from hcss_twin.engine.compile import table_key
+from hcss_twin.models.radiance.spectral_grid import choose_nodes
+from hcss_twin.plan.numerics import reference_level, spectral_level
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import RadianceModel, Sun
+
+COLUMNS_AT_ONCE = 32
+"""Columns per call of the model; its memory grows with their number."""
+
+NODES_TOLERANCE = 1e-3
+"""Error of the coarse columns at the chosen wavenumbers; that of the difference is about this share of it."""
+
+
+@dataclass(frozen=True)
+class ReferenceColumns:
+    """Terms (N, K, B) of columns."""
+
+    terms: Array
+
+
+class References:
+    """The reference columns of one certificate, cached by the inputs of the tables, the columns and the time.
+
+    Attributes
+    ----------
+    calls, solved : int
+        How many sets of columns were asked for, and how many of them were solved in this run.
+    """
+
+    def __init__(self) -> None:
+        self.calls, self.solved = 0, 0
+
+    def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+        """Return terms (N, K, B) of columns (N, L) at a time.
+
+        Raises
+        ------
+        ProviderError
+            If a provider breaks its contract.
+        """
+        digest = hashlib.sha256(table_key(plan).encode())
+        digest.update(repr((float(time_s), thickness_m.shape)).encode())
+        digest.update(np.ascontiguousarray(thickness_m).tobytes())
+        self.calls += 1
+
+        def compute() -> ReferenceColumns:
+            self.solved += 1
+            return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+
+        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
+
+    @property
+    def origin(self) -> str:
+        """``solved in this run``, ``reused``, or how many of them were solved."""
+        if self.solved == self.calls:
+            return "solved in this run"
+        return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
+
+
+def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
+    assembly, grid = plan.assembly, plan.spectral_grid
+    coarse, fine = spectral_level(assembly), reference_level(assembly)
+    known = _spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, thickness_m, sun)
+    terms: Array = known @ grid.weights_cm1.T
+    if fine != coarse:
+        nodes = choose_nodes(grid, known, NODES_TOLERANCE)
+        places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
+        finer = _spectra(assembly.at_level(fine).model, nodes.wavenumber_cm1, thickness_m, sun)
+        terms += (finer - known[..., places]) @ nodes.weights_cm1.T
+    coarsest = assembly.at_level(0).model
+    first = known if coarse == 0 else _spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun)
+    finer_grid = assembly.refined_grid(plan.grid_refinement.refinement + 1)
+    new = ~np.isin(finer_grid.wavenumber_cm1, grid.wavenumber_cm1)
+    between = _spectra(coarsest, finer_grid.wavenumber_cm1[new], thickness_m, sun)
+    change = -grid.weights_cm1
+    change[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
+    terms += between @ finer_grid.weights_cm1[:, new].T + first @ change.T
+    return terms
+
+
+def _spectra(model: RadianceModel, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Array:
+    """Return the terms (N, K, V) of columns (N, L), in the order of ``model.terms``."""
+    result = np.empty((thickness_m.shape[0], len(model.terms), wavenumber_cm1.size))
+    cloudy = np.flatnonzero(np.any(thickness_m > 0, axis=1))
+    clear = np.setdiff1d(np.arange(thickness_m.shape[0]), cloudy)
+    if clear.size:
+        spectra = model.clear(wavenumber_cm1, sun)
+        result[clear] = np.stack([np.asarray(spectra[name]) for name in model.terms])
+    for start in range(0, cloudy.size, COLUMNS_AT_ONCE):
+        pixels = cloudy[start : start + COLUMNS_AT_ONCE]
+        spectra = model.cloudy(wavenumber_cm1, thickness_m[pixels], sun)
+        result[pixels] = np.stack([np.asarray(spectra[name]) for name in model.terms], axis=1)
+    return result

@@ -1,0 +1,64 @@
+"""Levels of numerical accuracy of the physical model, from which the engine chooses by error.
+
+With N streams, Gauss's rule integrates products of two kernels exactly only if they have N moments: where the phase
+function is sharply peaked, N moments are nearer the truth than 2 N, and cost less; for droplets 8 streams need 16.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from hcss_twin.models.parameters import AZIMUTH_MODES, STREAMS, SUN_STREAMS, PhysicalParameters
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Sizes of the numerical solution.
+
+    Attributes
+    ----------
+    streams : int
+        Gauss streams per hemisphere for diffuse light and sky radiance, with twice as many moments.
+    sun_streams, sun_moments : int
+        Streams, and moments of the phase function, for sunlight that clouds scatter toward the sensor.
+    azimuth_modes : int
+        Most terms of its Fourier series over azimuth.
+    turned_modes : int
+        Most azimuth modes of sunlight between cloud and sea.
+    faint_sun : float
+        Sunlight below this share of the sea's emission is scattered in closed form, with an error of 15 %.
+    """
+
+    streams: int
+    sun_streams: int
+    sun_moments: int
+    azimuth_modes: int
+    turned_modes: int
+    faint_sun: float
+
+
+LEVELS = (
+    Numerics(4, 6, 6, 6, 8, 0.015),
+    Numerics(6, 8, 8, 8, 12, 0.015),
+    Numerics(8, 12, 12, 12, 12, 0.005),
+    Numerics(8, 16, 16, 16, 16, 0.005),
+    Numerics(12, 24, 24, 24, 16, 0.001),
+    Numerics(12, 32, 32, 32, 16, 0.0005),
+    Numerics(16, 48, 48, 48, 16, 0.0002),
+    Numerics(24, 64, 64, 64, 16, 0.0),
+)
+
+
+def levels(parameters: PhysicalParameters) -> tuple[Numerics, ...]:
+    """Return the levels from the coarsest to the finest; the last is a reference only.
+
+    Sizes that a scenario states are the only level beside the next finer one.
+    """
+    stated = parameters.streams, parameters.sun_streams, parameters.azimuth_modes
+    if stated == (None, None, None):
+        return LEVELS
+    streams, sun_streams = parameters.streams or STREAMS, parameters.sun_streams or SUN_STREAMS
+    modes = parameters.azimuth_modes or AZIMUTH_MODES
+    own = Numerics(streams, sun_streams, 2 * sun_streams, modes, min(modes, 2 * streams, 8), 0.015)
+    finer = (each for each in LEVELS if each.streams > streams and each.sun_streams > sun_streams)
+    return own, next(finer, replace(LEVELS[-1], streams=32, sun_streams=96, sun_moments=96, azimuth_modes=96))

@@ -1,0 +1,105 @@
+"""Numerical levels: their order, the choice among them by error, and the refinement of the spectral grid."""
+
+from dataclasses import astuple, dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hcss_twin.models.parameters import PhysicalParameters
+from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
+from hcss_twin.plan.numerics import choose_level, reference_level, spectral_level
+
+BAND = SpectralBand("flat", np.array([3.0, 5.0]), np.array([1.0, 1.0]))
+NATIVE = np.arange(1000.0, 4000.0, 50.0)
+
+
+def test_levels_become_finer_in_every_size():
+    for coarse, fine in pairwise(LEVELS):
+        *sizes, faint = astuple(coarse)
+        *finer, fainter = astuple(fine)
+        assert all(b >= a for a, b in zip(sizes, finer, strict=True))
+        assert fainter <= faint
+        assert fine.sun_streams > coarse.sun_streams
+
+
+@pytest.mark.parametrize("stated", [{"streams": 8}, {"streams": 32, "sun_streams": 64}, {"azimuth_modes": 4}])
+def test_stated_sizes_are_used_and_verified_by_finer_ones(stated):
+    own, reference = levels(PhysicalParameters(**stated))
+    assert own.streams == stated.get("streams", 8)
+    assert own.sun_streams == stated.get("sun_streams", 8)
+    assert own.azimuth_modes == stated.get("azimuth_modes", 16)
+    assert own.sun_moments == 2 * own.sun_streams
+    assert reference.streams >= own.streams
+    assert reference.sun_streams > own.sun_streams
+
+
+@dataclass(frozen=True)
+class Declared:
+    numerical_levels: int
+
+
+class ModelWithError:
+    """Radiance 1 plus an error that falls by a factor of 4 from level to level."""
+
+    def __init__(self, level, count):
+        self.level, self.declares = level, Declared(count)
+        self.terms = {"emission": "of the sea"}
+
+    def clear(self, wavenumber_cm1, sun):
+        return {"emission": np.full(wavenumber_cm1.size, 1.0 + 0.04 * 0.25**self.level)}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the choice needs of an assembly."""
+
+    model: ModelWithError
+    numerical_level: int = 0
+    layers: tuple = ()
+    cloudy_layers: tuple = ()
+    has_clear_sky: bool = True
+    spectral_grid: object = field(default_factory=lambda: dense_grid([BAND], NATIVE))
+    extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
+
+    def at_level(self, level):
+        return replace(self, model=ModelWithError(level, self.model.declares.numerical_levels), numerical_level=level)
+
+
+@pytest.mark.parametrize(("tolerance", "level"), [(0.1, 0), (0.02, 1), (3e-3, 2), (2e-4, 4), (3e-5, 6)])
+def test_the_coarsest_level_within_the_tolerance_is_chosen(tolerance, level):
+    # differences to the next level, times 1.5: 0.045, 0.011, 0.0028, 7e-4, 1.8e-4, 4.4e-5, 1.1e-5
+    chosen = choose_level(Scene(ModelWithError(0, 8)), [None], tolerance)
+    assert chosen.level == level
+    assert chosen.enough
+    assert 0.04 * 0.25**level <= 1.1 * chosen.error <= 1.1 * tolerance
+
+
+def test_a_tolerance_beyond_the_finest_level_is_said():
+    chosen = choose_level(Scene(ModelWithError(0, 4)), [None], 1e-6)
+    assert chosen.level == 2
+    assert not chosen.enough
+    assert chosen.error > 1e-6
+
+
+def test_a_model_without_levels_has_one():
+    scene = Scene(ModelWithError(0, 1))
+    assert choose_level(scene, [None], 1e-6).level == reference_level(scene) == spectral_level(scene) == 0
+
+
+@pytest.mark.parametrize("refinement", [1, 2])
+def test_refined_grids_integrate_cubic_polynomials_exactly(refinement):
+    grid = dense_grid([BAND], NATIVE, refinement)
+    low, high = grid.wavenumber_cm1[[0, -1]]
+    values = (grid.wavenumber_cm1 - 2500.0) ** 3
+    exact = ((high - 2500.0) ** 4 - (low - 2500.0) ** 4) / 4.0
+    assert values @ grid.weights_cm1[0] == pytest.approx(exact, rel=1e-12)
+
+
+def test_refined_grids_contain_the_coarser_ones():
+    coarse, native, fine, finest = (dense_grid([BAND], NATIVE, n).wavenumber_cm1 for n in (-1, 0, 1, 2))
+    for few, many in ((coarse, native), (native, fine), (native, finest)):
+        assert np.all(np.isin(few, many))
+    assert fine.size == 2 * native.size - 1
+    assert finest.size == 4 * native.size - 3
