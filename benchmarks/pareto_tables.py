@@ -7,7 +7,7 @@ from typing import Any
 
 from hcss_twin.reports.benchmark_stages import KEPT_RUN, NEW_RUN, RAW, STAGES
 
-MARKERS = {"stratus": "o", "cumulus": "s", "cirrus": "^", "cirrus-over-cumulus": "D"}
+MARKERS = {"stratus": "o", "cumulus": "s", "cirrus": "^"}
 COLOURS = {
     "as-printed": "#8a5fb5",
     "as-printed, LOWTRAN7 itself": "#c77d0a",
@@ -85,15 +85,16 @@ def _bars(axes: Any, names: list[str], values: list[float], title: str, scale: s
         axes.annotate(_short(value), (value, place), (4, 0), textcoords="offset points", va="center", fontsize=8)
 
 
-def fronts(found: dict[str, Any]) -> str:
-    """Return the error in each band, and the cost, of all ways and scenes."""
-    lines = ["| scene | model | asked | error by band | new tables | kept tables |", "|---|---|---|---|---|---|"]
+def fronts(found: dict[str, Any], accuracy: float = 1e-3) -> str:
+    """Return the error in each band, and the cost, of all scenes and ways at an accuracy."""
+    bands = next(iter(found["scenes"].values()))["reference"]["bands"]
+    lines = [f"| scene | model | {' | '.join(bands)} | new tables | kept tables |", "|---" * (len(bands) + 4) + "|"]
     for scene, result in found["scenes"].items():
         for way, runs in result["ways"].items():
-            for each in runs:
-                bands = ", ".join(f"{error:.0e}" for error in each["by_band"].values())
-                cost = " | ".join(_short(each["over_raw"][run]) for run in (NEW_RUN, KEPT_RUN))
-                lines.append(f"| {scene} | {way} | {each['accuracy']:.0e} | {bands} | {cost} |")
+            one = next(each for each in runs if each["accuracy"] == accuracy)
+            cells = [f"{error:.1e}" for error in one["by_band"].values()]
+            cells += [_short(one["over_raw"][run]) for run in (NEW_RUN, KEPT_RUN)]
+            lines.append(f"| {scene} | {way} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
