@@ -185,6 +185,9 @@ def fill_axes(axes: Axes, curves: Sequence[Curve]) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.margins(x=0.08)
+    known = [error for curve in curves for error in curve.error]
+    if known:  # errors of one model differ little, and the scale should show that
+        axes.set_ylim(min(known) / 3.0, 3.0 * max(known))
     axes.set_xlabel("time of the whole run over the time of writing the same bytes raw")
     axes.set_ylabel("largest error of the radiance of a band, relative to the reference of all models")
     axes.grid(True, which="major", alpha=0.3)
