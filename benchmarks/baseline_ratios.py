@@ -21,7 +21,8 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.plan.plan import Plan
-from hcss_twin.reports.benchmark import even_wavelengths, integrate, random_columns
+from hcss_twin.reports.benchmark import even_wavelengths, random_columns
+from hcss_twin.reports.benchmark_reference import column_radiance
 from hcss_twin.reports.benchmark_stages import Rounds, write_raw
 
 SCENE = "stratus"
@@ -49,7 +50,7 @@ def look_up(rounds: int, folder: Path) -> Measured:
         columns = random_columns(plan, POINTS)
         grids = {"native grid": plan.spectral_grid, "1000 wavelengths a band": even_wavelengths(plan, 1000)}
         calls: dict[str, Callable[[], object]] = {"look-up": partial(dense.fill, radiance, thickness)}
-        calls |= {name: partial(integrate, plan, grid, columns, together) for name, grid in grids.items()}
+        calls |= {name: partial(column_radiance, plan, grid, columns, together) for name, grid in grids.items()}
         times = in_turn(calls, rounds)
         points = plan.grid.rows * plan.grid.columns
         look = times.shortest("look-up") / points / len(plan.bands) * 1e9

@@ -21,11 +21,12 @@ from hcss_twin.engine.stream import Frame, stream
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.reports.benchmark import even_wavelengths, integrate, random_columns
+from hcss_twin.reports.benchmark import every_nth, points_of_scene
+from hcss_twin.reports.benchmark_reference import Reference, column_radiance
 from hcss_twin.reports.benchmark_stages import Rounds, write_raw
 
 CLASSES = (2, 8, 32, 128)
-ERROR_POINTS = 100
+STEPS = (1, 4, 16)
 CLOUDS = {
     "ours, thickness, 1 thread": "fractal clouds, thickness in m",
     "scipy FFT of noise": "scipy FFT of noise, frozen",
@@ -40,15 +41,13 @@ def has_lowtran() -> bool:
     return any(entry.name == "lowtran7" for entry in Registry.discover().entries())
 
 
-def pixel_classes(plan: Plan) -> list[dict[str, float]]:
-    """One column for each class of pixels, spaced by factors of thickness, in place of tables.
+def pixel_classes(plan: Plan, reference: Reference) -> list[dict[str, float]]:
+    """One column for each class of pixels of one layer, spaced by factors of thickness, in place of tables.
 
     Cost is that of the calls and of putting the classes' radiance into the frames; making clouds and writing come on
     top as in any other way.
     """
     low, high = plan.layers[0].thickness_min_m, plan.layers[0].thickness_max_m
-    columns = random_columns(plan, ERROR_POINTS)
-    exact = integrate(plan, plan.spectral_grid, columns, ERROR_POINTS)
     frames, whole = plan.frame_times_s.size, (slice(0, plan.grid.rows), slice(0, plan.grid.columns))
     thickness = plan.assembly.generators[0].thickness_m(0.0, *whole)
     found = []
@@ -61,25 +60,27 @@ def pixel_classes(plan: Plan) -> list[dict[str, float]]:
             return np.where(values > 0, 1 + np.searchsorted(inner, values, side="right"), 0)
 
         start = time.perf_counter()
-        of_class = integrate(plan, plan.spectral_grid, middle[:, None])
+        of_class = column_radiance(plan, plan.spectral_grid, middle[:, None])
         called = time.perf_counter() - start
         start = time.perf_counter()
         of_class.T.astype(np.float32)[:, classes(thickness)]
         placed = time.perf_counter() - start
-        error = float(np.max(np.abs(of_class[classes(columns[:, 0])] / exact - 1.0)))
+        error = max(reference.errors(of_class[classes(reference.columns[:, 0])]).values())
         found.append({"classes": count, "seconds": called + frames * placed, "error": error})
     return found
 
 
-def wavelengths(plan: Plan, count: int, pixels: int) -> dict[str, float]:
-    """Every pixel integrated over evenly spaced wavelengths, so many a band, all at once: seconds a point, error."""
-    grid, columns = even_wavelengths(plan, count), random_columns(plan, pixels)
-    exact = integrate(plan, plan.spectral_grid, columns, pixels)
-    values = integrate(plan, grid, columns, pixels)
-    start = time.perf_counter()
-    integrate(plan, grid, columns, pixels)
-    seconds = (time.perf_counter() - start) / pixels
-    return {"wavelengths": count, "seconds_per_point": seconds, "error": float(np.max(np.abs(values / exact - 1)))}
+def fewer_wavenumbers(plan: Plan, reference: Reference) -> list[dict[str, float]]:
+    """Every pixel integrated by itself, at all wavenumbers of the gas and at fewer: seconds of all points, error."""
+    found = []
+    for step in STEPS:
+        grid = every_nth(plan, step)
+        error = max(reference.errors(column_radiance(plan, grid, reference.columns)).values())
+        start = time.perf_counter()
+        column_radiance(plan, grid, reference.columns, 1)
+        seconds = (time.perf_counter() - start) / reference.columns.shape[0] * points_of_scene(plan)
+        found.append({"wavenumbers": grid.wavenumber_cm1.size, "seconds": seconds, "error": error})
+    return found
 
 
 def cloud_fields(rounds: int) -> tuple[list[dict[str, Any]], list[str]]:

@@ -1,4 +1,4 @@
-"""Whether ratios got worse than committed ones, and the peak memory of this process."""
+"""Ratios of times and their files, and the peak memory of this process."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hcss_twin.core.errors import HcssError
-
-ALLOWED = 0.25
-"""How much worse a ratio may become."""
 
 
 class BaselineError(HcssError):
@@ -46,35 +43,6 @@ class Ratio:
     def reached(self) -> bool:
         """Whether the aim is."""
         return self.value <= self.aim if self.better == "lower" else self.value >= self.aim
-
-    def worse_than(self, other: Ratio) -> float:
-        """By which factor it is worse than another, below 1 where it is better."""
-        return self.value / other.value if self.better == "lower" else other.value / self.value
-
-
-def regressions(committed: Mapping[str, Ratio], measured: Mapping[str, Ratio], allowed: float = ALLOWED) -> list[str]:
-    """Return a line for each committed ratio that is worse by more than is allowed, or was not measured.
-
-    Parameters
-    ----------
-    committed, measured : mapping of name to Ratio
-        Ratios that were not committed are not judged.
-    allowed : float
-        0.25 lets a time of 4 become 5 and a speed of 5 become 4.
-    """
-    lines = []
-    for name, before in committed.items():
-        now = measured.get(name)
-        if now is None:
-            lines.append(f"{name}: not measured; committed {before.value:.3g}")
-            continue
-        # A ratio that is no number has not kept anything.
-        if not now.worse_than(before) <= 1.0 + allowed:
-            lines.append(
-                f"{name}: {now.value:.3g}, committed {before.value:.3g} ({before.better} is better): worse by "
-                f"{100 * (now.worse_than(before) - 1):.0f} %, allowed {100 * allowed:g} %; {before.what}"
-            )
-    return lines
 
 
 def read_ratios(path: Path) -> dict[str, Ratio]:

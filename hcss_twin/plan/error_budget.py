@@ -166,16 +166,15 @@ def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
     return (*texts, *budget.beyond(plan.accuracy.relative))
 
 
-def error_budget(
-    plan: Plan, engine: Mapping[str, float] | None = None, numerics: Mapping[str, float] | None = None
-) -> ErrorBudget:
+def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> ErrorBudget:
     """Return the budget of a scene.
 
     Parameters
     ----------
-    engine, numerics : mapping of str to float, optional
-        Relative error of each band, as measured; default: the accuracy asked for, and unknown.
+    engine : mapping of str to float, optional
+        Relative error of each band, as measured; default: the accuracy asked for.
     """
+    numeric = plan.numerics.error + plan.grid_refinement.error
     assembly = plan.assembly
     classes = {CLEAR: (CLEAR, assembly.sea_temperature_K)} if assembly.has_clear_sky else {}
     for layer in plan.layers:
@@ -197,7 +196,6 @@ def error_budget(
             scale = _Band(plan, index, kelvin)
             error = plan.accuracy.relative if engine is None else engine.get(band.name)
             measured = "at most" if engine is None else "largest"
-            numeric = None if numerics is None else numerics.get(band.name)
             cells[of, band.name] = (
                 Contribution(ENGINE, error, scale.kelvin(error), 1.0, measured),
                 Contribution(NUMERICS, numeric, scale.kelvin(numeric), 1.0, "largest"),

@@ -5,7 +5,6 @@ wavenumbers or at fewer.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import statistics
 import tempfile
@@ -20,10 +19,19 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.engine.certificate.certificate import Certificate
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.engine.compile import tables_of
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
+from hcss_twin.reports.benchmark_reference import (
+    MODELS,
+    STREAMS,
+    Reference,
+    changed,
+    column_radiance,
+    reference_of,
+    table_radiance,
+)
 from hcss_twin.reports.benchmark_stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.units import parse_accuracy
@@ -79,12 +87,6 @@ def even_wavelengths(plan: Plan, count: int) -> SpectralGrid:
     return dense_grid(plan.bands, np.unique(np.concatenate(inside)))
 
 
-def integrate(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 1) -> Array:
-    """Band radiance (N, B) of columns (N, L), computed one by one or several cloudy ones at once."""
-    sun = plan.sun_at(float(plan.frame_times_s[0]))
-    return reference_radiance(plan.assembly.model, grid, columns, sun, together)
-
-
 def points_of_scene(plan: Plan) -> int:
     """Number of points in all frames for which a column is computed."""
     return plan.frame_times_s.size * plan.grid.rows * plan.grid.columns * plan.samples_per_pixel**2
@@ -99,7 +101,7 @@ _BRUTE = "brute force, every {}, together {}"
 
 @dataclass(frozen=True)
 class AccuracyResult:
-    """One accuracy.
+    """One accuracy; its errors relative to the run's own model, and relative to the reference of all models.
 
     Attributes
     ----------
@@ -110,9 +112,13 @@ class AccuracyResult:
     accuracy, estimated : float
         The requested accuracy as a fraction of the radiance, and the error estimated during table compilation.
     achieved : float or None
-        Largest relative error of the checked pixels in any band; None if none could be checked.
+        Largest error of the checked pixels in any band, relative to the run's own radiance model; None if none could be
+        checked.
     achieved_K : float or None
         The same in kelvin, if requested in kelvin.
+    by_band : dict of str to float
+        Largest error of any column in each band, relative to the reference of all models; empty if tables depend on the
+        place in the image.
     checked, exceeding : int
         Number of certificate pixels, and of those that exceed the accuracy.
     seconds : dict of str to float
@@ -129,11 +135,17 @@ class AccuracyResult:
     estimated: float
     achieved: float | None
     achieved_K: float | None
+    by_band: dict[str, float]
     checked: int
     exceeding: int
     seconds: dict[str, float]
     over_raw: dict[str, float]
     over_brute_force: dict[str, float]
+
+    @property
+    def error(self) -> float | None:
+        """Largest error in any band, relative to the reference of all models."""
+        return max(self.by_band.values(), default=None)
 
 
 @dataclass(frozen=True)
@@ -152,7 +164,8 @@ class BruteForceResult:
     over_raw : float
         This time divided by that of a raw write of the cube's bytes.
     error : float
-        Largest relative error of any pixel and band; 0 with all wavenumbers, the reference.
+        Largest error of any pixel and band, relative to the reference of all models; with all wavenumbers it is that of
+        the radiance model alone.
     """
 
     every: int
@@ -170,8 +183,8 @@ class BenchResult:
 
     Attributes
     ----------
-    scene : str
-        Short description of the scene.
+    scene, reference : str
+        Short descriptions of the scene, and of the reference.
     rounds, points, timed_points : int
         Number of rounds, of points in all frames, and of points used to time brute force.
     accuracies : tuple of AccuracyResult
@@ -179,6 +192,7 @@ class BenchResult:
     """
 
     scene: str
+    reference: str
     rounds: int
     points: int
     timed_points: int
@@ -201,8 +215,10 @@ def bench(
     pixels: int = 24,
     folder: Path | None = None,
     tell: Callable[[str], None] | None = None,
-) -> BenchResult:
-    """Time a scene at several accuracies, stage by stage, and measure its error.
+    every_model: bool = False,
+    streams: int = STREAMS,
+) -> dict[str, BenchResult]:
+    """Time a scene at several accuracies, stage by stage, and measure its error relative to one reference.
 
     Parameters
     ----------
@@ -217,6 +233,15 @@ def bench(
         Folder of temporary cubes; default: the system's folder for temporary files.
     tell : callable, optional
         Called with a short description of the next step.
+    every_model : bool
+        Whether to measure all ``MODELS`` in place of the scenario's own.
+    streams : int
+        Streams of the reference.
+
+    Returns
+    -------
+    dict of str to BenchResult
+        By radiance model.
 
     Raises
     ------
@@ -224,8 +249,30 @@ def bench(
         If the scenario is invalid, computes no radiance, or does not support one of the accuracies.
     """
     say = tell or (lambda text: None)
+    models = {scenario.radiance.model: scenario}
+    if every_model:
+        models = {name: changed(scenario, overrides) for name, overrides in MODELS.items()}
+    asked = asked_for(scenario, accuracies)
     with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name, private_cache(Path(name) / "cache"):
-        return _bench(scenario, asked_for(scenario, accuracies), rounds, pixels, Path(name), say)
+        say("planning the scene and compiling kernels")
+        plan = _checked_plan(scenario, asked)
+        say(f"computing the reference of {pixels} pixels with {streams} streams")
+        reference = reference_of(scenario, random_columns(plan, pixels), streams)
+        found = {}
+        for model, each in models.items():
+            if every_model:
+                say(model)
+            found[model] = measured(each, asked, rounds, reference, Path(name), say)
+        return found
+
+
+def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...]) -> Plan:
+    """Make the plans of all accuracies, so that an unsupported one is rejected before any measurement."""
+    plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
+    if not plan.needs_radiance:
+        message = "none of these needs radiance, so there is nothing to measure; add radiance"
+        raise ScenarioError([Problem("output.variables", message)], scenario.origin)
+    return plan
 
 
 def asked_for(scenario: Scenario, accuracies: Sequence[float | str] | None) -> tuple[float | str, ...]:
@@ -239,26 +286,23 @@ def asked_for(scenario: Scenario, accuracies: Sequence[float | str] | None) -> t
     return tuple(sorted((*ACCURACIES, scenario.accuracy), reverse=True))
 
 
-def _bench(
+def measured(
     scenario: Scenario,
     accuracies: tuple[float | str, ...],
     rounds: int,
-    pixels: int,
+    reference: Reference,
     folder: Path,
     say: Callable[[str], None],
 ) -> BenchResult:
-    times = Rounds()
-    say("planning the scene and compiling kernels")
-    # All plans first, so that an unsupported accuracy is rejected before any measurement.
-    plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
-    if not plan.needs_radiance:
-        message = "none of these needs radiance, so there is nothing to measure; add radiance"
-        raise ScenarioError([Problem("output.variables", message)], scenario.origin)
+    """Measure a scenario at all accuracies and by brute force, relative to a reference; as for :func:`bench`."""
+    times, columns = Rounds(), reference.columns
+    pixels = columns.shape[0]
+    plan = make_plan(_at(scenario, accuracies[0], 0))
     time_stages(Rounds(), "", plan.scenario, folder, True)
     say("integrating some pixels, at all wavenumbers and at fewer")
     grids = {step: every_nth(plan, step) for step, _ in BRUTE_FORCE}
-    columns = random_columns(plan, pixels)
-    known = {step: integrate(plan, grid, columns, pixels) for step, grid in grids.items()}
+    known = {step: reference.errors(column_radiance(plan, grid, columns)) for step, grid in grids.items()}
+    by_band: dict[float | str, dict[str, float]] = {}
     checks: dict[float | str, Certificate] = {}
     for number in range(rounds):
         raw = []
@@ -269,23 +313,26 @@ def _bench(
             time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
             raw.append(times.last(_name(accuracy) + RAW))
             if number == 0:
+                run = make_plan(_at(scenario, accuracy, 0))
+                looked_up = table_radiance(run, tables_of(run), columns)
+                by_band[accuracy] = {} if looked_up is None else reference.errors(looked_up)
                 checked = _at(scenario, accuracy, pixels)
                 checks[accuracy] = time_certificate(times, _name(accuracy), checked)
         # The number of bytes is the same at all accuracies, and disk speed varies.
         times.add(RAW, statistics.median(raw))
         say(f"round {number + 1} of {rounds}, brute force")
         for step, together in BRUTE_FORCE:
-            call = partial(integrate, plan, grids[step], columns, pixels if together else 1)
+            call = partial(column_radiance, plan, grids[step], columns, pixels if together else 1)
             times.time(_BRUTE.format(step, together), call)
-    scale = points_of_scene(plan) / columns.shape[0]
-    errors = {step: float(np.max(np.abs(each / known[1] - 1.0))) for step, each in known.items()}
+    scale = points_of_scene(plan) / pixels
     return BenchResult(
         scene=_scene(plan),
+        reference=reference.text,
         rounds=rounds,
         points=points_of_scene(plan),
-        timed_points=columns.shape[0],
+        timed_points=pixels,
         accuracies=tuple(
-            _accuracy(times, accuracy, accuracy == scenario.accuracy, check, scale)
+            _accuracy(times, accuracy, accuracy == scenario.accuracy, check, by_band[accuracy], scale)
             for accuracy, check in checks.items()
         ),
         brute_force=tuple(
@@ -293,17 +340,19 @@ def _bench(
                 every=step,
                 wavenumbers=int(grids[step].wavenumber_cm1.size),
                 together=pixels if together else 1,
-                seconds_per_point=times.seconds(_BRUTE.format(step, together)) / columns.shape[0],
+                seconds_per_point=times.seconds(_BRUTE.format(step, together)) / pixels,
                 seconds=scale * times.seconds(_BRUTE.format(step, together)),
                 over_raw=scale * times.ratio(_BRUTE.format(step, together), RAW),
-                error=errors[step],
+                error=max(known[step].values()),
             )
             for step, together in BRUTE_FORCE
         ),
     )
 
 
-def _accuracy(times: Rounds, accuracy: float | str, is_own: bool, check: Certificate, scale: float) -> AccuracyResult:
+def _accuracy(
+    times: Rounds, accuracy: float | str, is_own: bool, check: Certificate, by_band: dict[str, float], scale: float
+) -> AccuracyResult:
     own, every = _name(accuracy), _BRUTE.format(1, False)
     return AccuracyResult(
         asked=_text(accuracy),
@@ -312,6 +361,7 @@ def _accuracy(times: Rounds, accuracy: float | str, is_own: bool, check: Certifi
         estimated=check.estimated,
         achieved=max(check.achieved.values(), default=None),
         achieved_K=max(check.achieved_K.values(), default=None),
+        by_band=by_band,
         checked=check.checked,
         exceeding=check.exceeding,
         seconds={stage: times.seconds(own + stage) for stage in (*STAGES, CERTIFICATE, *RUNS, RAW)},
@@ -326,8 +376,7 @@ def _text(accuracy: float | str) -> str:
 
 
 def _at(scenario: Scenario, accuracy: float | str, pixels: int) -> Scenario:
-    overrides = {"accuracy": accuracy, "output.certificate": pixels}
-    return Scenario.from_dict(json.loads(scenario.to_json()), overrides, scenario.base, scenario.origin)
+    return changed(scenario, {"accuracy": accuracy, "output.certificate": pixels})
 
 
 def _name(accuracy: float | str) -> str:

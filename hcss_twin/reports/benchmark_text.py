@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,7 +42,10 @@ def _lines(result: BenchResult) -> Iterator[str]:
     if any(each.exceeding for each in results):
         yield f"{_MISSED} pixels that exceed the requested accuracy"
     checked = " to ".join(str(count) for count in sorted({each.checked for each in results}))
-    yield f"error: of {checked} random pixels relative to the reference; whole runs exclude the certificate"
+    yield f"error of the tables: of {checked} random pixels, relative to the same radiance model without tables"
+    yield f"error of the result: of {result.timed_points} random pixels, relative to the reference of all models:"
+    yield f"  {result.reference}"
+    yield "whole runs exclude the certificate"
     yield ""
     yield (
         f"brute force, the spectrum of every point integrated: timed on {result.timed_points} points and scaled to "
@@ -51,8 +54,7 @@ def _lines(result: BenchResult) -> Iterator[str]:
     rows = [["wavenumbers, points at once", "ms per point", "hours", "over raw", "error"]]
     for peer in result.brute_force:
         times = (1e3 * peer.seconds_per_point, peer.seconds / 3600, peer.over_raw)
-        error = "reference" if peer.every == 1 else f"{peer.error:.1e}"
-        rows.append([f"  {peer.wavenumbers}, {peer.together}", *map(_short, times), error])
+        rows.append([f"  {peer.wavenumbers}, {peer.together}", *map(_short, times), f"{peer.error:.1e}"])
     yield from aligned(rows, indent="")
 
 
@@ -63,9 +65,12 @@ def _rows(results: Sequence[AccuracyResult]) -> Iterator[list[str]]:
     yield row("requested accuracy", lambda each: _requested(each) + (_OWN if each.own else ""))
     if any(_is_kelvin(each) for each in results):
         yield row("relative to the radiance", lambda each: f"{each.accuracy:.1e}")
-        yield row("error, K", lambda each: _error(each, each.achieved_K) if _is_kelvin(each) else "-")
-    yield row("error, any band", lambda each: _error(each, each.achieved))
+        yield row("error of the tables, K", lambda each: _error(each, each.achieved_K) if _is_kelvin(each) else "-")
+    yield row("error of the tables, any band", lambda each: _error(each, each.achieved))
     yield row("error estimate of the tables", lambda each: f"{each.estimated:.1e}")
+    yield row("error of the result, any band", lambda each: "unknown" if each.error is None else f"{each.error:.1e}")
+    for band in results[0].by_band:
+        yield row(f"  {band}", lambda each, band=band: f"{each.by_band[band]:.1e}")  # type: ignore[misc]
     yield ["seconds"]
     for stage in (*STAGES, CERTIFICATE, *RUNS, RAW):
         yield [f"  {stage}", *(_short(each.seconds[stage]) for each in results)]
@@ -129,16 +134,7 @@ class Curve:
     notes_left: bool = False
 
 
-@dataclass(frozen=True)
-class Reference:
-    """The reference method, which has a time but no error."""
-
-    label: str
-    cost: float
-    style: str = ":"
-
-
-def draw_bench(result: BenchResult, path: Path) -> None:
+def draw_bench(found: Mapping[str, BenchResult], path: Path) -> None:
     """Draw the result of ``hcss bench`` into a file that ends in .png, .svg or .pdf.
 
     Raises
@@ -146,41 +142,29 @@ def draw_bench(result: BenchResult, path: Path) -> None:
     HcssError
         If the file cannot be written.
     """
-    checked = [each for each in result.accuracies if each.achieved]
-    notes = [each.asked if each.asked.endswith("K") else power(each.accuracy) for each in checked]
-    error = [each.achieved or 0.0 for each in checked]
-    warm, cold = ([each.over_raw[run] for each in checked] for run in (KEPT_RUN, NEW_RUN))
-    fewer = [each for each in result.brute_force if each.error > 0]
-    curves = [
-        Curve(f"{KEPT_RUN}; labels: requested accuracy", warm, error, 0, "-", notes, True),
-        Curve(f"{NEW_RUN}; the same labels", cold, error, 1, "-", notes),
-        Curve(
-            "every pixel integrated; labels: number of wavenumbers",
-            [each.over_raw for each in fewer],
-            [each.error for each in fewer],
-            5,
-            "",
-            [str(each.wavenumbers) for each in fewer],
-            True,
-        ),
-    ]
-    references = []
-    for each in result.brute_force:
-        if each.every == 1:
-            together, style = ("one by one", "--") if each.together == 1 else (f"{each.together} at once", ":")
-            label = f"the same at all {each.wavenumbers}, {together}: the reference"
-            references.append(Reference(label, each.over_raw, style))
+    curves = []
+    for family, (model, result) in enumerate(found.items()):
+        results = [each for each in result.accuracies if each.error is not None]
+        error, notes = [each.error or 0.0 for each in results], [_requested(each) for each in results]
+        for run, style in ((KEPT_RUN, "--"), (NEW_RUN, "-")):
+            cost = [each.over_raw[run] for each in results]
+            curves.append(Curve(f"{model}, {run}", cost, error, family, style, notes if style == "-" else ()))
+        own = [each for each in result.brute_force if each.together == 1 or each.every > 1]
+        label = f"{model}, every pixel integrated; labels: wavenumbers"
+        cost, error = [each.over_raw for each in own], [each.error for each in own]
+        curves.append(Curve(label, cost, error, family, "", [str(each.wavenumbers) for each in own], True))
     figure = new_figure(9.0, 6.6)
     axes = figure.add_subplot()
-    fill_axes(axes, curves, references)
-    axes.set_title(textwrap.fill(result.scene, 100), fontsize=9)
+    fill_axes(axes, curves)
+    first = next(iter(found.values()))
+    axes.set_title(textwrap.fill(first.scene, 100), fontsize=9)
     # Below the axes, where it covers no points.
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     with atomic_write(path, HcssError) as draft:
         figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
 
 
-def fill_axes(axes: Axes, curves: Sequence[Curve], references: Sequence[Reference]) -> None:
+def fill_axes(axes: Axes, curves: Sequence[Curve]) -> None:
     """Plot run time against error in given axes on logarithmic scales."""
     for curve in curves:
         colour, marker = _COLOURS[curve.family % len(_COLOURS)], _MARKERS[curve.family % len(_MARKERS)]
@@ -198,18 +182,12 @@ def fill_axes(axes: Axes, curves: Sequence[Curve], references: Sequence[Referenc
         font: dict[str, Any] = {"color": colour, "fontsize": 8, "va": "center", "ha": "right" if side < 0 else "left"}
         for cost, error, note in zip(curve.cost, curve.error, curve.notes, strict=False):
             axes.annotate(note, (cost, error), (side, 0), textcoords="offset points", **font)
-    for reference in references:
-        axes.axvline(reference.cost, color=_COLOURS[-1], linestyle=reference.style, label=reference.label)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.margins(x=0.08)
+    known = [error for curve in curves for error in curve.error]
+    if known:  # errors of one model differ little, and the scale should show that
+        axes.set_ylim(min(known) / 3.0, 3.0 * max(known))
     axes.set_xlabel("time of the whole run over the time of writing the same bytes raw")
-    axes.set_ylabel("largest error, relative to the radiance of the band")
+    axes.set_ylabel("largest error of the radiance of a band, relative to the reference of all models")
     axes.grid(True, which="major", alpha=0.3)
-
-
-def power(value: float) -> str:
-    """Format a power of ten as 1e-3, and other numbers with two digits."""
-    text = f"{value:.0e}"
-    mantissa, exponent = (text if float(text) == value else f"{value:.1e}").split("e")
-    return f"{mantissa}e{int(exponent)}"

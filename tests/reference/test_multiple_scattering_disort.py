@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 from PythonicDISORT.pydisort import pydisort
 
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.bulk import bulk_moments
+from hcss_twin.models.optics.mie import BulkOptics, MieOptics
+from hcss_twin.models.parameters import BulkParameters, MieParameters
+from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
+from hcss_twin.providers import OpticsInputs
+from hcss_twin.scenario.cloud_types import load_cloud_type
 
 STREAMS = 64
 HALF = STREAMS // 2
@@ -27,17 +34,18 @@ class Reference:
     btdf: np.ndarray
 
 
-def reference(tau: float, albedo: float, moments: np.ndarray, mu_sun: float) -> Reference:
+def reference(tau: float, albedo: float, moments: np.ndarray, mu_sun: float, streams: int = STREAMS) -> Reference:
     """Solve one layer; ``moments`` are all that matter."""
     thick, w, chi = np.array([tau]), np.array([albedo]), moments[np.newaxis]
-    scaling = {"NLeg": STREAMS, "f_arr": max(moments[STREAMS], 0.0)}
+    scaling = {"NLeg": streams, "f_arr": max(moments[streams], 0.0)}
     # Its isotropic source is multiplied by 1 - albedo inside.
     source = np.array([[1.0]])
-    mu, _, _, mean = pydisort(thick, w, STREAMS, chi, mu_sun, 0.0, 0.0, NFourier=1, s_poly_coeffs=source, **scaling)[:4]
+    mu, _, _, mean = pydisort(thick, w, streams, chi, mu_sun, 0.0, 0.0, NFourier=1, s_poly_coeffs=source, **scaling)[:4]
     # At its own directions, where nothing is interpolated, with the same exact single scattering.
-    sunlit = pydisort(thick, w, STREAMS, chi, mu_sun, 1.0, 0.0, NFourier=STREAMS, NT_cor=True, **scaling)[4]
+    sunlit = pydisort(thick, w, streams, chi, mu_sun, 1.0, 0.0, NFourier=streams, NT_cor=True, **scaling)[4]
     radiance = sunlit(np.array([0.0, tau]), np.pi - AZIMUTH) / mu_sun
-    return Reference(mu[:HALF], mean(0.0)[:HALF], radiance[:HALF, 0], radiance[HALF:, 1])
+    half = streams // 2
+    return Reference(mu[:half], mean(0.0)[:half], radiance[:half, 0], radiance[half:, 1])
 
 
 @dataclass(frozen=True)
@@ -71,23 +79,19 @@ def random_layers(count: int):
 
 
 def check(count: int) -> None:
-    usual, slant, many = [], [], []
+    """All layers, also those with sharp peaks, thin layers and grazing views.
+
+    What the streams cannot resolve is the share of the phase function beyond their moments. The layers that missed 2 %
+    of the largest brdf are those in which it is large: g^16 = 0.27 and 0.41, for instance. It bounds the error of all.
+    """
     for tau, albedo, g, mu_sun in random_layers(count):
         exact = reference(tau, albedo, g ** np.arange(600), mu_sun)
-        given = np.array([[1.0], [g]])
         # 8 streams up to a view zenith of 75 degrees, 16 and 24 up to 87.
-        usual.append(errors(tau, albedo, given, mu_sun, exact, 8, 0.259))
-        slant.append(errors(tau, albedo, given, mu_sun, exact, 16, 0.05))
-        many.append(errors(tau, albedo, given, mu_sun, exact, 24, 0.05))
-    # Sharp Henyey-Greenstein peaks want more streams than 8 or 16; droplets do not. The one layer for which 24 are too
-    # few is thin (0.035), its peak sharp (g = 0.948) and the view toward 87 degrees.
-    for found, share, largest in ((usual, 0.9, 0.065), (slant, 0.98, 0.065), (many, 1.0 - 1.0 / count, 0.025)):
-        assert max(error.emissivity for error in found) < 0.003
-        assert max(error.btdf for error in found) < 0.02
-        brdf = np.array([error.brdf for error in found])
-        assert np.mean(brdf < 0.02) >= share
-        assert brdf.max() < largest
-    assert max(error.emissivity for error in (*usual, *many)) < 0.001
+        for streams, least_mu, emissivity in ((8, 0.259, 0.001), (16, 0.05, 0.003), (24, 0.05, 0.001)):
+            found = errors(tau, albedo, np.array([[1.0], [g]]), mu_sun, exact, streams, least_mu)
+            assert found.emissivity < emissivity
+            assert found.btdf < 0.02
+            assert found.brdf < 0.5 * g ** (2 * streams) + 0.001
 
 
 def test_as_many_streams_give_the_same_radiances() -> None:
@@ -112,7 +116,7 @@ def test_random_layers_agree_with_discrete_ordinates() -> None:
 @pytest.mark.parametrize(
     "count", [pytest.param(40, marks=pytest.mark.long), pytest.param(500, marks=pytest.mark.campaign)]
 )
-def test_many_random_layers_agree_with_discrete_ordinates_and_all_but_one_with_24_streams(count) -> None:
+def test_many_random_layers_agree_with_discrete_ordinates(count) -> None:
     check(count)
 
 
@@ -151,3 +155,74 @@ def test_droplets_agree_with_discrete_ordinates(wavelength_um, index, tau) -> No
     assert found.btdf < 0.01
     assert found.emissivity < 5e-4
     assert found.brdf < 0.012
+
+
+@lru_cache
+def scattering(kind: str, wavelength_um: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Albedo of particles of the catalog, the moments (K, 1) that the provider gives, and all moments (L,)."""
+    provider, name = kind.split(" ")
+    kept = load_cloud_type(name, Catalog())
+    cloud, wavenumber = kept.microphysics.particles(kept.layer.material), np.array([1e4 / wavelength_um])
+    make, parameters = {"mie": (MieOptics, MieParameters()), "bulk": (BulkOptics, BulkParameters())}[provider]
+    found = make(OpticsInputs(Catalog()), parameters).single_scattering(cloud, wavenumber)
+    given = found.moments[:, 0]
+    if given.size == 2:
+        every = given[1] ** np.arange(1500)
+    elif cloud.material == "water":  # 128 moments are all
+        every = np.concatenate((given, np.zeros(100)))
+    else:
+        every = bulk_moments(cloud, load_refractive_index(Catalog(), "ice"), np.array([wavelength_um]), 250, 900)[:, 0]
+    return float(found.albedo[0]), found.moments, every
+
+
+warned = pytest.mark.filterwarnings("ignore:Some delta-scaled", "ignore:.NFourier. is large")
+"""The reference warns of sharp peaks and of many modes."""
+
+KINDS = ("bulk stratus", "bulk cumulus", "bulk cirrus", "mie cirrus")
+"""Stratocumulus has the particles of stratus, ``simulated`` those of cumulus."""
+
+
+def check_catalog(kind: str, wavelength_um: float, tau: float, mu_sun: float, streams=(8, 16), albedo=None) -> None:
+    """All directions and azimuths of a layer of the catalog's particles, thermal and sunlit.
+
+    ``peak`` is the share of the phase function beyond the moments of the streams: at 2.8 um more than half of it with 8
+    streams. Reflection is bounded by three times this share (Mie theory has a glory, Henyey and Greenstein have none).
+    In the transmission of a sharp peak the reference errs itself: it corrects the second order of the aureole only, and
+    its difference from ours falls from 0.49 to 0.01 if its streams are doubled. The 128 moments that ``mie`` gives for
+    ice spheres lack part of the peak, ``cut``, and so does the aureole: with 600 moments the same layers agree within
+    0.0005 instead of 0.6.
+    """
+    own, given, every = scattering(kind, wavelength_um)
+    own = own if albedo is None else albedo
+    most = STREAMS if every[STREAMS] < 0.05 else 2 * STREAMS
+    cut = every[given.shape[0]] if given.shape[0] > 2 else 0.0  # two moments stand for all
+    exact = reference(tau, own, every, mu_sun, most)
+    for count in streams:
+        usual = count == 8  # 8 streams up to a view zenith of 75 degrees, more up to 87
+        found = errors(tau, own, given, mu_sun, exact, count, 0.259 if usual else 0.05)
+        peak = max(every[2 * count], 0.0)
+        assert found.emissivity < (0.001 if usual else 0.005)
+        assert found.brdf < 3.0 * peak + 0.001
+        assert found.btdf < 0.04 + 0.5 * every[most] + 10.0 * cut
+
+
+@warned
+@pytest.mark.parametrize("wavelength_um", [2.8, 3.7, 11.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_particles_of_the_catalog_agree_with_discrete_ordinates(kind: str, wavelength_um: float) -> None:
+    check_catalog(kind, wavelength_um, 3.0, 0.95)
+
+
+@warned
+def test_droplets_that_do_not_absorb_agree_with_discrete_ordinates() -> None:
+    check_catalog("bulk stratus", 3.7, 10.0, 0.6, albedo=1.0 - 1e-6)
+
+
+@warned
+@pytest.mark.long
+@pytest.mark.parametrize("mu_sun", [0.2, 0.6, 0.95])
+@pytest.mark.parametrize("tau", [0.03, 0.3, 30.0])
+@pytest.mark.parametrize("wavelength_um", [2.8, 3.7, 11.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_thin_and_thick_layers_of_the_catalog_agree_with_discrete_ordinates(kind, wavelength_um, tau, mu_sun) -> None:
+    check_catalog(kind, wavelength_um, tau, mu_sun, (8, 16, 24))

@@ -9,14 +9,8 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.reports.benchmark import (
-    even_wavelengths,
-    every_nth,
-    integrate,
-    points_of_scene,
-    private_cache,
-    random_columns,
-)
+from hcss_twin.reports.benchmark import even_wavelengths, every_nth, points_of_scene, private_cache, random_columns
+from hcss_twin.reports.benchmark_reference import column_radiance
 from hcss_twin.reports.benchmark_stages import Clock, Rounds, with_timed_clouds, write_raw
 
 SMALL = CHEAP | {"image.rows": 30, "image.columns": 40, "frames.count": 3, "output.certificate": 0}
@@ -67,14 +61,14 @@ def test_random_columns_are_clear_as_often_as_the_scene(plan):
 def test_brute_force_integrates_what_the_bands_hold(plan):
     everywhere, columns = every_nth(plan, 1), random_columns(plan, 6)
     np.testing.assert_array_equal(everywhere.wavenumber_cm1, plan.spectral_grid.wavenumber_cm1)
-    exact = integrate(plan, everywhere, columns)
-    np.testing.assert_allclose(integrate(plan, everywhere, columns, 6), exact, rtol=1e-12)
+    exact = column_radiance(plan, everywhere, columns)
+    np.testing.assert_allclose(column_radiance(plan, everywhere, columns, 6), exact, rtol=1e-12)
     for grid, size in ((every_nth(plan, 8), 60), (even_wavelengths(plan, 1000), 2999)):
         assert abs(grid.wavenumber_cm1.size - size) < 8
         # Each band keeps its width, so that fewer wavenumbers err by structure in the spectrum alone.
         width = [10_000 / band.lower_um - 10_000 / band.upper_um for band in plan.bands]
         np.testing.assert_allclose(grid.weights_cm1.sum(axis=1), width, rtol=1e-9)
-    errors = [np.max(np.abs(integrate(plan, every_nth(plan, step), columns) / exact - 1.0)) for step in (2, 16)]
+    errors = [np.max(np.abs(column_radiance(plan, every_nth(plan, step), columns) / exact - 1.0)) for step in (2, 16)]
     assert 0.0 < errors[0] < errors[1] < 0.3
 
 

@@ -1,0 +1,118 @@
+"""The one reference of all benchmarks: band radiance of a few columns, with the finest of what the engine offers.
+
+Errors of a run relative to its own radiance model say nothing about that model. Here every run, of whichever model, is
+compared with the same numbers.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
+from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.scenario.scenario import Scenario
+
+STREAMS, CLOSURE_ORDER, STEP_CM1 = 32, 2, 1.0
+"""The finest streams per hemisphere, closure order and spectral step of the model ``physical``."""
+
+
+def with_streams(streams: int, **others: Any) -> dict[str, Any]:
+    """Return the overrides that select the model ``physical`` with so many streams for all light."""
+    own = {"streams": streams, "sun_streams": streams, "azimuth_modes": 2 * streams}
+    return {"radiance.model": "physical", "radiance.parameters": own | others}
+
+
+MODELS: dict[str, dict[str, Any]] = {
+    "as-printed": {"radiance.model": "as-printed", "radiance.parameters": {}},
+    "physical-two-stream": {"radiance.model": "physical-two-stream", "radiance.parameters": {}},
+    **{f"physical, {count} streams": with_streams(count) for count in (8, 16, 32)},
+}
+"""Overrides of each radiance model to compare, from fast to accurate."""
+
+
+def changed(scenario: Scenario, overrides: Mapping[str, Any]) -> Scenario:
+    """Return a scenario with other values of some keys."""
+    return Scenario.from_dict(json.loads(scenario.to_json()), dict(overrides), scenario.base, scenario.origin)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Columns of a scene and their band radiance.
+
+    Attributes
+    ----------
+    columns : ndarray (N, L)
+        Thickness of each layer, m.
+    radiance : ndarray (N, B)
+        W m-2 sr-1.
+    bands : tuple of str (B,)
+    text : str
+        How the radiance was computed.
+    """
+
+    columns: Array
+    radiance: Array
+    bands: tuple[str, ...]
+    text: str
+
+    def errors(self, radiance: Array) -> dict[str, float]:
+        """Return the largest relative error of any column in each band, of radiance (N, B)."""
+        largest = np.max(np.abs(radiance / self.radiance - 1.0), axis=0)
+        return dict(zip(self.bands, largest.tolist(), strict=True))
+
+
+def reference_of(scenario: Scenario, columns: Array, streams: int = STREAMS) -> Reference:
+    """Compute the reference for the columns (N, L) of a scene.
+
+    All wavenumbers are computed with ``streams``. A finer spectral grid and a higher closure order multiply the result
+    by a factor that is computed with the fewer streams of the scenario's default: the factor differs from 1 by some
+    1e-4, and that of the streams by some 1e-2, so that their product is accurate to some 1e-6. Atmosphere, sea and
+    particles are those of the scenario.
+    """
+    fine = make_plan(changed(scenario, with_streams(streams)), keeps_results=False)
+    few = make_plan(changed(scenario, {"radiance.model": "physical", "radiance.parameters": {}}), keeps_results=False)
+    parameters = {"closure_order": CLOSURE_ORDER}
+    most = make_plan(changed(scenario, {"radiance.model": "physical", "radiance.parameters": parameters}))
+    grid = few.spectral_grid
+    factor = column_radiance(most, _finer(few), columns) / column_radiance(few, grid, columns)
+    radiance = column_radiance(fine, grid, columns) * factor
+    text = (
+        f"physical, {streams} streams and {2 * streams} azimuth modes at {grid.wavenumber_cm1.size} wavenumbers, times "
+        f"the effect of steps of {STEP_CM1:g} cm-1 and closure order {CLOSURE_ORDER}"
+    )
+    return Reference(columns, radiance, tuple(band.name for band in few.bands), text)
+
+
+def _finer(plan: Plan) -> SpectralGrid:
+    given = plan.spectral_grid.wavenumber_cm1
+    return dense_grid(plan.bands, np.unique(np.concatenate((given, np.arange(given[0], given[-1], STEP_CM1)))))
+
+
+def column_radiance(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 24) -> Array:
+    """Band radiance (N, B) of columns (N, L) in the first frame, without tables; so many cloudy ones at once."""
+    sun = plan.sun_at(float(plan.frame_times_s[0]))
+    return reference_radiance(plan.assembly.model, grid, columns, sun, together)
+
+
+def table_radiance(plan: Plan, tables: RadianceTables, columns: Array) -> Array | None:
+    """Band radiance (N, B) that a run looks up for columns (N, L) in its first frame.
+
+    None where tables depend on the place in the image: with views or surfaces of single pixels.
+    """
+    if plan.views is not None or plan.surfaces is not None:
+        return None
+    dense = TableReader(tables).at(float(plan.frame_times_s[0]))
+    radiance = np.empty((dense.clear.size, 1, columns.shape[0]), dtype=np.float32)
+    thickness = [np.ascontiguousarray(each[np.newaxis], dtype=np.float32) for each in columns.T]
+    LookUp(dense).fill(radiance, thickness)
+    return radiance[: len(plan.bands), 0].T.astype(np.float64)

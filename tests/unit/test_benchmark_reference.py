@@ -1,0 +1,68 @@
+"""The reference of the benchmarks: what a run looks up for columns, and what errors are relative to."""
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.reports.benchmark import random_columns
+from hcss_twin.reports.benchmark_reference import (
+    MODELS,
+    changed,
+    column_radiance,
+    reference_of,
+    table_radiance,
+    with_streams,
+)
+
+SMALL = CHEAP | {
+    "image.rows": 20,
+    "image.columns": 30,
+    "frames.count": 1,
+    "output.certificate": 0,
+    "bands": ["mwir-3.7", "lwir-10.8"],
+}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return Scenario.load("stratus", SMALL)
+
+
+@pytest.fixture(scope="module")
+def reference(scene):
+    return reference_of(scene, random_columns(make_plan(scene), 6), 4)
+
+
+def test_what_tables_hold_for_columns_is_what_a_run_writes_for_pixels(scene):
+    plan = make_plan(scene)
+    tables = compile_tables(plan)
+    (frame,) = stream(plan, tables)
+    thickness = plan.assembly.generators[0].thickness_m(0.0, slice(0, 20), slice(0, 30))
+    found = table_radiance(plan, tables, thickness.reshape(-1, 1).astype(np.float64))
+    np.testing.assert_array_equal(found.T.reshape(2, 20, 30).astype(np.float32), frame["radiance"])
+
+
+def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
+    """With the reference's own streams, the spectrum's steps and the closure remain: some 1e-5."""
+    errors = {}
+    for streams in (2, 4):
+        plan = make_plan(changed(scene, with_streams(streams)))
+        errors[streams] = reference.errors(column_radiance(plan, plan.spectral_grid, reference.columns))
+    assert list(errors[2]) == ["mwir-3.7", "lwir-10.8"]
+    assert all(1e-8 < error < 1e-4 for error in errors[4].values())
+    assert all(errors[2][band] > 10.0 * errors[4][band] for band in errors[2])
+
+
+def test_errors_are_the_largest_of_any_column_in_each_band(reference):
+    wrong = reference.radiance.copy()
+    wrong[3] *= (0.9, 1.01)
+    wrong[1] *= (1.05, 1.0)
+    assert reference.errors(wrong) == pytest.approx({"mwir-3.7": 0.1, "lwir-10.8": 0.01})
+
+
+def test_a_scenario_accepts_every_model_to_compare(scene):
+    for overrides in MODELS.values():
+        assert changed(scene, overrides).radiance.model == overrides["radiance.model"]
