@@ -1,10 +1,12 @@
 """Tables I to X and the abstract's numbers of the HCSS paper, as ``hcss reproduce`` computes them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hcss_paper import fits, scene, tables_2_and_4
+from hcss_paper.ev_readings import Reading, readings
 from hcss_paper.fits import COVERS, SURFACES
 from hcss_paper.index import TABLES, heading
 from hcss_paper.inputs import (
@@ -23,6 +25,8 @@ from hcss_paper.scene import BANDS, Columns, black_surface, columns_over_suns, c
 from hcss_paper.tables_2_and_4 import LIMITS
 from hcss_paper.tables_8_and_9 import eq_24_limits, eq_24_percent
 
+from hcss_twin.analysis.measures.morphology import morphology
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
@@ -195,6 +199,23 @@ def test_limits_of_eq_24_hold_whatever_the_digits_behind_the_rounding():
         found, whole = eq_24_percent(real, simulated)
         assert rmse[0] <= whole <= rmse[1]
         assert all(low <= each <= high for each, (low, high) in zip(found, errors, strict=True))
+
+
+def test_readings_of_ev_are_those_of_a_checkerboard_and_of_the_measure_of_eq_21():
+    field = np.random.default_rng(1).standard_normal((64, 64))
+    entropy, density = readings(field, 0.4)
+    cloudy = cloudy_pixels(field, 0.4)
+    measured = morphology(cloud_fraction_value(field), cloudy)
+    printed = Reading("p of eq 5", "clouds", 256, "pairs", "bit")
+    assert entropy[printed] == pytest.approx(measured.entropy, rel=1e-3)
+    assert density[printed] == pytest.approx(10 * measured.density, rel=1e-3)
+    # Two levels, half of the pixels each: one bit for a pixel, nothing more for the pixel beside it.
+    board = np.where(np.indices((64, 64)).sum(axis=0) % 2, 1.0, -1.0) + 1e-6 * field
+    board[:, 0] += 0.1
+    entropy, _ = readings(board, 0.5)
+    reading = Reading("V of eq 2", "whole field", 32, "pixels", "bit")
+    assert entropy[reading] == pytest.approx(1.0, abs=0.1)
+    assert entropy[replace(reading, counted="pixel given its neighbour")] < 0.1
 
 
 # --- checks that can fail
