@@ -227,8 +227,8 @@ def _readings_of_ev(seed: int) -> tuple[str, float]:
         f"Of {len(off)} readings of EV (what grey levels are proportional to, their number and stretch, what is "
         f"counted, unit), {len(good)} give the EV of all four images of Tables VIII and IX within "
         f"{100 * LARGEST_OFF_OF_READING:g} %, where eq 21 as printed is off by up to {100 * of_eq_21:.0f} %. The best "
-        f"is off by at most {100 * off[best][0]:.1f} % (grey levels: {best.grey}, {best.levels} over the {best.stretch}; "
-        f"counted: {best.counted}; unit: {best.unit}), but its Den by up to {100 * off[best][1]:.0f} %"
+        f"is off by at most {100 * off[best][0]:.1f} % (grey levels: {best.grey}, {best.levels} over the "
+        f"{best.stretch}; counted: {best.counted}; unit: {best.unit}), but its Den by up to {100 * off[best][1]:.0f} %"
         + (f"; the least Den error of these {len(good)} is {100 * min(good):.0f} %." if good else ".")
     )
     both = min(max(pair) for pair in off.values())
