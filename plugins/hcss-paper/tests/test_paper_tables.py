@@ -51,6 +51,9 @@ VERDICTS = {
     "table-9": FITTED,
     "table-9-ev": "not reproducible",
     "table-10": "reproduced",
+    "sun-angles": FITTED,
+    "sensitivity": FITTED,
+    "resolutions": "reproduced",
 }
 
 
