@@ -1,7 +1,7 @@
 """Climatological cloud-top temperature: air at the sea surface, cooled along a model atmosphere.
 
-The HCSS paper takes cloud temperatures from MOD08_M3, monthly means of MODIS, which are not shipped. This is the estimate
-that the shipped data allow; its scatter is stated with it.
+The HCSS paper takes cloud temperatures from MOD08_M3, monthly means of MODIS, which are not shipped. This is the
+estimate that the shipped data allow; its scatter is stated with it.
 """
 
 from __future__ import annotations
