@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -26,19 +25,42 @@ BEGIN, END = "<!-- made by docs/figures/reproduction_verdicts.py -->\n", "<!-- e
 
 def table(found: dict[str, Any]) -> str:
     """Return the verdicts as Markdown."""
-    counts = Counter(each["verdict"] for each in found.values())
     lines = [
-        f"{len(found)} items: {', '.join(f'{count} {name}' for name, count in sorted(counts.items()))}.",
+        "| verdict | items | numbers compared | fitted inputs | choices |",
+        "|---|---|---|---|---|",
+        *(_total(name, list(items)) for name, items in _by_verdict(found)),
         "",
-        "| item | verdict | largest difference | why it is not reproducible |",
-        "|---|---|---|---|",
+        "| item | verdict | largest difference | numbers, inputs, choices | why it is not reproducible |",
+        "|---|---|---|---|---|",
     ]
     for name, each in found.items():
         agrees = each["verdict"].startswith("reproduced")
         why = "" if agrees else each.get("reason", each.get("error", ""))
-        cells = (heading(name), each["verdict"], largest(each), why)
+        cells = (heading(name), each["verdict"], largest(each), ", ".join(map(str, sizes(each))), why)
         lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def sizes(item: dict[str, Any]) -> tuple[int, int, int]:
+    """Return how many numbers are compared, how many inputs were fitted, and how many choices were made."""
+    compared = sum(row["difference"] is not None for row in item.get("rows", ()))
+    inputs = item.get("fitted_inputs", ())
+    named = sum(each["name"] is not None for each in inputs)
+    return compared, named, len(inputs) - named
+
+
+def _by_verdict(found: dict[str, Any]) -> list[tuple[str, list[dict[str, Any]]]]:
+    verdicts = sorted({each["verdict"] for each in found.values()})
+    return [(name, [each for each in found.values() if each["verdict"] == name]) for name in verdicts]
+
+
+def _total(verdict: str, items: list[dict[str, Any]]) -> str:
+    """Return a row of totals; an input or choice that serves several items counts once."""
+    inputs = [each for item in items for each in item.get("fitted_inputs", ())]
+    named = {each["name"] for each in inputs if each["name"] is not None}
+    chosen = {each["text"] for each in inputs if each["name"] is None}
+    numbers = sum(sizes(item)[0] for item in items)
+    return f"| {verdict} | {len(items)} | {numbers} | {len(named)} | {len(chosen)} |"
 
 
 def largest(item: dict[str, Any]) -> str:

@@ -159,17 +159,27 @@ def clouds(context: click.Context, as_json: bool) -> None:
         context.invoke(clouds_list, as_json=as_json)
 
 
-_folder_option = click.option("--from", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
+_folder_option = click.option(
+    "--from", "folder", type=FOLDER, help="Folder of the entries; default: clouds, and the shipped entries."
+)
+
+
+def _folders(folder: Path | None) -> list[Path]:
+    """Return the folders of entries: the given one, or the user's and the shipped ones."""
+    from hcss_twin.core.catalog import catalog_root
+    from hcss_twin.models.clouds.database import FOLDER as CLOUDS
+
+    return [Path(CLOUDS), catalog_root() / CLOUDS] if folder is None else [folder]
 
 
 @clouds.command("list")
 @_folder_option
 @json_option
-def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
+def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
     """List the entries."""
     from hcss_twin.models.clouds.database import list_entries
 
-    listed = list_entries(folder)
+    listed = [each for place in _folders(folder) for each in list_entries(place)]
     if as_json:
         answer = [
             {
@@ -204,16 +214,18 @@ def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
 @clouds.command("preview")
 @click.argument("name")
 @_folder_option
-@click.option("-o", "--output", type=NEW, help="Picture; default: NAME.png beside the entry.")
+@click.option("-o", "--output", type=NEW, help="Picture; default: NAME.png beside the entry; here for a shipped one.")
 @json_option
-def clouds_preview(name: str, folder: Path, output: Path | None, as_json: bool) -> None:
+def clouds_preview(name: str, folder: Path | None, output: Path | None, as_json: bool) -> None:
     """Draw and describe the entry NAME."""
-    from hcss_twin.models.clouds.database import entry_path, read_entry
+    from hcss_twin.models.clouds.database import SUFFIX, entry_path, read_entry
     from hcss_twin.reports.preview import draw_entry
 
-    path = entry_path(folder, name)
+    own, *shipped = _folders(folder)
+    path = next((found for place in shipped if (found := place / f"{name}{SUFFIX}").is_file()), None)
+    picture = output or (own / f"{name}.png" if path is None else Path(f"{name}.png"))
+    path = path or entry_path(own, name)
     entry = read_entry(path)
-    picture = output or path.with_suffix(".png")
     draw_entry(entry, name, picture)
     if as_json:
         click.echo(json.dumps({"name": name, "preview": str(picture), **_as_dict(entry.facts)}))

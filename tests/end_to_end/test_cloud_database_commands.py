@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from PIL import Image
 from sample_data import sample_file
 
-from hcss_twin import Scenario, open_cube
+from hcss_twin import Scenario, open_cube, simulate
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
@@ -62,7 +62,7 @@ def test_the_answer_in_json_is_what_the_entry_says(here):
 
 
 def test_entries_are_listed_and_drawn_again(here):
-    assert "no entries in clouds" in hcss("clouds").output
+    assert "no entries in empty" in hcss("clouds", "list", "--from", "empty").output
     hcss("import", "sea.png", "--pixel-size", "500", "--to", "mine")
     (here / "mine" / "broken.nc").write_bytes(b"no")
     listed = hcss("clouds", "list", "--from", "mine").output
@@ -74,6 +74,31 @@ def test_entries_are_listed_and_drawn_again(here):
     assert (here / "mine" / "sea.png").is_file()
     hcss("clouds", "preview", "sea", "--from", "mine", "-o", "other.png")
     assert (here / "other.png").read_bytes() == (here / "mine" / "sea.png").read_bytes()
+
+
+def test_shipped_entries_are_listed_after_ones_own_and_drawn_here(here):
+    hcss("import", "sea.png", "--pixel-size", "500", "--name", "a")
+    listed = json.loads(hcss("clouds", "--json").output)
+    assert [each["name"] for each in listed[:2]] == ["a", "made-cirrus"]
+    coverages = {each["name"]: each["coverage"] for each in listed[1:]}
+    assert coverages["made-scene-30"] == pytest.approx(0.30, abs=1e-5)
+    assert coverages["made-scene-47"] == pytest.approx(0.47, abs=1e-5)
+    assert {each["licence"] for each in listed[1:]} == {"BSD-3-Clause"}
+    assert hcss("clouds", "preview", "made-cumulus").exit_code == 0
+    assert (here / "made-cumulus.png").is_file()
+
+
+def test_a_scene_has_the_clouds_of_a_shipped_entry_wherever_it_is(here):
+    settings = {
+        "clouds.generator": "imagery",
+        "clouds.parameters": {"entry": "made-scene-47"},
+        "image": {"rows": 400, "columns": 400, "pixel_size": 20.0},
+        "motion": {"platform_speed": 0.0, "wind_speed": 0.0},
+        "output.variables": ["cloud_mask"],
+        "frames.count": 1,
+    }
+    cube = simulate(Scenario.load("simulated", settings | {"output.certificate": 0}))
+    assert float((cube.cloud_mask[0] > 0).mean()) == pytest.approx(0.47, abs=1e-5)
 
 
 def test_an_existing_entry_is_kept_unless_forced(here):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.climatology import MAX_DISTANCE_KM, Climatology
+from hcss_twin.models.atmosphere.cloud_top import climatological_cloud_top
 
 FILE = catalog_root() / "climatology" / "coads-monthly.nc"
 CLIMATE = Climatology(Catalog())
@@ -127,3 +128,18 @@ def test_the_file_is_small_and_says_what_it_is():
         assert "COADS" in dataset.title
         assert "public domain" in dataset.license
         assert "7.6.0-5" in dataset.origin
+
+
+def test_a_cloud_top_is_as_much_colder_than_the_air_as_the_model_atmosphere_is_there():
+    day = datetime(2019, 4, 20, 2, 30, tzinfo=UTC)
+    at_sea, low, high = (climatological_cloud_top(35.0, 150.0, day, top) for top in (0.0, 1500.0, 6000.0))
+    assert at_sea.scatter_K == 0.0
+    assert at_sea.temperature_K == pytest.approx(
+        Climatology(Catalog()).look_up("air_temperature", 35.0, 150.0, day).value
+    )
+    # The troposphere cools by 4 to 7 K per km.
+    assert 6.0 < at_sea.temperature_K - low.temperature_K < 10.5
+    assert 24.0 < at_sea.temperature_K - high.temperature_K < 42.0
+    assert 0.0 < low.scatter_K < 5.0
+    with pytest.raises(CatalogError, match="top_m: 20000 given"):
+        climatological_cloud_top(35.0, 150.0, day, 20_000.0)

@@ -117,8 +117,7 @@ def test_what_the_paper_says_of_a_figure_of_fields_holds(name, monkeypatch):
         (figure_13_coverage, "images"),
     ):
         monkeypatch.setattr(module, function, once_for_both_models(getattr(module, function)))
-    options = {"size": 400} if name == "figure-9" else {}
-    require(computed(name, **options), LONG[name])
+    require(computed(name), LONG[name])
 
 
 @pytest.mark.campaign

@@ -13,6 +13,8 @@ from hcss_paper.tables_2_and_4 import CLOUD_CHOICES
 from hcss_paper.tables_8_and_9 import cloud_field, eq_24_percent
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.engine.simulate import simulate
+from hcss_twin.scenario.scenario import Scenario
 
 CLAIMED = {"3.0-5.0": 12.3, "8.0-14.0": 3.7, "shape": 8.3}
 """Percent; abstract and section VI."""
@@ -78,6 +80,55 @@ def _rms(one: Array, other: Array) -> float:
 def _close(what: str, found: float, claimed: float, limit: float) -> Check:
     off = abs(found - claimed)
     return Check(f"{what}: {found:.2f} %, claimed {claimed:g} %, off by at most {limit:.2g}", off <= limit)
+
+
+RESOLUTIONS_M, COVERAGES = (20.0, 50.0, 100.0), (0.10, 0.50)
+"""Resolutions and coverages that section VI claims; 50 m lies between."""
+_SIDE_M = 8000.0
+
+
+def resolutions(seed: int) -> Reproduction:
+    """Return the claim of section VI: resolutions of 20 to 100 m and coverages of 10 to 50 %."""
+    rows, checks = [], []
+    for coverage in COVERAGES:
+        means = []
+        for pixel_m in RESOLUTIONS_M:
+            side = round(_SIDE_M / pixel_m)
+            changes = {
+                "image": {"rows": side, "columns": side, "pixel_size": pixel_m},
+                "clouds.coverage": coverage,
+                "frames.count": 1,
+                "output.variables": ["cloud_mask"],
+                "output.certificate": 0,
+                "seed": seed,
+            }
+            mask = simulate(Scenario.load("simulated", changes)).cloud_mask[0].to_numpy() > 0
+            means.append(mask)
+            rows.append(Row(f"{pixel_m:g} m, coverage", "%", 100 * coverage, 100 * float(mask.mean())))
+            off, pixel = abs(float(mask.mean()) - coverage), 1.0 / mask.size
+            checks.append(
+                Check(
+                    f"{pixel_m:g} m, coverage {coverage:.0%}: off by {off:.1e}, at most a pixel, {pixel:.1e}",
+                    off <= pixel,
+                )
+            )
+        finest, coarsest = means[0].astype(np.float64), means[-1]
+        factor = round(RESOLUTIONS_M[-1] / RESOLUTIONS_M[0])
+        blocks = finest.reshape(len(coarsest), factor, len(coarsest), factor).mean(axis=(1, 3))
+        like = float(np.corrcoef(blocks.ravel(), coarsest.ravel())[0, 1])
+        checks.append(
+            Check(
+                f"coverage {coverage:.0%}: pixels of 100 m show the clouds of 20 m: correlation with their block means "
+                f"{like:.2f}, at least 0.8",
+                like >= 0.8,
+            )
+        )
+    return judged(
+        rows,
+        checks,
+        holds="Pixels of 20 to 100 m and coverages of 10 to 50 % are simulated, and show the same clouds.",
+        fails="A resolution or a coverage is not simulated as requested.",
+    )
 
 
 _CLOUD_TYPES = 4

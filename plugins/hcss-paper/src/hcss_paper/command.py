@@ -53,7 +53,7 @@ def reproduce(
         return
     require_writable((output, json_file), force, "give another name")
     from hcss_paper.report import reproduction_page, worst_text
-    from hcss_paper.run import outcomes
+    from hcss_paper.run import outcomes, totals
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.reports.page import write_page
 
@@ -63,6 +63,7 @@ def reproduce(
     width = max(len(item.name) for item in selected) + 2
     for outcome in results:
         click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
+    click.echo("\n".join(totals(results)))
     write_page(output, reproduction_page(results, seed))
     click.echo(with_size(output))
     if json_file is not None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,20 +19,20 @@ from hcss_paper.figure_base import (
     image_panel,
     radiance_by_band,
     radiance_inputs,
-    scenario_of,
     simulated,
 )
 from hcss_paper.inputs import in_words, printed_row, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.clouds.coverage import cloud_fraction_value
-from hcss_twin.plan.make_plan import make_plan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-SIDE_PIXELS = 800
+SIDE_PIXELS = 400
+ENTRIES = {"New Technology": "made-scene-30", "Qilu-2": "made-scene-47"}
+"""Entries of the shipped cloud database in place of the satellite images."""
+
 SATELLITES = {"New Technology": 0.30, "Qilu-2": 0.47}
 """Coverage of the two images according to Table I."""
 
@@ -82,58 +80,29 @@ class Stack:
         return np.abs(core / sea - 1.0)
 
 
-def stand_in(seed: int, size: int) -> NDArray[np.float32]:
-    """Return a substitute for a satellite image, (size, size): brightness of clouds of type ``simulated``."""
-    scenario = scenario_of(
-        "simulated",
-        "as-printed",
-        {
-            "seed": seed,
-            "image": {"rows": size, "columns": size, "pixel_size": 20.0},
-            "output.variables": ["cloud_mask"],
-        },
-    )
-    generator: Any = make_plan(scenario).assembly.generators[0]
-    field = generator.field(0.0, slice(0, size), slice(0, size))
-    return cloud_fraction_value(field.astype(np.float64)).astype(np.float32)
-
-
-def stack(model: Model, image: NDArray[np.float32], coverage: float, views_deg: list[float]) -> Stack:
-    """Extract clouds from an image and simulate them at each view angle, in the three bands."""
-    size = image.shape[0]
+def stack(model: Model, entry: str, views_deg: list[float]) -> Stack:
+    """Simulate the clouds of an entry of the shipped cloud database at each view angle, in the three bands."""
     found: dict[str, list[NDArray[np.float32]]] = {band: [] for band in BANDS}
-    with tempfile.TemporaryDirectory(prefix="hcss-twin-") as folder:
-        path = Path(folder) / "image.npy"
-        np.save(path, image)
-        scene = {
-            "image": {"rows": size, "columns": size, "pixel_size": 20.0},
-            "motion": {"platform_speed": 0.0, "wind_speed": 0.0},
-            "clouds.generator": "imagery",
-            "clouds.coverage": coverage,
-            "clouds.parameters": {"image": str(path), "method": "coverage", "reinterpret_pixel_size": True},
-        }
-        for view in views_deg:
-            images = radiance_by_band("simulated", model, {**scene, "view.zenith": view})
-            for band in BANDS:
-                found[band].append(images[band][0].astype(np.float32))
-        mask = simulated("simulated", model, {**scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
+    scene = {
+        "image": {"rows": SIDE_PIXELS, "columns": SIDE_PIXELS, "pixel_size": 20.0},
+        "motion": {"platform_speed": 0.0, "wind_speed": 0.0},
+        "clouds.generator": "imagery",
+        "clouds.parameters": {"entry": entry},
+    }
+    for view in views_deg:
+        images = radiance_by_band("simulated", model, {**scene, "view.zenith": view})
+        for band in BANDS:
+            found[band].append(images[band][0].astype(np.float32))
+    mask = simulated("simulated", model, {**scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
     return Stack(mask > 0, {band: np.stack(images) for band, images in found.items()})
 
 
-def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
-    """Return the six scenes at view zenith angles of 0 to 70 degrees.
-
-    Parameters
-    ----------
-    seed : int
-        Of the substitutes for the satellite images.
-    size : int
-        Pixels along a side.
-    """
+def figure_9(seed: int) -> Reproduction:
+    """Return the six scenes at view zenith angles of 0 to 70 degrees."""
+    del seed  # the clouds are those of the database
     views = [float(view) for view in published()["view_zenith_deg"]]
-    images = {name: stand_in(seed + place, size) for place, name in enumerate(SATELLITES)}
-    stacks = {name: stack("as-printed", images[name], cover, views) for name, cover in SATELLITES.items()}
-    corrected = stack("physical", images[PHYSICAL_SATELLITE], SATELLITES[PHYSICAL_SATELLITE], views)
+    stacks = {name: stack("as-printed", ENTRIES[name], views) for name in SATELLITES}
+    corrected = stack("physical", ENTRIES[PHYSICAL_SATELLITE], views)
     rows = []
     for number, (band, satellite) in enumerate(SCENARIOS, start=1):
         name = f"Scenario{number}"
@@ -154,8 +123,8 @@ def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         missing="The satellite images (Qilu-2, New Technology) are not published, so the pictures cannot be compared.",
         chosen=(
             *in_words(
-                "images: clouds of type simulated, 800 x 800 pixels of 20 m, in place of the satellite images, with a "
-                "threshold that gives the coverage of Table I"
+                "clouds: two entries of the shipped database, made by the generator with type simulated and the "
+                "coverages of Table I, 400 x 400 pixels of 20 m, in place of the satellite images"
             ),
             *radiance_inputs(*BANDS),
         ),

@@ -70,7 +70,7 @@ def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         checks_of(found, shares, coverages),
         holds="Coverages agree with the captions, and mean radiance falls with coverage, as printed. It falls by "
         f"{falls[0]:.2f} {RADIANCE} from clear to overcast, Table VII by {falls[1]:.2f}: its values are a "
-        "separate item (table-7) and are not reproduced.",
+        "separate item (table-7), with an effective cover.",
         fails="A coverage differs from the caption, or radiance does not fall with coverage.",
         chosen=(
             *in_words("clouds of type simulated with the heights of Table III, each top at air temperature"),

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq, least_squares, minimize_scalar
 
-from hcss_paper.inputs import FITTED_FILE, printed_row, published, suns_of_table_5, suns_of_table_6
+from hcss_paper.inputs import FITTED_FILE, effective_cover, printed_row, published, suns_of_table_5, suns_of_table_6
 from hcss_paper.scene import BANDS, BlackSurface, black_surface, scene
 from hcss_paper.tables_8_and_9 import SEED, mean_measures
 from hcss_twin.core.arrays import Array
@@ -20,14 +20,27 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.plan import Plan
 
 COVERS = {
-    "cover of Scenario3": ("table_2", "Scenario3", "3.0-5.0"),
-    "cover of Scenario4": ("table_2", "Scenario4", "3.0-5.0"),
-    "cover of Table IV, 3-5 um": ("table_4", "3.0-5.0", "3.0-5.0"),
-    "cover of Scenario5": ("table_2", "Scenario5", "8.0-14.0"),
-    "cover of Scenario6": ("table_2", "Scenario6", "8.0-14.0"),
-    "cover of Table IV, 8-14 um": ("table_4", "8.0-14.0", "8.0-14.0"),
+    "Scenario3": ("table_2", "Scenario3", "3.0-5.0"),
+    "Scenario4": ("table_2", "Scenario4", "3.0-5.0"),
+    "Table IV, 3-5 um": ("table_4", "3.0-5.0", "3.0-5.0"),
+    "Scenario5": ("table_2", "Scenario5", "8.0-14.0"),
+    "Scenario6": ("table_2", "Scenario6", "8.0-14.0"),
+    "Table IV, 8-14 um": ("table_4", "8.0-14.0", "8.0-14.0"),
 }
-"""Rows with separate cloud covers: table, row, band."""
+"""Rows of Tables II and IV that have a cloud: table, row, band."""
+
+SHARED = (
+    "sea temperature",
+    "glint scale",
+    "cover at no coverage",
+    "cover per coverage",
+    "cover of Table IV, 3-5 um",
+    "cover of Scenario5",
+    "cover of Scenario6",
+    "cover of Table IV, 8-14 um",
+    "cover of Table V",
+)
+"""Inputs fitted together to Tables II and IV (without 2.7-3.0 um), V, VI and VII."""
 
 SURFACES = {
     "MODTRAN surface of Scenario3": ("table_2", "Scenario3", "3.0-5.0"),
@@ -40,8 +53,13 @@ SURFACES = {
 }
 """MODTRAN columns, each with its own black-surface temperature: table, row, band."""
 
-_TOGETHER = "least squares of the relative differences of the six rows of Tables II and IV together"
-_NADIR = "least squares over the 32 radiances of Tables V and VI, seen from above, the sun at 1 au"
+SUNS_WEIGHT = 4.0
+"""Weight of Tables V and VI in the fit: their residual is the printed rounding, a fourth of that of the other rows."""
+
+_TOGETHER = (
+    "least squares of the relative differences of Tables II and IV (3-5 and 8-14 um), V, VI and VII together, with "
+    f"weight {SUNS_WEIGHT:g} for V and VI"
+)
 
 
 class ColumnTerms:
@@ -58,6 +76,19 @@ class ColumnTerms:
         black = planck(grid.wavenumber_cm1, plans[0].assembly.sea_temperature_K)
         spectra = [_spectra(plan) for plan in plans]
         self._passing = np.array([sea / black for sea, *_ in spectra])
+        # Glint of suns at 1 au, seen from above: irradiance is proportional to the inverse square of the distance.
+        middle = list(BANDS).index("3.0-5.0")
+        self.glint_of_suns = {
+            table: np.array(
+                [
+                    sun.distance_au**2
+                    * plans[0].assembly.model.clear(grid.wavenumber_cm1, sun)["sea_reflected_sun"]
+                    @ self._weights_cm1[:, middle]
+                    for sun in suns
+                ]
+            )
+            for table, suns in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6()))
+        }
         self.air, self.glint, self.opaque = (
             np.array([each[place] @ self._weights_cm1 for each in spectra]) for place in (1, 2, 3)
         )
@@ -84,67 +115,79 @@ def _spectra(plan: Plan) -> tuple[Array, Array, Array, Array]:
     return clear["sea_emission"], clear["path_emission"], clear["sea_reflected_sun"], whole
 
 
-def fit_tables_2_and_4(terms: ColumnTerms) -> dict[str, float]:
-    """Fit sea temperature, glint scale and the cover of each row, with fixed cloud-top height and temperature.
+def shared_rows(terms: ColumnTerms, inputs: Array) -> dict[str, Array]:
+    """Return the rows of Tables II, IV (without 2.7-3.0 um), V, VI and VII for inputs in the order of :data:`SHARED`.
 
-    The cloud top is at 6 km (the highest of type ``simulated``, Table III) with the air temperature there, 249.2 K.
-    Other heights and temperatures fit the rows as well: they, sea temperature and covers are degenerate.
+    Tables V to VII are seen from above. The cloud top is at 6 km (the highest of type ``simulated``, Table III) with
+    the air temperature there, 249.2 K. Where the paper prints a coverage C, the effective cover is a + b C.
     """
-    places = list(BANDS)
+    given = dict(zip(SHARED, inputs, strict=True))
+    clear = terms.clear(given["sea temperature"], given["glint scale"])
+    middle = list(BANDS).index("3.0-5.0")
+    rows = {}
+    for name, (_, _, band) in COVERS.items():
+        place = list(BANDS).index(band)
+        cover = effective_cover(name, given)
+        rows[name] = (1 - cover) * clear[:, place] + cover * terms.opaque[:, place]
+    dark = terms.clear(given["sea temperature"], 0.0)[0, middle]
+    for name, table in (("Table V", "table_5"), ("Table VI", "table_6")):
+        cover = effective_cover(name, given)
+        bright = dark + given["glint scale"] * terms.glint_of_suns[table]
+        rows[name] = (1 - cover) * bright + cover * terms.opaque[0, middle]
+    covers = np.array(
+        [effective_cover("Table VII", given, percent / 100.0) for percent in published()["table_7"]["coverage_pct"]]
+    )
+    rows["Table VII"] = (1 - covers) * clear[0, middle] + covers * terms.opaque[0, middle]
+    return rows
 
-    def residuals(inputs: Array) -> Array:
-        clear = terms.clear(inputs[0], inputs[1])
-        rows = []
-        for cover, (table, row, band) in zip(inputs[2:], COVERS.values(), strict=True):
-            mixed = (1 - cover) * clear[:, places.index(band)] + cover * terms.opaque[:, places.index(band)]
-            rows.append(mixed / printed_row(table, row) - 1.0)
-        return np.concatenate(rows)
 
-    found = least_squares(residuals, [291.0, 0.16] + [0.25] * len(COVERS), x_scale=[1.0, 0.01] + [0.01] * 6).x
-    return dict(zip(("sea temperature", "glint scale", *COVERS), map(float, found), strict=True))
+def printed_shared_rows() -> dict[str, Array]:
+    """Return the printed rows that :func:`shared_rows` computes: 85 numbers in nine rows."""
+    rows = {name: printed_row(table, row) for name, (table, row, _) in COVERS.items()}
+    for name, table in (("Table V", "table_5"), ("Table VI", "table_6")):
+        rows[name] = np.array([row[-1] for row in published()[table]["rows"]], dtype=np.float64)
+    rows["Table VII"] = np.array(published()["table_7"]["radiance"], dtype=np.float64)
+    return rows
+
+
+_START = (291.0, 0.16, 0.19, 0.22, 0.27, 0.22, 0.19, 0.18, 0.25)
+
+
+def fit_shared(terms: ColumnTerms, without: str = "") -> dict[str, float]:
+    """Fit all inputs of :data:`SHARED` together.
+
+    Parameters
+    ----------
+    terms : ColumnTerms
+    without : str
+        Row to leave out: the others alone decide the inputs, except the cover that only this row has, which is then
+        fitted to it alone.
+    """
+    printed = printed_shared_rows()
+    weights = {name: SUNS_WEIGHT if name in ("Table V", "Table VI") else 1.0 for name in printed}
+    own = f"cover of {without}"
+    free = np.array([name != own for name in SHARED])
+
+    def residuals(values: Array, chosen: Array, names: tuple[str, ...], inputs: Array) -> Array:
+        inputs = inputs.copy()
+        inputs[chosen] = values
+        found = shared_rows(terms, inputs)
+        return np.concatenate([weights[name] * (found[name] / printed[name] - 1.0) for name in names])
+
+    inputs = np.array(_START)
+    scale = np.array([1.0] + [0.01] * (len(SHARED) - 1))
+    for chosen, names in ((free, tuple(name for name in printed if name != without)), (~free, (without,))):
+        if np.any(chosen):
+            found = least_squares(residuals, inputs[chosen], x_scale=scale[chosen], args=(chosen, names, inputs))
+            inputs[chosen] = found.x
+    return dict(zip(SHARED, map(float, inputs), strict=True))
 
 
 def fit_table_4_short_wave(terms: ColumnTerms, sea_temperature_K: float) -> dict[str, float]:
-    """Fit cover and glint scale of the 2.7-3.0 um row of Table IV separately."""
-    printed = printed_row("table_4", "2.7-3.0")
-
-    def residuals(inputs: Array) -> Array:
-        cover, glint_scale = inputs
-        clear = terms.clear(sea_temperature_K, glint_scale)[:, 0]
-        result: Array = ((1 - cover) * clear + cover * terms.opaque[:, 0]) / printed - 1.0
-        return result
-
-    cover, glint_scale = least_squares(residuals, [0.4, 0.1], bounds=([0.0, 0.0], [1.0, 10.0])).x
-    return {"short-wave cover": float(cover), "short-wave glint scale": float(glint_scale)}
-
-
-def fit_tables_5_and_6(terms: ColumnTerms, sea_temperature_K: float) -> dict[str, float]:
-    """Fit the cover of each table and a common glint scale, for a nadir view in 3-5 um.
-
-    Absolute differences are minimised, because most of the residual is rounding, which is the same in all rows.
-    """
-    band = list(BANDS).index("3.0-5.0")
-    thermal, opaque = terms.clear(sea_temperature_K, 0.0)[0, band], terms.opaque[0, band]
-    plan = scene("as-printed", 0.0, (BANDS["3.0-5.0"],), 1.0)
-    nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1[0]
-    suns, printed = [], []
-    for table, of_table in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6())):
-        # Glint of a sun at 1 au: irradiance is proportional to the inverse square of the distance.
-        glints = [
-            sun.distance_au**2 * plan.assembly.model.clear(nu, sun)["sea_reflected_sun"] @ weights for sun in of_table
-        ]
-        suns.append(np.array(glints))
-        printed.append(np.array([row[-1] for row in published()[table]["rows"]]))
-
-    def residuals(inputs: Array) -> Array:
-        rows = [
-            (1 - cover) * (thermal + inputs[0] * glint) + cover * opaque - radiance
-            for cover, glint, radiance in zip(inputs[1:], suns, printed, strict=True)
-        ]
-        return np.concatenate(rows)
-
-    scale, five, six = least_squares(residuals, [0.16, 0.27, 0.27], x_scale=0.01).x
-    return {"nadir glint scale": float(scale), "cover of Table V": float(five), "cover of Table VI": float(six)}
+    """Fit the glint scale of the 2.7-3.0 um row of Table IV, without cloud: with a free cover, the cover becomes 0."""
+    printed, emitted = printed_row("table_4", "2.7-3.0"), terms.clear(sea_temperature_K, 0.0)[:, 0]
+    left, slope = 1.0 - emitted / printed, terms.glint[:, 0] / printed
+    return {"short-wave glint scale": float(slope @ left / (slope @ slope))}
 
 
 def fit_surfaces() -> dict[str, float]:
@@ -170,31 +213,23 @@ def fit_table_8() -> dict[str, float]:
     return {"coverage of Table VIII": float(brentq(excess, 0.1, 0.4, xtol=1e-5))}
 
 
-def fit_table_7() -> dict[str, float]:
-    """Fit a straight line over coverage to Table VII."""
-    table = published()["table_7"]
-    slope, level = np.polyfit(np.array(table["coverage_pct"]) / 100.0, np.array(table["radiance"]), 1)
-    return {"Table VII without cloud": float(level), "Table VII per coverage": float(slope)}
-
-
 def refit() -> dict[str, float]:
     """Fit every input again, rounded as in the file."""
     terms = column_terms()
-    found = fit_tables_2_and_4(terms)
-    sea = found["sea temperature"] = round(found["sea temperature"], _digits("sea temperature"))
-    found |= fit_table_4_short_wave(terms, sea) | fit_tables_5_and_6(terms, sea)
-    found |= fit_surfaces() | fit_table_7() | fit_table_8()
+    found = fit_shared(terms)
+    found |= fit_table_4_short_wave(terms, round(found["sea temperature"], _digits("sea temperature")))
+    found |= fit_surfaces() | fit_table_8()
     return {name: round(value, _digits(name)) for name, value in found.items()}
 
 
 def _digits(name: str) -> int:
     """Return the number of decimals in the file."""
-    return 2 if _described(name)["unit"] == "K" else 4
+    return 3 if _described(name)["unit"] == "K" else 4
 
 
 def _described(name: str) -> dict[str, str]:
     """Return unit, meaning and origin of an input."""
-    if name in COVERS:
+    if name.startswith("cover of "):
         meaning = f"effective cover of opaque cloud, {name.removeprefix('cover of ')}"
         return {"unit": "1", "meaning": meaning, "how": _TOGETHER}
     if name in SURFACES:
@@ -207,18 +242,10 @@ def _described(name: str) -> dict[str, str]:
 _SHORT = "least squares of the relative differences of that row alone"
 _OTHERS = {
     "sea temperature": ("K", "sea temperature of all tables", _TOGETHER),
-    "glint scale": ("1", "factor on the sun glint of Tables II and IV", _TOGETHER),
-    "short-wave cover": ("1", "effective cover, 2.7-3.0 um row of Table IV", _SHORT),
+    "glint scale": ("1", "factor on the sun glint of all tables except 2.7-3.0 um", _TOGETHER),
+    "cover at no coverage": ("1", "effective cover of opaque cloud at a coverage of 0 (3-5 um)", _TOGETHER),
+    "cover per coverage": ("1", "change of the effective cover with the printed coverage (3-5 um)", _TOGETHER),
     "short-wave glint scale": ("1", "factor on the sun glint, 2.7-3.0 um row of Table IV", _SHORT),
-    "nadir glint scale": ("1", "factor on the sun glint of Tables V and VI", _NADIR),
-    "cover of Table V": ("1", "effective cover of opaque cloud, Table V", _NADIR),
-    "cover of Table VI": ("1", "effective cover of opaque cloud, Table VI", _NADIR),
-    "Table VII without cloud": ("W m-2 sr-1", "radiance at no coverage, Table VII", "straight line, least squares"),
-    "Table VII per coverage": (
-        "W m-2 sr-1",
-        "change of radiance from no to full coverage, Table VII",
-        "straight line, least squares",
-    ),
     "coverage of Table VIII": (
         "1",
         "coverage of the simulated image of Table VIII",

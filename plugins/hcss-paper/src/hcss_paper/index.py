@@ -45,14 +45,17 @@ TABLES: tuple[Item, ...] = (
         "Radiance of dynamic scenes and of MODTRAN against view angle, 2.7-3.0 um",
         "tables_2_and_4:table_4_short_wave",
     ),
-    _item("table-5", "Sun angles and radiance at twenty places", "tables_5_to_7:table_5"),
-    _item("table-6", "Sun angles and radiance over the year", "tables_5_to_7:table_6"),
+    _item("table-5", "Radiance at twenty places", "tables_5_to_7:table_5"),
+    _item("table-6", "Radiance over the year", "tables_5_to_7:table_6"),
     _item("table-7", "Radiance against cloud coverage", "tables_5_to_7:table_7"),
     _item("table-8", "Measures of a simulated and a real cloud image: Den, DP, FD and RMSE", "tables_8_and_9:table_8"),
     _item("table-8-ev", "Measures of the images of Table VIII: EV", "tables_8_and_9:table_8_entropy"),
     _item("table-9", "Measures of cloud images with three coverages: DP, FD and RMSE", "tables_8_and_9:table_9"),
     _item("table-9-ev", "Measures of the images of Table IX: EV and Den", "tables_8_and_9:table_9_entropy"),
     _item("table-10", "Features of the method", "claims:table_10"),
+    _item("sun-angles", "Sun angles of Tables V and VI and of the baseline scene", "tables_5_to_7:sun_angles"),
+    _item("sensitivity", "Sensitivity to coverage, month and place against MODTRAN", "tables_5_to_7:sensitivity"),
+    _item("resolutions", "Resolutions of 20 to 100 m and coverages of 10 to 50 %", "claims:resolutions"),
 )
 
 FIGURES: tuple[Item, ...] = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
@@ -103,6 +103,36 @@ def fitted(name: str) -> float:
     if name not in known:
         raise CatalogError(f"no fitted input '{name}'; {choose_from(name, known)}")
     return known[name].value
+
+
+PRINTED_COVERAGE = {"Scenario3": 0.30, "Scenario4": 0.47, "Table VI": 0.30}
+"""Coverages of rows in 3-5 um: Table I, and Scenario3's for Table VI, whose April has Scenario3's radiance at nadir."""
+
+
+def effective_cover(row: str, values: Mapping[str, float] | None = None, coverage: float | None = None) -> float:
+    """Return the effective cover of opaque cloud in a row.
+
+    Parameters
+    ----------
+    row : str
+        ``"Scenario3"``, ``"Table IV, 8-14 um"``, ``"Table VI"``, ...
+    values : mapping, optional
+        Inputs by name; by default the fitted ones.
+    coverage : float, optional
+        Coverage, 0 to 1, for rows of Table VII; by default that of :data:`PRINTED_COVERAGE`. Rows without a printed
+        coverage have a fitted cover of their own.
+    """
+    given = {name: each.value for name, each in fitted_inputs().items()} if values is None else values
+    coverage = PRINTED_COVERAGE.get(row) if coverage is None else coverage
+    if coverage is None:
+        return given[f"cover of {row}"]
+    return given["cover at no coverage"] + given["cover per coverage"] * coverage
+
+
+def cover_names(row: str) -> tuple[str, ...]:
+    """Return the names of the fitted inputs that give a row's effective cover."""
+    own = f"cover of {row}"
+    return (own,) if own in fitted_inputs() else ("cover at no coverage", "cover per coverage")
 
 
 def assumed(names: Iterable[str]) -> tuple[AssumedInput, ...]:

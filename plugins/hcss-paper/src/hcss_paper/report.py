@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from itertools import compress
 
 from hcss_paper.equations import TITLE
 from hcss_paper.index import heading
 from hcss_paper.reproduction import Check, Reproduction, Row
-from hcss_paper.run import Outcome, relative
+from hcss_paper.run import Outcome, relative, totals
 from hcss_twin.reports.figures import picture
 from hcss_twin.reports.page import Block, Markup, Page, Section, Tone, badge, bullets, element, folded, note, paragraph
 from hcss_twin.reports.tables import Table
@@ -44,12 +43,12 @@ def reproduction_page(outcomes: Sequence[Outcome], seed: int) -> Page:
 
 
 def _summary(outcomes: Sequence[Outcome]) -> Section:
-    counts = Counter(outcome.verdict for outcome in outcomes)
     rows = [
         [
             element("a", heading(outcome.item.name), href=f"#{_anchor(outcome)}"),
             badge(outcome.verdict, _TONES[outcome.verdict]),
             worst_text(outcome).partition(" (")[0],
+            f"{outcome.compared}, {len(outcome.free)}, {len(outcome.choices)}",
             outcome.item.title,
         ]
         for outcome in outcomes
@@ -57,8 +56,10 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
     return Section(
         "Summary",
         [
-            paragraph(", ".join(f"{counts[name]} {name}" for name in _TONES if counts[name]) + "."),
-            Table(["item", "verdict", "largest difference", "content"], rows, text_columns=4),
+            bullets(totals(outcomes)),
+            Table(
+                ["item", "verdict", "largest difference", "numbers, inputs, choices", "content"], rows, text_columns=5
+            ),
             folded(
                 "How to read this",
                 bullets(
@@ -70,6 +71,9 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
                         "Reproduced with fitted inputs: every check holds with the listed inputs and "
                         "interpretations, which the paper does not state. They do not prove what the authors used.",
                         "Not reproducible: a check fails, or required data are not published; the reason is given.",
+                        "Numbers: printed numbers compared with computed ones. Inputs: numbers fitted to printed ones; "
+                        "one that serves several items counts once in a total. Choices: interpretations and values in "
+                        "words that were chosen because they give printed numbers.",
                         "Largest difference: over all rows, relative to the printed number; for percentages, the "
                         "difference itself.",
                     ]

@@ -164,12 +164,6 @@ def rms_check(label: str, computed: Array, printed: Array, limit: float) -> Chec
     return Check(statement, rms <= limit)
 
 
-def deviation_check(label: str, computed: Array, printed: Array, limit: float, unit: str) -> Check:
-    """Compare two rows (N,) by the rms of their differences; ``limit`` is in ``unit``."""
-    rms = float(np.sqrt(np.mean((computed - printed) ** 2)))
-    return Check(f"{label}: rms of differences {rms:.2g} {unit}, at most {limit:.2g}", rms <= limit)
-
-
 def largest_check(label: str, computed: Array, printed: Array, limit: float, unit: str) -> Check:
     """Compare two rows (N,) by their largest difference; ``limit`` is in ``unit``."""
     largest = float(np.max(np.abs(computed - printed)))

@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from hcss_paper.index import Item
-from hcss_paper.reproduction import Reproduction, Row, settled
+from hcss_paper.reproduction import Reproduction, Row, Verdict, settled
 from hcss_twin.core.json_numbers import json_number
 from hcss_twin.reports.figures import png_of
 from hcss_twin.version import __version__
@@ -55,6 +55,23 @@ class Outcome:
             (row for row in rows if relative(row) is not None), key=lambda row: abs(relative(row) or 0.0), default=None
         )
 
+    @property
+    def compared(self) -> int:
+        """Number of printed numbers that are compared with computed ones."""
+        return sum(row.difference is not None for row in (() if self.result is None else self.result.rows))
+
+    @property
+    def free(self) -> frozenset[str]:
+        """Names of the fitted inputs, each of which is one number fitted to the paper's numbers."""
+        inputs = () if self.result is None else self.result.fitted_inputs
+        return frozenset(each.name for each in inputs if each.name is not None)
+
+    @property
+    def choices(self) -> frozenset[str]:
+        """Interpretations and values in words that were chosen because they give the paper's numbers."""
+        inputs = () if self.result is None else self.result.fitted_inputs
+        return frozenset(each.text for each in inputs if each.name is None)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the content of the JSON file."""
         head = {"title": self.item.title, "hcss_twin": __version__, "seed": self.seed, "verdict": self.verdict}
@@ -64,6 +81,9 @@ class Outcome:
         return {
             **head,
             "reason": self.result.reason,
+            "numbers_compared": self.compared,
+            "free_inputs": len(self.free),
+            "choices": len(self.choices),
             "rows": [
                 {"label": row.label, "unit": row.unit, **{name: json_number(getattr(row, name)) for name in columns}}
                 for row in self.result.rows
@@ -72,6 +92,23 @@ class Outcome:
             "fitted_inputs": [asdict(each) for each in self.result.fitted_inputs],
             "notes": list(self.result.notes),
         }
+
+
+def totals(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return one line for each verdict: items, numbers compared, and the different inputs and choices they need."""
+    lines = []
+    for verdict in dict.fromkeys((*get_args(Verdict), "failed")):
+        of_it = [each for each in outcomes if each.verdict == verdict]
+        if of_it:
+            numbers, free, choices = (
+                sum(each.compared for each in of_it),
+                len(frozenset().union(*(each.free for each in of_it))),
+                len(frozenset().union(*(each.choices for each in of_it))),
+            )
+            lines.append(
+                f"{len(of_it)} {verdict}: {numbers} numbers compared, {free} fitted inputs and {choices} choices"
+            )
+    return lines
 
 
 def relative(row: Row) -> float | None:

@@ -106,7 +106,7 @@ def columns_over_suns(model: Model, suns: tuple[Sun, ...], one_distance: bool = 
     one_distance : bool
         If true, ``as-printed`` has the sun at 1 au on every day.
     """
-    plan = scene(model, 0.0, (BANDS["3.0-5.0"],), fitted("nadir glint scale"), fitted("sea temperature"))
+    plan = scene(model, 0.0, (BANDS["3.0-5.0"],), fitted("glint scale"), fitted("sea temperature"))
     if model == "as-printed" and one_distance:
         # The printed radiance does not include the annual variation of solar irradiance.
         suns = tuple(replace(sun, distance_au=1.0) for sun in suns)
