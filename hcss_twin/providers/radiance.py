@@ -108,10 +108,10 @@ class RadianceDeclaration(Declaration):
         only.
     """
 
-    numerical_levels: int = 1
     depends_on: frozenset[str] | None = field(
         default=None, metadata=among("view_zenith", "sun_zenith", "relative_azimuth", "thickness")
     )
+    numerical_levels: int = 1
 
 
 @runtime_checkable
