@@ -92,8 +92,7 @@ def measure_scene(name: str, ways: list[str], found: dict[str, Any], folder: Pat
         elif way == LOWTRAN and not has_lowtran():
             print("skipped: plugin hcss-lowtran7 is not installed")
         else:
-            # With more streams, tables take minutes.
-            accuracies = [1e-3] if way.endswith(("16 streams", "32 streams")) else list(ACCURACIES)
+            accuracies = list(ACCURACIES)
             found.setdefault("ways", {})[way] = measure_way(changed(scene, WAYS[way]), accuracies, reference, folder)
 
 

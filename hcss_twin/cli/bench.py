@@ -49,9 +49,13 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
 )
 @click.option("--rounds", default=3, type=click.IntRange(min=1), help="Repetitions, in turn.")
 @click.option("--pixels", default=24, type=click.IntRange(1, 3000), help="Random pixels that are checked.")
-@click.option("--every-model", is_flag=True, help="Measure all radiance models, physical with 8, 16 and 32 streams.")
 @click.option(
-    "--reference-streams", default=32, type=click.IntRange(2, 32), help="Streams of the reference, per hemisphere."
+    "--every-model",
+    is_flag=True,
+    help="Measure all radiance models, physical with 8 streams and with streams chosen by error.",
+)
+@click.option(
+    "--reference-level", type=click.IntRange(0), help="Numerical level of the reference; default: the finest."
 )
 @click.option("--folder", default=".", type=EXISTING_FOLDER, help="Folder of temporary cubes.")
 @json_file_option
@@ -64,7 +68,7 @@ def bench(
     rounds: int,
     pixels: int,
     every_model: bool,
-    reference_streams: int,
+    reference_level: int | None,
     folder: Path,
     json_file: Path | None,
     plot: Path | None,
@@ -91,7 +95,7 @@ def bench(
     def announce(text: str) -> None:
         click.echo(f"{time.monotonic() - start:5.0f} s  {text}", err=True)
 
-    found = measure(loaded, accuracies or None, rounds, pixels, folder, announce, every_model, reference_streams)
+    found = measure(loaded, accuracies or None, rounds, pixels, folder, announce, every_model, reference_level)
     text = json.dumps({model: each.as_dict() for model, each in found.items()}, indent=1)
     click.echo(text if printed else "\n\n".join(map(bench_text, found.values())))
     if json_file is not None and not printed:

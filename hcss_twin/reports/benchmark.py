@@ -25,7 +25,6 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.reports.benchmark_reference import (
     MODELS,
-    STREAMS,
     Reference,
     changed,
     column_radiance,
@@ -216,7 +215,7 @@ def bench(
     folder: Path | None = None,
     tell: Callable[[str], None] | None = None,
     every_model: bool = False,
-    streams: int = STREAMS,
+    reference_level: int | None = None,
 ) -> dict[str, BenchResult]:
     """Time a scene at several accuracies, stage by stage, and measure its error relative to one reference.
 
@@ -235,8 +234,8 @@ def bench(
         Called with a short description of the next step.
     every_model : bool
         Whether to measure all ``MODELS`` in place of the scenario's own.
-    streams : int
-        Streams of the reference.
+    reference_level : int, optional
+        Numerical level of the reference; default: the finest.
 
     Returns
     -------
@@ -256,8 +255,8 @@ def bench(
     with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name, private_cache(Path(name) / "cache"):
         say("planning the scene and compiling kernels")
         plan = _checked_plan(scenario, asked)
-        say(f"computing the reference of {pixels} pixels with {streams} streams")
-        reference = reference_of(scenario, random_columns(plan, pixels), streams)
+        say(f"computing the reference of {pixels} pixels")
+        reference = reference_of(scenario, random_columns(plan, pixels), reference_level)
         found = {}
         for model, each in models.items():
             if every_model:

@@ -22,12 +22,15 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
 
-STREAMS, CLOSURE_ORDER, STEP_CM1 = 32, 2, 1.0
-"""The finest streams per hemisphere, closure order and spectral step of the model ``physical``."""
+CLOSURE_ORDER, STEP_CM1 = 2, 1.0
+"""The finest closure order and spectral step of the model ``physical``."""
+
+PHYSICAL: Mapping[str, Any] = {"radiance.model": "physical", "radiance.parameters": {}}
+"""Overrides for multiple scattering with streams chosen by error."""
 
 
 def with_streams(streams: int, **others: Any) -> dict[str, Any]:
-    """Return the overrides that select the model ``physical`` with so many streams for all light."""
+    """Return the overrides that select the model ``physical`` with so many streams for all light, and 2 N moments."""
     own = {"streams": streams, "sun_streams": streams, "azimuth_modes": 2 * streams}
     return {"radiance.model": "physical", "radiance.parameters": own | others}
 
@@ -35,7 +38,8 @@ def with_streams(streams: int, **others: Any) -> dict[str, Any]:
 MODELS: dict[str, dict[str, Any]] = {
     "as-printed": {"radiance.model": "as-printed", "radiance.parameters": {}},
     "physical-two-stream": {"radiance.model": "physical-two-stream", "radiance.parameters": {}},
-    **{f"physical, {count} streams": with_streams(count) for count in (8, 16, 32)},
+    "physical, 8 streams": with_streams(8),
+    "physical": dict(PHYSICAL),
 }
 """Overrides of each radiance model to compare, from fast to accurate."""
 
@@ -71,26 +75,29 @@ class Reference:
         return dict(zip(self.bands, largest.tolist(), strict=True))
 
 
-def reference_of(scenario: Scenario, columns: Array, streams: int = STREAMS) -> Reference:
+def reference_of(scenario: Scenario, columns: Array, level: int | None = None) -> Reference:
     """Compute the reference for the columns (N, L) of a scene.
 
-    All wavenumbers are computed with ``streams``. A finer spectral grid and a higher closure order multiply the result
-    by a factor that is computed with the fewer streams of the scenario's default: the factor differs from 1 by some
-    1e-4, and that of the streams by some 1e-2, so that their product is accurate to some 1e-6. Atmosphere, sea and
-    particles are those of the scenario.
+    All wavenumbers are computed at one numerical level, by default the finest, with 64 streams. A finer spectral grid and
+    a higher closure order multiply the result by a factor that is computed at the coarsest level: the factor differs
+    from 1 by some 1e-4, and that of the streams by some 1e-2, so that their product is accurate to some 1e-6.
+    Atmosphere, sea and particles are those of the scenario.
     """
-    fine = make_plan(changed(scenario, with_streams(streams)), keeps_results=False)
-    few = make_plan(changed(scenario, {"radiance.model": "physical", "radiance.parameters": {}}), keeps_results=False)
+    plan = make_plan(changed(scenario, PHYSICAL), keeps_results=False)
+    last = plan.assembly.model.declares.numerical_levels - 1
+    level = last if level is None else min(level, last)
+    coarse, grid = plan.at_level(0), plan.spectral_grid
     parameters = {"closure_order": CLOSURE_ORDER}
-    most = make_plan(changed(scenario, {"radiance.model": "physical", "radiance.parameters": parameters}))
-    grid = few.spectral_grid
-    factor = column_radiance(most, _finer(few), columns) / column_radiance(few, grid, columns)
-    radiance = column_radiance(fine, grid, columns) * factor
-    text = (
-        f"physical, {streams} streams and {2 * streams} azimuth modes at {grid.wavenumber_cm1.size} wavenumbers, times "
-        f"the effect of steps of {STEP_CM1:g} cm-1 and closure order {CLOSURE_ORDER}"
+    most = make_plan(changed(scenario, {**PHYSICAL, "radiance.parameters": parameters}), keeps_results=False).at_level(
+        0
     )
-    return Reference(columns, radiance, tuple(band.name for band in few.bands), text)
+    factor = column_radiance(most, _finer(plan), columns) / column_radiance(coarse, grid, columns)
+    radiance = column_radiance(plan.at_level(level), grid, columns) * factor
+    text = (
+        f"physical at numerical level {level} of {last}, {grid.wavenumber_cm1.size} wavenumbers, times the effect of "
+        f"steps of {STEP_CM1:g} cm-1 and closure order {CLOSURE_ORDER}"
+    )
+    return Reference(columns, radiance, tuple(band.name for band in plan.bands), text)
 
 
 def _finer(plan: Plan) -> SpectralGrid:

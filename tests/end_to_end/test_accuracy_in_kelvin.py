@@ -99,10 +99,10 @@ def test_text_with_a_unit_is_what_it_stands_for(given, same):
     assert Scenario.load("stratus", {"accuracy": given}).accuracy == same
 
 
-def test_shares_leave_room_for_what_is_not_measured():
+def test_shares_are_those_of_the_budget():
     budget = share_out(1e-3)
     assert vars(budget) == {name: pytest.approx(1e-3 * share) for name, share in SHARES.items()}
-    assert budget.total < 0.7e-3
+    assert budget.total == pytest.approx(1e-3)
 
 
 def test_plan_and_cube_tell_what_each_approximation_may_err_by_and_what_it_found():

@@ -53,7 +53,7 @@ def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
     assert row(text, "atmosphere") == "us-standard-1976; band-model"
     assert row(text, "bands") == "swir-2.7-3.0 (2.7-3 um), mwir (3-5 um), lwir (8-14 um)"
     assert row(text, "output") == "radiance, cloud_mask: 0.0 MB; certificate of 24 pixels"
-    assert row(text, "accuracy").startswith("0.001 of the band radiance; error budget: 25 % wavenumbers")
+    assert row(text, "accuracy").startswith("0.001 of the band radiance; error budget: 28 % numerics")
 
 
 def test_what_is_filled_in_is_in_the_row_of_the_sea_too():

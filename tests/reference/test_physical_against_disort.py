@@ -80,7 +80,7 @@ def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
         sea_temperature_K=SEA_K,
         view=View(math.degrees(math.acos(view_mu)), 30.0),
     )
-    model = Physical(inputs, PhysicalParameters(space_temperature=0.0, **parameters))
+    model = Physical(inputs, PhysicalParameters(**{"space_temperature": 0.0, "streams": 8, **parameters}))
     if thickness_m == 0.0:
         return model.clear(NU, sun)
     return {name: term[0] for name, term in model.cloudy(NU, np.array([[thickness_m]]), sun).items()}

@@ -26,7 +26,7 @@ EXPECTED = {
     "atmosphere": {
         "valid": EVERYTHING.valid, "native_grid_cm1": GRID, "resolution_cm1": 2.0, "legs": "to_space",
     },
-    "radiance": {"depends_on": {"view_zenith"}},
+    "radiance": {"depends_on": {"view_zenith"}, "numerical_levels": 1},
     "elements": {},
     "sensors": {"reach_pixels": None, "remembers": True},
 }  # fmt: skip

@@ -111,10 +111,10 @@ class Certificate:
         Largest error of the brightness temperature of each band; empty unless kelvin were requested.
     own_errors : tuple of str
         Provider-stated accuracy, which these errors do not include.
-    reference : str
-        Whether the reference columns were solved in this run or reused.
     dark : tuple of str
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
+    reference : str
+        Whether the reference columns were solved in this run or reused.
     beyond : tuple of str
         What is left out of the scene though it exceeds its share of the accuracy, with its size and what it needs.
     budget : ErrorBudget or None
@@ -130,8 +130,8 @@ class Certificate:
     terms: dict[str, float]
     achieved_K: dict[str, float]
     own_errors: tuple[str, ...]
-    reference: str
     dark: tuple[str, ...]
+    reference: str = "solved in this run"
     beyond: tuple[str, ...] = ()
     budget: ErrorBudget | None = None
 

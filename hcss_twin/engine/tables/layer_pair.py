@@ -109,6 +109,9 @@ def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array]) -> Array:
     centre = np.moveaxis(lines[:, across], (0, 1), (-2, -1))  # (K, B, I, J)
     inverse = np.linalg.pinv(centre, rcond=_RANK)
     completed: Array = np.einsum("ejkb,kbji,ifkb->efkb", columns, inverse, lines, optimize=True)
+    # A term that approaches zero (the sea under both clouds) would otherwise become negative, which no column is.
+    lowest = np.minimum(np.min(lines, axis=(0, 1)), np.min(columns, axis=(0, 1)))
+    np.maximum(completed, np.minimum(lowest, 0.0), out=completed)
     for index, column in enumerate(across):
         completed[:, column] = columns[:, index]
     for index, row in enumerate(rows):

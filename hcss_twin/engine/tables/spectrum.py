@@ -44,7 +44,7 @@ CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
 CLEAR_SKIES = 5
 """Number of sun elevations over clear sky for the fit; one if the sun hardly moves."""
 
-SUN_DEG_PER_TOLERANCE = 200.0
+SUN_DEG_PER_TOLERANCE = 330.0
 """At rainbow scattering angles, weights fitted for one sun position gain errors of up to 3e-3 per degree."""
 
 TRIED_SUNS = 2

@@ -93,7 +93,7 @@ def _converted(declares: Declares, declaration: type[Declaration]) -> Declaratio
     """Return the part of a declaration that providers of the kind can say; version 1 ignored the rest."""
     values: dict[str, Any] = {}
     for each in fields(declaration):
-        if each.name == "materials":  # those of version 1 are the default
+        if each.name in ("materials", "numerical_levels"):  # those of version 1 are the default
             continue
         value: Any = getattr(declares, _NAMES_IN_1.get(each.name, each.name))
         if "among" in each.metadata:

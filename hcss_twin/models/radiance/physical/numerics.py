@@ -37,15 +37,16 @@ class Numerics:
     faint_sun: float
 
 
+# Every size grows from level to level: the difference of two levels would miss one that does not.
 LEVELS = (
     Numerics(4, 6, 6, 6, 8, 0.015),
-    Numerics(6, 8, 8, 8, 12, 0.015),
-    Numerics(8, 12, 12, 12, 12, 0.005),
-    Numerics(8, 16, 16, 16, 16, 0.005),
-    Numerics(12, 24, 24, 24, 16, 0.001),
-    Numerics(12, 32, 32, 32, 16, 0.0005),
-    Numerics(16, 48, 48, 48, 16, 0.0002),
-    Numerics(24, 64, 64, 64, 16, 0.0),
+    Numerics(6, 8, 8, 8, 12, 0.01),
+    Numerics(8, 12, 12, 12, 14, 0.005),
+    Numerics(10, 16, 16, 16, 16, 0.004),
+    Numerics(12, 24, 24, 24, 18, 0.001),
+    Numerics(16, 32, 32, 32, 20, 0.0005),
+    Numerics(20, 48, 48, 48, 22, 0.0002),
+    Numerics(24, 64, 64, 64, 24, 0.0),
 )
 
 
