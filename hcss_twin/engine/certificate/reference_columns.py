@@ -15,6 +15,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
+from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.compile import table_key
 from hcss_twin.models.radiance.spectral_grid import choose_nodes
 from hcss_twin.plan.numerics import reference_level, spectral_level
@@ -83,15 +84,25 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
         nodes = choose_nodes(grid, known, NODES_TOLERANCE)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         finer = _spectra(assembly.at_level(fine).model, nodes.wavenumber_cm1, thickness_m, sun)
-        terms += (finer - known[..., places]) @ nodes.weights_cm1.T
+        change = (finer - known[..., places]) @ nodes.weights_cm1.T
+        if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
+            # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are
+            # those of the scene's level, and the change of the total is shared among them in proportion.
+            same = _spectra(assembly.model, nodes.wavenumber_cm1, thickness_m, sun)
+            total = np.sum(terms + change, axis=1, keepdims=True)
+            terms += (same - known[..., places]) @ nodes.weights_cm1.T
+            whole = np.sum(terms, axis=1, keepdims=True)
+            terms *= np.divide(total, whole, out=np.ones_like(whole), where=whole > 0.0)
+        else:
+            terms += change
     coarsest = assembly.at_level(0).model
     first = known if coarse == 0 else _spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun)
     finer_grid = assembly.refined_grid(plan.grid_refinement.refinement + 1)
     new = ~np.isin(finer_grid.wavenumber_cm1, grid.wavenumber_cm1)
     between = _spectra(coarsest, finer_grid.wavenumber_cm1[new], thickness_m, sun)
-    change = -grid.weights_cm1
-    change[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
-    terms += between @ finer_grid.weights_cm1[:, new].T + first @ change.T
+    weights = -grid.weights_cm1
+    weights[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
+    terms += between @ finer_grid.weights_cm1[:, new].T + first @ weights.T
     return terms
 
 
