@@ -79,8 +79,8 @@ def reference_of(scenario: Scenario, columns: Array, level: int | None = None) -
     """Compute the reference for the columns (N, L) of a scene.
 
     All wavenumbers are computed at one numerical level, by default the finest, with 64 streams. A finer spectral grid
-    and a higher closure order multiply the result by a factor that is computed at the coarsest level: the factor differs
-    from 1 by some 1e-4, and that of the streams by some 1e-2, so that their product is accurate to some 1e-6.
+    and a higher closure order multiply the result by a factor that is computed at the coarsest level: it differs from 1
+    by some 1e-4, and that of the streams by some 1e-2, so that their product is accurate to some 1e-6.
     Atmosphere, sea and particles are those of the scenario.
     """
     plan = make_plan(changed(scenario, PHYSICAL), keeps_results=False)

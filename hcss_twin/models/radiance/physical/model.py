@@ -52,6 +52,9 @@ _MAX_SPECTRA, _MAX_WAVENUMBERS = 4, 512
 _VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
 
+_FAINT_SHARE = 1e-5
+"""Terms that are negative by less than this share of the total are 0."""
+
 _MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 
@@ -307,6 +310,9 @@ class Physical:
             # columns and wavenumbers (docs/development/radiance.md).
             by_source[CLOUD_SUN] = np.maximum(by_source[CLOUD_SUN] + by_cloud, 0.0)
             by_source[SEA_SUN] = np.maximum(by_source[SEA_SUN] + by_sea, 0.0)
+        # The truncated phase function is negative at some angles; behind opaque clouds a term may be, too.
+        least = -_FAINT_SHARE * np.sum(by_source, axis=0)
+        by_source[(by_source < 0.0) & (by_source > least)] = 0.0
         result = dict(zip(self.terms, by_source, strict=True))
         for name in self._parameters.leave_out:
             result[name] = np.zeros_like(result[name])
