@@ -24,6 +24,7 @@ from hcss_twin.core.errors import (
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.parts import executor_of
 from hcss_twin.engine.simulate import run
+from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.propagation.dataset import (
@@ -44,6 +45,7 @@ from hcss_twin.sweeps.propagation.draws import (
     uncertain_keys,
     with_draw,
 )
+from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS
 from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
 from hcss_twin.sweeps.propagation.pixel_maps import PixelMaps, require_room_for_maps
 from hcss_twin.sweeps.propagation.scenes import DrawResult, DrawTask, TableCount, draws_made, only_one
@@ -185,6 +187,8 @@ def propagate(
             **sample_attributes(sample),
             "notes": json.dumps(notes),
             "hcss_versions": json.dumps(versions()),
+            # of the first draw: the models are those of all
+            MODEL_ERRORS: json.dumps(error_budget(plan).as_dict()),
         }
         dataset = with_summary(collected.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
         if maps:
