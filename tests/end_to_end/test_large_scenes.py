@@ -264,7 +264,7 @@ def test_a_cube_of_tiles_verifies_and_a_changed_pixel_is_found_where_it_is(tmp_p
 
 @pytest.mark.long
 def test_a_worker_that_dies_leaves_no_cube(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcss_twin.engine.parts.make_part", _die)
+    monkeypatch.setattr("hcss_twin.engine.parts._make_given", _die)
     with pytest.raises(ProviderError, match="a worker process ended before its part"):
         run(planned(), tmp_path / "cube.nc", workers=2)
     assert list(tmp_path.iterdir()) == []
