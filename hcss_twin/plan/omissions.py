@@ -92,7 +92,7 @@ def slant_skipped(
             f"slant.parallax is off: each cloud stands over the sea point seen through it, up to {farthest:.0f} m "
             f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
             contrast,
-            None if typical is None else _displaced(assembly) * typical,
+            None if typical is None else _DISPLACED * typical,
             "" if typical is None else "rms over many images, at most",
             _slant_needs(assembly, "slant.parallax = true"),
         )
@@ -110,15 +110,6 @@ def slant_skipped(
     named = bool(sea_sun_terms(assembly.model))
     needs = _slant_needs(assembly, "slant.shadows = true", *(() if named else ("a radiance model with sea_sun_terms",)))
     yield Omission(what, why if named else why.replace(" from the sea", ""), share, needs=needs)
-
-
-def _displaced(assembly: Assembly) -> float:
-    """Greatest rms difference between a field of clouds and a displaced one, relative to the step at their edges.
-
-    That of two uncorrelated masks of one coverage c, sqrt(2 c (1 - c)).
-    """
-    coverage = assembly.layers[0].coverage if len(assembly.layers) == 1 and assembly.has_clear_sky else 0.5
-    return math.sqrt(2.0 * coverage * (1.0 - coverage)) if 0.0 < coverage < 1.0 else math.sqrt(0.5)
 
 
 def _slant_needs(assembly: Assembly, *needs: str) -> str:
@@ -148,6 +139,11 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
         total = np.sum(list(bands.values()), axis=0)
         share = max(share, float(np.max(glint[total > 0.0] / total[total > 0.0], initial=0.0)))
     return min(GLINT_SAFETY_FACTOR * share, 1.0)
+
+
+_DISPLACED = math.sqrt(0.5)
+"""Rms difference between two uncorrelated masks, sqrt(2 c (1 - c)), at the coverage c of 0.5 where it is greatest; the
+analysis of a scene serves all its coverages."""
 
 
 def list_omissions(

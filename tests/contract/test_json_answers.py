@@ -50,9 +50,11 @@ def test_an_atmosphere_is_plotted_with_its_numbers(tmp_path):
     assert 0 < band["path_radiance"][0] < band["path_radiance"][-1]
 
 
-def test_an_empty_cloud_database_is_an_empty_list(tmp_path, monkeypatch):
+def test_the_cloud_database_is_a_list(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert answer("clouds", "--json") == answer("clouds", "list", "--json") == []
+    shipped = answer("clouds", "--json")
+    assert shipped == answer("clouds", "list", "--json")
+    assert {each["name"][:5] for each in shipped} == {"made-"}
 
 
 def test_a_cleared_cache_is_counted(tmp_path, monkeypatch):

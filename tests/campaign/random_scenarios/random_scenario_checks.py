@@ -53,7 +53,7 @@ def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int, finest:
     assembly, grid = plan.assembly, plan.spectral_grid
     if finest:
         assembly = assembly.at_level(assembly.model.declares.numerical_levels - 1)
-        grid = assembly.refined_grid(1)
+        grid = assembly.refined_grid(max(plan.grid_refinement.refinement + 1, 1))
     model = assembly.model
     random = np.random.default_rng([77, seed])
     total = int(np.prod(thickness.shape[:3]))

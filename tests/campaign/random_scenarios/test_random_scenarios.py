@@ -40,7 +40,7 @@ def test_scenarios_are_the_same_each_time_and_unlike_each_other(folder):
 
 @pytest.mark.parametrize("number", EACH_TIME)
 def test_cheap_scenarios_keep_a_thousandth(number, folder):
-    rows = checks.check(number, [1e-3], folder, most_pixels=100)
+    rows = checks.check(number, [1e-3], folder, most_pixels=100, finest=True)
     assert rows[0].model == "as-printed"
     require_kept(rows)
 

@@ -136,11 +136,11 @@ class Physical:
             numerical_levels=len(possible),
         )
 
-    @in_one_thread
     def model_errors(self) -> tuple[ModelError, ...]:
         """Return how far the provider is from the best references known."""
         return load_model_errors(dirname(__file__), "physical-two-stream" if self.closed_form else "physical")
 
+    @in_one_thread
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
         scene = self._scene(wavenumber_cm1, _above_horizon(sun))
