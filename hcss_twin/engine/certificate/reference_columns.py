@@ -17,10 +17,11 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.compile import table_key
+from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.models.radiance.spectral_grid import choose_nodes
 from hcss_twin.plan.numerics import reference_level, spectral_level
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.providers import Sun
 
 COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""
@@ -78,17 +79,19 @@ class References:
 def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     assembly, grid = plan.assembly, plan.spectral_grid
     coarse, fine = spectral_level(assembly), reference_level(assembly)
-    known = _spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, thickness_m, sun)
+    known = reference_spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
     terms: Array = known @ grid.weights_cm1.T
     if fine != coarse:
         nodes = choose_nodes(grid, known, NODES_TOLERANCE)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
-        finer = _spectra(assembly.at_level(fine).model, nodes.wavenumber_cm1, thickness_m, sun)
+        finer = reference_spectra(
+            assembly.at_level(fine).model, nodes.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE
+        )
         change = (finer - known[..., places]) @ nodes.weights_cm1.T
         if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
             # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are
             # those of the scene's level, and the change of the total is shared among them in proportion.
-            same = _spectra(assembly.model, nodes.wavenumber_cm1, thickness_m, sun)
+            same = reference_spectra(assembly.model, nodes.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
             total = np.sum(terms + change, axis=1, keepdims=True)
             terms += (same - known[..., places]) @ nodes.weights_cm1.T
             whole = np.sum(terms, axis=1, keepdims=True)
@@ -96,26 +99,13 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
         else:
             terms += change
     coarsest = assembly.at_level(0).model
-    first = known if coarse == 0 else _spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun)
+    first = (
+        known if coarse == 0 else reference_spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+    )
     finer_grid = assembly.refined_grid(plan.grid_refinement.refinement + 1)
     new = ~np.isin(finer_grid.wavenumber_cm1, grid.wavenumber_cm1)
-    between = _spectra(coarsest, finer_grid.wavenumber_cm1[new], thickness_m, sun)
+    between = reference_spectra(coarsest, finer_grid.wavenumber_cm1[new], thickness_m, sun, COLUMNS_AT_ONCE)
     weights = -grid.weights_cm1
     weights[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
     terms += between @ finer_grid.weights_cm1[:, new].T + first @ weights.T
     return terms
-
-
-def _spectra(model: RadianceModel, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Array:
-    """Return the terms (N, K, V) of columns (N, L), in the order of ``model.terms``."""
-    result = np.empty((thickness_m.shape[0], len(model.terms), wavenumber_cm1.size))
-    cloudy = np.flatnonzero(np.any(thickness_m > 0, axis=1))
-    clear = np.setdiff1d(np.arange(thickness_m.shape[0]), cloudy)
-    if clear.size:
-        spectra = model.clear(wavenumber_cm1, sun)
-        result[clear] = np.stack([np.asarray(spectra[name]) for name in model.terms])
-    for start in range(0, cloudy.size, COLUMNS_AT_ONCE):
-        pixels = cloudy[start : start + COLUMNS_AT_ONCE]
-        spectra = model.cloudy(wavenumber_cm1, thickness_m[pixels], sun)
-        result[pixels] = np.stack([np.asarray(spectra[name]) for name in model.terms], axis=1)
-    return result

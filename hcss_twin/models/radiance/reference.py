@@ -33,35 +33,34 @@ def reference_radiance(
     ndarray (N, B)
         W m-2 sr-1.
     """
-    result: Array = np.sum(reference_terms(model, grid, thickness_m, sun, together), axis=1)
+    thickness = np.asarray(thickness_m, dtype=np.float64)
+    columns = thickness[:, None] if thickness.ndim == 1 else thickness
+    spectra = reference_spectra(model, grid.wavenumber_cm1, columns, sun, together)
+    result: Array = np.sum(spectra, axis=1) @ grid.weights_cm1.T
     return result
 
 
-def reference_terms(
-    model: RadianceModel, grid: SpectralGrid, thickness_m: Sequence[float] | Array, sun: Sun | None, together: int = 1
+def reference_spectra(
+    model: RadianceModel, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None, together: int = 1
 ) -> Array:
-    """Return the terms (N, K, B) of the band radiance of single pixels, in the order of ``model.terms``.
+    """Return the terms (N, K, V) of columns (N, L) at wavenumbers (V,), in the order of ``model.terms``.
 
     Parameters
     ----------
-    model, grid, thickness_m, sun, together
+    model, sun, together
         As for :func:`reference_radiance`.
     """
-    thickness = np.asarray(thickness_m, dtype=np.float64)
-    columns = thickness[:, None] if thickness.ndim == 1 else thickness
-    result = np.empty((columns.shape[0], len(model.terms), len(grid.nodes)))
-    cloudy = np.flatnonzero(np.any(columns > 0, axis=1))
-    clear = np.setdiff1d(np.arange(columns.shape[0]), cloudy)
+    result = np.empty((thickness_m.shape[0], len(model.terms), wavenumber_cm1.size))
+    cloudy = np.flatnonzero(np.any(thickness_m > 0, axis=1))
+    clear = np.setdiff1d(np.arange(thickness_m.shape[0]), cloudy)
     if clear.size:
-        result[clear] = _bands(model, grid, model.clear(grid.wavenumber_cm1, sun))
+        result[clear] = _stacked(model, model.clear(wavenumber_cm1, sun))
     for start in range(0, cloudy.size, together):
         pixels = cloudy[start : start + together]
-        result[pixels] = _bands(model, grid, model.cloudy(grid.wavenumber_cm1, columns[pixels], sun))
+        result[pixels] = _stacked(model, model.cloudy(wavenumber_cm1, thickness_m[pixels], sun))
     return result
 
 
-def _bands(model: RadianceModel, grid: SpectralGrid, terms: Mapping[str, Array]) -> Array:
-    """Integrate terms (..., V) over the bands, (..., K, B)."""
-    spectra = np.stack([np.asarray(terms[name]) for name in model.terms], axis=-2)
-    result: Array = spectra @ grid.weights_cm1.T
-    return result
+def _stacked(model: RadianceModel, terms: Mapping[str, Array]) -> Array:
+    """Stack terms (..., V) to (..., K, V)."""
+    return np.stack([np.asarray(terms[name]) for name in model.terms], axis=-2)
