@@ -16,15 +16,13 @@ from scipy.fft import fftfreq, rfftfreq
 from scipy.optimize import minimize
 
 from hcss_twin.analysis.measures.checks import checked_image
-from hcss_twin.analysis.measures.power_spectrum import hann, windowed_power
+from hcss_twin.analysis.measures.power_spectrum import DEPENDENT_WAVES, hann, windowed_power
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 SMALLEST_SIDE = 64
 _FEWEST_WAVES = 4.0
 _RINGS = 96
-# The taper correlates neighbouring waves: along each axis, 1 in 35/18 is independent.
-_SHARED = (35.0 / 18.0) ** 2
 
 
 @dataclass(frozen=True)
@@ -120,7 +118,7 @@ def _rings(pixels: NDArray[Any]) -> tuple[Array, Array, Array]:
     means = [np.bincount(ring, each, _RINGS)[full] / waves[full] for each in (k, power)]
     if not np.all(means[1] > 0.0):
         raise ImageError("image: its spectrum has rings without power, allowed: one with values of its own everywhere")
-    return means[0], means[1], waves[full] / _SHARED
+    return means[0], means[1], waves[full] / DEPENDENT_WAVES
 
 
 def _model(wavenumber: Array, values: Array) -> tuple[Array, Array]:

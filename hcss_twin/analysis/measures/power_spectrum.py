@@ -59,8 +59,8 @@ _HIGHEST = 0.5
 _FEWEST_WAVES = 3.0
 _FEWEST_IN_RING = 24
 
-# The taper correlates neighbouring waves: along each axis, 1 in 35/18 is independent.
-_SHARED = (35.0 / 18.0) ** 2
+DEPENDENT_WAVES = (35.0 / 18.0) ** 2
+"""Waves per independent one: the taper correlates neighbours, 35/18 along each axis."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
     oriented = full & (mean_k >= _FEWEST_WAVES / min(rows, columns)) & (waves >= _FEWEST_IN_RING)
     by_direction, cosine, sine = _directions(ring, angle, power, mean_power, waves, oriented)
     count = max(1, int(np.count_nonzero(oriented)))
-    noise = 2.0 * math.sqrt(float(np.sum(_SHARED / waves[oriented]))) / count
+    noise = 2.0 * math.sqrt(float(np.sum(DEPENDENT_WAVES / waves[oriented]))) / count
     return PowerSpectrum(
         wavenumber=mean_k[full],
         power=mean_power[full],
