@@ -1,6 +1,6 @@
 """The numerical level of the radiance model and the spectral grid, chosen by the error of a few columns.
 
-The error of a level is its difference from the next one, with 1.3 to 1.5 times as many streams, and a half more.
+The error of a level is 1.5 times its difference from the next one, which has 1.3 to 1.5 times as many streams.
 """
 
 from __future__ import annotations
