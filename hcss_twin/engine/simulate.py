@@ -24,8 +24,7 @@ from hcss_twin.cube.streamed_writer import BackgroundWriter
 from hcss_twin.cube.zarr_writer import cube_writer
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
-from hcss_twin.engine.certificate.certify import certify
-from hcss_twin.engine.certificate.verdict import with_verdict
+from hcss_twin.engine.certificate.certify import certify, with_verdict
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance

@@ -8,6 +8,7 @@ numerical choices, for the exact column of each pixel and without tables
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,7 @@ from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
@@ -99,6 +101,12 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
             if error.size and brightest < DARK_W_M2_SR
         ),
     )
+
+
+def with_verdict(plan: Plan, certificate: Certificate) -> Certificate:
+    """Return the certificate with what the plan leaves out, and the budget with the achieved error of the engine."""
+    budget = error_budget(plan, certificate.achieved)
+    return replace(certificate, beyond=beyond_accuracy(plan, budget), budget=budget)
 
 
 def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references: References) -> Array:
