@@ -206,7 +206,7 @@ def assemble_clouds(
             catalog,
             resolved.type_parameters,
         )
-        label = str(Kind.CLOUDS) if len(layers) == 1 else f"{Kind.CLOUDS}[{index}]"
+        label = Kind.CLOUDS.label(index, len(layers))
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
             _require_one_sky(resolved.layer, field, margin)
             slant.require_short(resolved.layer, points.pixel_size_m, samples)

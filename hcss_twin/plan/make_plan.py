@@ -11,7 +11,8 @@ from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.plan.assembly import Assembly, assemble
+from hcss_twin.plan.assemble import assemble
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance

@@ -13,7 +13,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_variables
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.plan.assembly import Assembly, sensor_bands
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.output import cube_variables
@@ -23,6 +23,7 @@ from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.bands import sensor_bands
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection
 
