@@ -21,6 +21,7 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
+from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_providers
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.providers import Grid, SensorInputs
@@ -170,7 +171,7 @@ def sensor_attributes(
     scenario = json.loads(str(clean[SCENARIO_ATTRIBUTE]))
     scenario["sensor"] = sensor.section.model_dump(mode="json")
     entries = [stage.entry for stage in sensor.stages]
-    kinds = [Kind.SENSORS.label(index, len(entries)) for index in range(len(entries))]
+    kinds = [numbered(Kind.SENSORS, index, len(entries)) for index in range(len(entries))]
     models = ", ".join(f"'{entry.name}'" for entry in entries)
     providers = json.loads(str(clean["hcss_providers"]))
     providers |= describe_providers(dict(zip(kinds, entries, strict=True)))

@@ -9,7 +9,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
-from hcss_twin.plan.builder import Builder
+from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.providers import ElementInputs, ElementProvider, Grid, SensorBand, VariableInputs, VariableProvider, View
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.models import selected
@@ -40,7 +40,7 @@ def build_elements(
     for index, section in enumerate(scenario.elements):
         name = selected(section, "provider")
         with builder.collect_problems(f"elements[{index}].provider", section.parameters):
-            label = Kind.ELEMENTS.label(index, len(scenario.elements))
+            label = numbered(Kind.ELEMENTS, index, len(scenario.elements))
             try:
                 elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
             except ScenarioError as error:  # of the provider, which does not know the place of its section
@@ -58,6 +58,6 @@ def build_derived(
     sections, derived = scenario.output.derived, list[VariableProvider]()
     for index, section in enumerate(sections):
         with builder.collect_problems(f"output.derived[{index}].provider", section.parameters):
-            inputs, label = VariableInputs(bands, grid, view, catalog), Kind.VARIABLES.label(index, len(sections))
+            inputs, label = VariableInputs(bands, grid, view, catalog), numbered(Kind.VARIABLES, index, len(sections))
             derived.append(builder.build(Kind.VARIABLES, section.provider, inputs, section.parameters, label))
     return tuple(derived)

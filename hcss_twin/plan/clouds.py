@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
-from hcss_twin.plan.builder import Builder
+from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings
 from hcss_twin.providers import CloudDeclaration, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
@@ -206,7 +206,7 @@ def assemble_clouds(
             catalog,
             resolved.type_parameters,
         )
-        label = Kind.CLOUDS.label(index, len(layers))
+        label = numbered(Kind.CLOUDS, index, len(layers))
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
             _require_one_sky(resolved.layer, field, margin)
             slant.require_short(resolved.layer, points.pixel_size_m, samples)

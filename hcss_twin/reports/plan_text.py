@@ -8,6 +8,7 @@ from functools import partial
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.accuracy import SHARES
+from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
@@ -102,7 +103,7 @@ def _clouds(plan: Plan) -> Rows:
         return
     entries, generators = plan.assembly.entries, plan.assembly.generators
     for index, (layer, generator) in enumerate(zip(plan.layers, generators, strict=True)):
-        entry = entries[Kind.CLOUDS.label(index, len(plan.layers))]
+        entry = entries[numbered(Kind.CLOUDS, index, len(plan.layers))]
         of_image = getattr(generator, "image_coverage", None)
         coverage = f"{layer.coverage:g}" + (" of the sky on average" if layer.coverage_mode == "field" else "")
         if of_image is not None:
@@ -177,7 +178,7 @@ def _output(plan: Plan) -> Rows:
     names = ", ".join(spec.name for spec in plan.variables)
     yield "output", f"{names}: {size}{stored}{checked if plan.needs_radiance else ''}"
     for index, each in enumerate(plan.assembly.derived):
-        entry = plan.assembly.entries[Kind.VARIABLES.label(index, len(plan.assembly.derived))]
+        entry = plan.assembly.entries[numbered(Kind.VARIABLES, index, len(plan.assembly.derived))]
         given = ", ".join(spec.name for spec in plan.variables if spec.name in each.variables)
         yield "derived", f"{given} from {', '.join(each.needs)}; {_named(entry)}"
     for line in quantization_lines(plan.variables, output.compression > 0):

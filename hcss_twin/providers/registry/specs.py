@@ -57,10 +57,6 @@ class Kind(StrEnum):
         member.protocol = protocol
         return member
 
-    def label(self, index: int, count: int) -> str:
-        """Return the name of one of ``count`` providers of this kind in plan and cube; several are numbered."""
-        return str(self) if count == 1 else f"{self}[{index}]"
-
 
 API_VERSION = 2
 """Version of the provider contract of this engine, equal to ``providers.API_VERSION``."""
