@@ -24,7 +24,8 @@ from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attribute
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import BuiltSensor, alone, make_sensor
+from hcss_twin.plan.sensor import BuiltSensor, make_sensor
+from hcss_twin.plan.sensor_margin import alone
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection

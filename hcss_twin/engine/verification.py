@@ -31,7 +31,8 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import BuiltSensor, alone
+from hcss_twin.plan.sensor import BuiltSensor
+from hcss_twin.plan.sensor_margin import alone
 from hcss_twin.scenario.scenario import Scenario
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]

@@ -18,7 +18,8 @@ from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
-from hcss_twin.plan.sensor import planned_sensor, require_instants, with_margin
+from hcss_twin.plan.sensor import planned_sensor, require_instants
+from hcss_twin.plan.sensor_margin import with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
