@@ -6,8 +6,8 @@
     python tests/bits/record.py --write night     record one again; the others stay
 
 ``cases.py`` lists the cases. For every variable that holds numbers, ``recorded.json`` has the SHA-256 of its type,
-shape and little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with its
-place. Text and global attributes are left out, except the numbers of certificates.
+shape and little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with
+its place. Text and global attributes are left out, except the numbers of certificates.
 
 Bits depend on processor and packages. In the environment that was recorded, bits are compared. In any other one,
 smallest, mean and largest values and numbers are compared within a relative 1e-6, and cases in which rounding decides
