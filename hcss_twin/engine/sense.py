@@ -15,9 +15,9 @@ from pydantic import ValidationError
 from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
+from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
-from hcss_twin.cube.variables import INPUTS
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attributes
