@@ -21,6 +21,7 @@ from hcss_paper import (
     figure_17_degraded_cirrus,
     figure_base,
 )
+from hcss_paper.cloud_optics import efficiencies, optics_providers, particles
 from hcss_paper.index import FIGURES
 from hcss_paper.reproduction import Check, Row, in_words, judged
 from hcss_paper.run import COLOURS, small_png
@@ -30,7 +31,6 @@ from scipy.ndimage import gaussian_filter
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
 from hcss_twin.physics.paths import to_space
-from hcss_twin.reports.cloud_optics_plot import efficiencies, optics_providers, particles
 from hcss_twin.reports.figures import png_of
 
 FITTED = "reproduced with fitted inputs"
