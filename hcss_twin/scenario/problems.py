@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 import typing
 from collections.abc import Iterator, Mapping
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from hcss_twin.core.errors import Problem, choose_from, count, listed, shown
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, listed, shown
 from hcss_twin.scenario.units import in_plain_units
 
 Location = tuple[int | str, ...]
+Model = TypeVar("Model", bound=BaseModel)
 
 REPEATED = ("layers",)
 """Lists of sections with keys that are also allowed in the parent section."""
@@ -51,6 +54,15 @@ def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = 
         name = dotted((prefix, *location) if prefix else location) or "scenario"
         problems.append(Problem(name, _sentence(detail, model, location, raw)))
     return problems
+
+
+def read_model(model: type[Model], catalog: Catalog, path: Path) -> Model:
+    """Read a TOML file of a catalog as a model; raises ScenarioError with the file as its ``origin``."""
+    raw = catalog.toml(path)
+    try:
+        return model.model_validate(raw)
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, model, raw=raw), str(path)) from error
 
 
 def dotted(location: Location) -> str:

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fftfreq, rfftfreq
 from scipy.optimize import minimize
 
 from hcss_twin.analysis.measures.checks import checked_image
-from hcss_twin.analysis.measures.power_spectrum import DEPENDENT_WAVES, hann, windowed_power
+from hcss_twin.analysis.measures.power_spectrum import DEPENDENT_WAVES, power_density
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
@@ -103,11 +102,8 @@ def estimate_degradation(image: NDArray[Any]) -> Degradation:
 
 def _rings(pixels: NDArray[Any]) -> tuple[Array, Array, Array]:
     """Return wavenumber, mean power density and number of independent waves of rings up to the corners, each (R,)."""
-    density, span = windowed_power(pixels)
     rows, columns = pixels.shape
-    window_y, window_x = hann(rows), hann(columns)
-    density *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
-    along_y, along_x = fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
+    density, along_y, along_x = power_density(pixels)
     wavenumber = np.hypot(along_y, along_x)
     lowest = _FEWEST_WAVES / min(rows, columns)
     counted = ((along_x > 0.0) | (along_y > 0.0)) & (wavenumber >= lowest)
