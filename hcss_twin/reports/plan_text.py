@@ -253,10 +253,10 @@ def approximations(plan: Plan) -> Rows:
 
 
 def _world(plan: Plan) -> Rows:
-    """Yield the total error against the world."""
+    """Yield the total error, models included."""
     if plan.needs_radiance:
         first, *others = error_budget(plan).totals
-        yield "error", f"against the world (more: --json); {first}"
+        yield "error", f"total, models included (more: --json): {first}"
         yield from (("", line) for line in others)
 
 

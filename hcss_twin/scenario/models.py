@@ -367,7 +367,7 @@ class OutputSection(ScenarioSection):
         "0: all digits. Temperatures are rounded 16 times as finely.",
     )
     certificate: Whole = Field(
-        24, ge=0, le=3000, description="Random pixels computed again without tables to certify the accuracy; 0: none."
+        24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )
 
 

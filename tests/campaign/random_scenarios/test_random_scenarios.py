@@ -1,4 +1,4 @@
-"""Twenty random valid scenarios: pixels of their cubes, computed again without tables, keep the accuracy asked for."""
+"""Twenty random valid scenarios: pixels recomputed without tables are within the requested accuracy."""
 
 import statistics
 from itertools import pairwise
