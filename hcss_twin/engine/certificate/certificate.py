@@ -285,7 +285,8 @@ class Certificate:
         alike, everywhere = (_percent(share) for share in (share_drawn_alike(self.checked), self.open_share))
         return (
             f"at {100 * CONFIDENCE:g} % confidence, less than {alike} of pixels drawn in the same way exceed the "
-            f"requested accuracy (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of the checked frames do",
+            f"requested accuracy (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of the checked "
+            "frames do",
         )
 
 
