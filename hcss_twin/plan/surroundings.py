@@ -15,7 +15,6 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.scenario.scenario import Scenario
 
-
 USUAL_AIR_MINUS_SEA_K = (-10.0, 5.0)
 """Air minus sea temperature: 99.8 % of the monthly means of the climatology (COADS, 2 degree cells) lie inside."""
 
