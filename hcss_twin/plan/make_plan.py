@@ -22,6 +22,7 @@ from hcss_twin.plan.sensor import planned_sensor, require_instants
 from hcss_twin.plan.sensor_margin import with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
+from hcss_twin.plan.surroundings import air_unlike_sea
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
@@ -186,4 +187,5 @@ def _notes(
         radiance=radiance,
         sunlight=sunlight,
     )
-    return (*narrow, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))
+    unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
+    return (*narrow, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))

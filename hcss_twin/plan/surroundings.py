@@ -15,6 +15,9 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.scenario.scenario import Scenario
 
+USUAL_AIR_MINUS_SEA_K = (-10.0, 5.0)
+"""Air minus sea temperature: 99.8 % of the monthly means of the climatology (COADS, 2 degree cells) lie inside."""
+
 
 @dataclass(frozen=True)
 class FilledIn:
@@ -68,6 +71,20 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     if problems:
         raise ScenarioError(problems)
     return Surroundings(profile, temperature, wind, tuple(filled))
+
+
+def air_unlike_sea(profile: Profile, sea_temperature_K: float) -> tuple[str, ...]:
+    """Return a note if the air above the sea is far colder or warmer than the water, as in another season's profile."""
+    air = float(profile.temperature_K[0])
+    difference = air - sea_temperature_K
+    low, high = USUAL_AIR_MINUS_SEA_K
+    if low <= difference <= high:
+        return ()
+    return (
+        f"profile '{profile.name}': the air at the surface ({air:.1f} K) is {abs(difference):.1f} K "
+        f"{'colder' if difference < 0 else 'warmer'} than the sea ({sea_temperature_K:.1f} K); usual are {low:+g} to "
+        f"{high:+g} K: check atmosphere.profile and sea.temperature",
+    )
 
 
 def _profile(

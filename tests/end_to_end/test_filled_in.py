@@ -190,3 +190,17 @@ def test_a_radiosonde_runs_and_its_completion_is_noted(any_air, tmp_path):
 def test_a_provider_must_be_bound_to_a_profile_or_to_none(any_air):
     with pytest.raises((ProviderError, ScenarioError), match=r"bound_profile\(\) returned str"):
         make_plan(Scenario.from_toml(CLEAR, {**any_air, "atmosphere.provider": "badly-bound"}))
+
+
+@pytest.mark.parametrize(
+    ("profile", "sea_K", "words"),
+    [
+        ("midlatitude-winter", 285.0, "12.8 K colder than the sea (285.0 K)"),
+        ("tropical", 285.0, "14.7 K warmer than the sea (285.0 K)"),
+        ("midlatitude-winter", 280.0, None),
+    ],
+)
+def test_air_of_another_season_than_the_sea_is_noted(any_air, profile, sea_K, words):
+    overrides = {**any_air, "atmosphere.profile": profile, "sea.temperature": sea_K}
+    notes = [note for note in make_plan(Scenario.from_toml(CLEAR, overrides)).notes if "than the sea" in note]
+    assert (len(notes) == 1 and words in notes[0]) if words else not notes
