@@ -52,7 +52,7 @@ def draw_few(plan: Plan, thickness: np.ndarray, seed: int) -> tuple[np.ndarray, 
     A clear one, the thinnest, median and thickest cloud, and of two layers the median of each alone and of both.
     """
     frame = int(np.random.default_rng([77, seed]).integers(thickness.shape[0]))
-    columns = thickness[frame].reshape(-1, thickness.shape[3])
+    columns = thickness[frame].reshape(-1, max(thickness.shape[3], 1)) if thickness.size else np.zeros((1, 1))
     total = np.sum(columns, axis=1)
     cloudy = columns > 0
     kinds = [np.any(cloudy, axis=1)]
@@ -68,7 +68,7 @@ def draw_few(plan: Plan, thickness: np.ndarray, seed: int) -> tuple[np.ndarray, 
     _, first = np.unique(columns[flat], axis=0, return_index=True)
     row, column = np.unravel_index(np.array(flat)[first], thickness.shape[1:3])
     place = np.stack((np.full(row.size, frame), row, column), axis=1)
-    return place, _within_limits(plan, columns[np.array(flat)[first]])
+    return place, _within_limits(plan, thickness[tuple(place.T)])
 
 
 def _within_limits(plan: Plan, thickness: np.ndarray) -> np.ndarray:
