@@ -63,7 +63,11 @@ def draw_few(plan: Plan, thickness: np.ndarray, seed: int) -> tuple[np.ndarray, 
         ordered = np.flatnonzero(kind)
         ordered = ordered[np.argsort(total[ordered], kind="stable")]
         if ordered.size:
-            flat += [ordered[0], ordered[ordered.size // 2], ordered[-1]] if kind is kinds[0] else [ordered[ordered.size // 2]]
+            flat += (
+                [ordered[0], ordered[ordered.size // 2], ordered[-1]]
+                if kind is kinds[0]
+                else [ordered[ordered.size // 2]]
+            )
     # Equal columns have equal radiance.
     _, first = np.unique(columns[flat], axis=0, return_index=True)
     row, column = np.unravel_index(np.array(flat)[first], thickness.shape[1:3])
@@ -178,7 +182,9 @@ def check(
         sun = first.plan.sun_up_at(float(first.plan.frame_times_s[place[0, 0]]))
         exact, uncertain = finest_radiance(first.plan, refinement, metres, sun)
     else:
-        place, metres = draw(first.plan, thickness, min(PIXELS[first.plan.scenario.radiance.model], most_pixels), number)
+        place, metres = draw(
+            first.plan, thickness, min(PIXELS[first.plan.scenario.radiance.model], most_pixels), number
+        )
         exact = recompute(make_plan(first.plan.scenario), place, metres)
         uncertain = np.zeros_like(exact)
     for each in runs.values():

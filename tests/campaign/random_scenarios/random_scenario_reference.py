@@ -5,10 +5,11 @@ With L the total radiance at a level of the radiance model and in one band,
     sum over the fine grid of L(moderate) + sum over a few wavenumbers of [L(finest) - L(moderate)]
 
 where the few wavenumbers and their weights reproduce, of the same columns, L(moderate) and its difference from a coarse
-level, times polynomials of the wavenumber. Two disjoint sets of wavenumbers are used: the result is their mean, and half
-their difference is the error that is stated with it. Each layer is solved at the thicknesses of the pixels themselves,
-so that the reference has no table over thickness, sunlight is never too faint to be scattered at all streams, and the
-finest level has 32 streams for diffuse light in place of 24.
+level, times polynomials of the wavenumber. Two disjoint sets of wavenumbers are used: the result is their mean, and
+half their difference is the error that is stated with it.
+
+Each layer is solved at the thicknesses of the pixels themselves, without a table; sunlight is never too faint to be
+scattered at all streams; and the finest level has 32 streams for diffuse light in place of 24.
 """
 
 from __future__ import annotations
@@ -157,8 +158,8 @@ def solved_at_each_thickness() -> Iterator[None]:
             self._tables[layer] = _Solved(thickness_m.tolist(), self._solve(layer, thickness_m))
         return original(self, layer, thickness_m, top_K, base_K)
 
-    setattr(SlabSolver, "solve", solve)
+    SlabSolver.solve = solve
     try:
         yield
     finally:
-        setattr(SlabSolver, "solve", original)
+        SlabSolver.solve = original

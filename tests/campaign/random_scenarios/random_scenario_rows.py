@@ -93,10 +93,11 @@ def summary(rows: Sequence[Row], failed: dict[str, str]) -> Iterator[str]:
     for accuracy in sorted({row.accuracy for row in rows}, reverse=True):
         own = [row for row in rows if row.accuracy == accuracy]
         ratio = [row.achieved / accuracy for row in own]
+        uncertain = max(row.reference_error for row in own) / accuracy
         yield (
             f"accuracy {accuracy:g}: {len(own)} runs, {sum(row.exceeding == 0 for row in own)} within, "
-            f"{sum(each > 2.0 for each in ratio)} beyond twice; achieved / asked median {statistics.median(ratio):.2f}, "
-            f"largest {max(ratio):.2f}, of the reference's own error {max(r.reference_error for r in own) / accuracy:.2g}; "
+            f"{sum(each > 2.0 for each in ratio)} beyond twice; achieved / asked {statistics.median(ratio):.2f} "
+            f"(median), {max(ratio):.2f} (largest), of the reference's own error {uncertain:.2g}; "
             f"CPU s, median {statistics.median(_cost(row) for row in own):.2f}; numerical levels "
             f"{dict(sorted(Counter(row.level for row in own).items()))}, streams for sunlight "
             f"{dict(sorted(Counter(row.sun_streams for row in own).items()))}"
@@ -110,7 +111,8 @@ def summary(rows: Sequence[Row], failed: dict[str, str]) -> Iterator[str]:
         ]
         if all(len(each) > 1 for each in growth):
             told = ", ".join(
-                "{1:.2f} ({0:.2f} to {2:.2f})".format(*statistics.quantiles(each, method="inclusive")) for each in growth
+                "{1:.2f} ({0:.2f} to {2:.2f})".format(*statistics.quantiles(each, method="inclusive"))
+                for each in growth
             )
             yield f"growth of the cost per decade, median and quartiles, {model or 'all models'}: {told}"
     for row in rows:

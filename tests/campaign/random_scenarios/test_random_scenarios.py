@@ -3,10 +3,12 @@
 import statistics
 from itertools import pairwise
 
+import numpy as np
 import pytest
 import random_scenario_checks as checks
 import random_scenario_draws as draws
 import random_scenario_rows as rows_file
+from random_scenario_reference import two_sets
 
 NUMBERS = tuple(range(20))
 CHEAP_NUMBERS = (0, 1, 2, 5, 6, 8, 10, 11, 12, 14, 15, 18, 19)
@@ -87,3 +89,15 @@ def test_the_committed_run_kept_every_accuracy_and_its_cost_grew_slowly():
     cost = {(row.scenario, row.accuracy): row.compile_cpu_s for row in rows}
     for coarse, fine in pairwise(draws.ACCURACIES):
         assert statistics.median(cost[n, fine] / cost[n, coarse] for n in numbers) <= 3.0
+
+
+def test_both_sets_of_few_wavenumbers_sum_a_spectrum_like_those_they_were_made_for():
+    wavenumber = np.linspace(2500.0, 3000.0, 400)
+    place = np.linspace(-1.0, 1.0, 400)
+    gas = np.exp(-np.abs(np.sin(0.4 * wavenumber)) * np.arange(1, 5)[:, None])
+    sets, factors = two_sets(gas, wavenumber)
+    assert not set(sets[0]) & set(sets[1])
+    other = gas[1] * (0.7 - 0.4 * place) + 0.3 * gas[2] * place**2
+    for some, factor in zip(sets, factors, strict=True):
+        assert some.size <= 9
+        assert np.sum(other[some] * factor) == pytest.approx(np.sum(other), rel=0.01)
