@@ -84,10 +84,13 @@ def _within_limits(plan: Plan, thickness: np.ndarray) -> np.ndarray:
     return metres
 
 
-def recompute(plan: Plan, place: np.ndarray, metres: np.ndarray) -> np.ndarray:
-    """Compute pixels from their own columns, at all wavenumbers of the plan, with a rule of our own: (N, B)."""
-    grid, model = plan.spectral_grid, plan.assembly.model
-    weights = band_weights(plan, grid, plan.grid_refinement.refinement > 0).T
+def recompute(plan: Plan, place: np.ndarray, metres: np.ndarray, finer_grid: bool = False) -> np.ndarray:
+    """Compute pixels from their own columns, at all wavenumbers of a grid, with a rule of our own: (N, B)."""
+    refinement, model = plan.grid_refinement.refinement, plan.assembly.model
+    if finer_grid:
+        refinement = max(refinement + 1, 1)
+    grid = plan.assembly.refined_grid(refinement)
+    weights = band_weights(plan, grid, refinement > 0).T
     radiance = np.empty((len(place), len(plan.bands)))
     for frame in np.unique(place[:, 0]):
         here = np.flatnonzero(place[:, 0] == frame)
@@ -147,11 +150,13 @@ def check(
     model: str | None = None,
     finest: bool = False,
     limit_s: float = np.inf,
+    finer_grid: bool = False,
 ) -> tuple[list[Row], dict[str, str]]:
     """Run a scenario at each accuracy, and compare its pixels with the independent ones.
 
     With ``finest``, the pixels are a few and computed at the finest level, on a grid twice as fine as that of any of
-    the runs, and the cubes have no certificate.
+    the runs, and the cubes have no certificate. With ``finer_grid``, all pixels are computed on a finer grid than that
+    of the first run, as in certificates.
 
     Returns
     -------
@@ -185,7 +190,7 @@ def check(
         place, metres = draw(
             first.plan, thickness, min(PIXELS[first.plan.scenario.radiance.model], most_pixels), number
         )
-        exact = recompute(make_plan(first.plan.scenario), place, metres)
+        exact = recompute(make_plan(first.plan.scenario), place, metres, finer_grid)
         uncertain = np.zeros_like(exact)
     for each in runs.values():
         here = columns_of(each.cube, len(each.plan.layers))[tuple(place.T)]

@@ -96,12 +96,17 @@ def summary(rows: Sequence[Row], failed: dict[str, str]) -> Iterator[str]:
         uncertain = max(row.reference_error for row in own) / accuracy
         yield (
             f"accuracy {accuracy:g}: {len(own)} runs, {sum(row.exceeding == 0 for row in own)} within, "
-            f"{sum(each > 2.0 for each in ratio)} beyond twice; achieved / asked {statistics.median(ratio):.2f} "
+            f"{sum(each > 2.0 for each in ratio)} beyond twice, {sum(not row.enough for row in own)} announced as not "
+            f"enough by the plan; achieved / asked {statistics.median(ratio):.2f} "
             f"(median), {max(ratio):.2f} (largest), of the reference's own error {uncertain:.2g}; "
             f"CPU s, median {statistics.median(_cost(row) for row in own):.2f}; numerical levels "
             f"{dict(sorted(Counter(row.level for row in own).items()))}, streams for sunlight "
             f"{dict(sorted(Counter(row.sun_streams for row in own).items()))}"
         )
+    lit = [row.sun_streams for row in rows if row.accuracy == ACCURACIES[0] and row.sun_streams]
+    if lit:
+        few = sum(each < 16 for each in lit)
+        yield f"{few} of {len(lit)} sunlit scenes use fewer than 16 streams at {ACCURACIES[0]:g}"
     cost = {(row.scenario, row.accuracy): _cost(row) for row in rows}
     for model in [*MODELS, None]:
         chosen = {row.scenario for row in rows if model in (row.model, None)}

@@ -42,7 +42,7 @@ def test_scenarios_are_the_same_each_time_and_unlike_each_other(folder):
 
 @pytest.mark.parametrize("number", EACH_TIME)
 def test_cheap_scenarios_keep_a_thousandth(number, folder):
-    rows, _ = checks.check(number, [1e-3], folder, most_pixels=100)
+    rows, _ = checks.check(number, [1e-3], folder, most_pixels=100, finer_grid=True)
     assert rows[0].model == "as-printed"
     require_kept(rows)
 
@@ -101,3 +101,11 @@ def test_both_sets_of_few_wavenumbers_sum_a_spectrum_like_those_they_were_made_f
     for some, factor in zip(sets, factors, strict=True):
         assert some.size <= 9
         assert np.sum(other[some] * factor) == pytest.approx(np.sum(other), rel=0.01)
+
+
+def test_beyond_the_finest_reference_only_where_the_plan_says_so():
+    rows = rows_file.read_rows(rows_file.FINEST_RESULTS)
+    assert {row.accuracy for row in rows} == set(draws.ACCURACIES)
+    for row in rows:
+        assert row.exceeding == 0 or not row.enough, row
+        assert row.reference_error <= 0.1 * row.accuracy, row
