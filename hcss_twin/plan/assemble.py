@@ -127,7 +127,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
-        filled_in=around.filled_in,
+        filled_in=(*around.filled_in, *(item for each in clouds for item in each.filled_in)),
         slant=slant,
         code={
             name: (entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target))

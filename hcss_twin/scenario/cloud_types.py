@@ -195,7 +195,7 @@ def _of_type(section: Layer) -> str:
 
 
 def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer:
-    """Merge a scenario's layer with its cloud type.
+    """Merge a scenario's layer with its cloud type; the climatology's temperature is left out.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         coverage=section.coverage,
         coverage_mode=section.coverage_mode,
         edge_taper=section.edge_taper,
-        temperature_K=section.temperature,
+        temperature_K=None if section.temperature == "climatology" else section.temperature,
         microphysics=particles,
     )
     return ResolvedLayer(layer, cloud_type.fractal.model_dump())
