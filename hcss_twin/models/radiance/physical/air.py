@@ -25,9 +25,9 @@ Heights = tuple[float, ...]
 _DARK = 1e-30
 """Transmittance below which a path is treated as opaque."""
 
-_COARSE_MASS, _COARSE_STEP_M, _COARSE_K = 0.1, 8e3, 0.3
+_COARSE_MASS, _COARSE_STEP_M, _COARSE_K = 0.1, 8e3, 0.1
 """Minimum mass fraction, or thickness, of layers for light that is scattered later, and how far their temperature may
-be from linear."""
+be from linear at sea-level pressure (higher up, farther in proportion)."""
 
 SUBLAYERS = 2
 """Parts of each layer where no numerical level says how many."""
@@ -272,6 +272,6 @@ def _coarse_levels(profile: Profile) -> Array:
         ends = [last, index + 1]
         bent = temperature[last : index + 1] - np.interp(altitude[last : index + 1], altitude[ends], temperature[ends])
         thick = mass >= _COARSE_MASS or altitude[index] - altitude[last] >= _COARSE_STEP_M
-        if thick or np.max(np.abs(bent)) > _COARSE_K:
+        if thick or np.max(np.abs(bent)) * pressure[last] > _COARSE_K * pressure[0]:
             chosen.append(index)
     return altitude[[*chosen, altitude.size - 1]]
