@@ -97,11 +97,7 @@ class Air:
     """
 
     def __init__(
-        self,
-        provider: TransmittanceProvider,
-        profile: Profile,
-        wavenumber_cm1: Array,
-        sublayers: int = SUBLAYERS,
+        self, provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array, sublayers: int = SUBLAYERS
     ) -> None:
         self._crossing = PathTransmittance(provider, wavenumber_cm1)
         self._profile = profile

@@ -22,7 +22,7 @@ from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import SeaModel
 
-_AZIMUTHS = 32
+_AZIMUTHS_PER_MODE, _LEAST_AZIMUTHS = 4, 32
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,11 @@ def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directio
 
 def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int) -> Array:
     """Return the modes (M, P, V) of a sea BRDF for pairs of directions (P,)."""
-    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
-    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / _AZIMUTHS
-    many = mu_out.size
-    brdf = sea.brdf(wavenumber_cm1, np.repeat(mu_out, _AZIMUTHS), np.repeat(mu_in, _AZIMUTHS), np.tile(azimuth, many))
-    result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, _AZIMUTHS, -1))
+    count, many = max(_AZIMUTHS_PER_MODE * modes, _LEAST_AZIMUTHS), mu_out.size
+    azimuth = (np.arange(count) + 0.5) * np.pi / count
+    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / count
+    brdf = sea.brdf(wavenumber_cm1, np.repeat(mu_out, count), np.repeat(mu_in, count), np.tile(azimuth, many))
+    result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, count, -1))
     return result
 
 
