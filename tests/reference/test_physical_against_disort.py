@@ -85,7 +85,7 @@ def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
     return {name: term[0] for name, term in model.cloudy(NU, np.array([[thickness_m]]), sun).items()}
 
 
-PARTS = 4
+PARTS = 8
 """Parts of each layer of the reference, in which the Planck radiance is linear in optical thickness."""
 
 
