@@ -243,7 +243,9 @@ class Air:
         if len(edges) == 1:
             return np.zeros((1, self.wavenumber_cm1.size))
         own = self._mean_sources(edges)
-        return np.maximum((4.0 * own - np.repeat(self._mean_sources(edges[::2]), 2, axis=0)) / 3.0, 0.5 * own)
+        pairs = np.repeat(self._mean_sources(edges[::2]), 2, axis=0)
+        result: Array = np.maximum((4.0 * own - pairs) / 3.0, 0.5 * own)
+        return result
 
     def _mean_sources(self, edges: tuple[float, ...]) -> Array:
         """Return the Planck radiance (N, V) of layers at their pressure-weighted mean temperature.
