@@ -53,8 +53,6 @@ class CloudSpheres:
     def __init__(self, catalog: Catalog, parameters: MieParameters) -> None:
         self._catalog = catalog
         self._parameters = parameters
-        count = 2 if parameters.phase_function == "henyey-greenstein" else parameters.moments
-        self._accuracy = Accuracy(parameters.radius_nodes, parameters.spectral_step, count)
         self._store = TableStore(catalog)
         self._indices: dict[str, RefractiveIndex] = {}
         self._tables: dict[Microphysics, BulkTable] = {}
@@ -75,7 +73,9 @@ class CloudSpheres:
         index.at(wavenumber)  # rejects wavelengths that a user's table does not cover
         single = replace(cloud, number_density_m3=1.0)
         if single not in self._tables:
-            self._tables[single] = BulkTable(single, index, self._accuracy)
+            count = self._parameters.moments_of(cloud.material)
+            accuracy = Accuracy(self._parameters.radius_nodes, self._parameters.spectral_step, count)
+            self._tables[single] = BulkTable(single, index, accuracy)
         table = self._tables[single]
         position = np.log(1e4 / wavenumber)
         self._store.complete(table, position)
@@ -132,7 +132,6 @@ class MieOptics:
                 "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
                 ICE_NOTE,
                 MOMENTS_NOTE,
-                Note("the forward peak of ice spheres needs more than 128 moments", sunlight=True),
             ),
         },
     )
