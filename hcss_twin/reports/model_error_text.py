@@ -23,7 +23,7 @@ def stated_errors(provider: type) -> list[dict[str, Any]] | None:
         return []
     if not isinstance(method, staticmethod | classmethod):
         return None
-    return [asdict(each) for each in provider.model_errors()]  # type: ignore[attr-defined]
+    return [asdict(each) | {"zenith_deg": list(each.zenith_deg)} for each in provider.model_errors()]  # type: ignore[attr-defined]
 
 
 def stated_error_lines(errors: list[dict[str, Any]] | None) -> list[str]:
@@ -34,7 +34,10 @@ def stated_error_lines(errors: list[dict[str, Any]] | None) -> list[str]:
     for (name, source, condition, command), own in groupby(
         errors, lambda each: tuple(each[key] for key in ("name", "source", "condition", "command"))
     ):
-        lines += [f"    {name}, against {source}", f"      {condition}; {command or 'from notes, without a command'}"]
+        lines += [
+            f"    {name}, against {source}",
+            f"      {'; '.join(filter(None, (condition, command or 'from notes')))}",
+        ]
         for each in own:
             sizes = [f"{100.0 * each['relative']:.3g} %"] if each["relative"] is not None else []
             sizes += [f"{each['kelvin']:.3g} K"] if each["kelvin"] is not None else []
