@@ -2,12 +2,13 @@
 
     python benchmarks/pareto.py --write             # measures into benchmarks/pareto.json (an hour); page and picture
     python benchmarks/pareto.py --scenes cirrus --ways as-printed   # measures some anew and keeps the rest
+    python benchmarks/pareto.py --missing           # measures what a run that was stopped has not measured
     python benchmarks/pareto.py --keep --write      # measures nothing: table of the page, and picture
 
 The reference of a scene (:mod:`hcss_twin.reports.benchmark_reference`) is the finest that the engine offers, for the
 atmosphere, sea and particles of the scene; it is the same for all models and peers. Peers: fewer wavenumbers, classes
 of pixels in place of tables, and LOWTRAN7 itself where the plugin ``hcss-lowtran7`` is installed. What costs least is
-measured first, and everything is kept at once, so that a run that is stopped is not lost.
+measured first, and everything is kept at once.
 """
 
 from __future__ import annotations
@@ -65,8 +66,6 @@ def processor_seconds() -> float:
 
 def measure_way(scene: Scenario, reference: Reference, folder: Path) -> dict[str, Any]:
     """Time a whole run with new tables and one with kept tables, and measure the error of what the tables hold."""
-    # Kernels are compiled before anything counts.
-    run(make_plan(changed(scene, {"accuracy": 1e-1, "image.rows": 16, "image.columns": 16})), folder / "cube.nc")
     seconds = []
     for _ in range(2):
         start = processor_seconds()
@@ -85,7 +84,7 @@ def measure_way(scene: Scenario, reference: Reference, folder: Path) -> dict[str
     }
 
 
-def measure(scene: Scenario, way: str, accuracy: float, known: dict[str, Any], folder: Path) -> None:
+def measure(scene: Scenario, way: str, accuracy: float, known: dict[str, Any], folder: Path, is_warm: bool) -> None:
     """Measure one way on a scene into ``known``, which has its reference."""
     arrays = {key: np.array(known["reference"][key]) for key in ("columns", "radiance", "level_change")}
     reference = Reference(**known["reference"] | arrays)
@@ -97,33 +96,48 @@ def measure(scene: Scenario, way: str, accuracy: float, known: dict[str, Any], f
     elif way == LOWTRAN and not has_lowtran():
         print("skipped: plugin hcss-lowtran7 is not installed")
     else:
-        found = measure_way(changed(asked, WAYS[way]), reference, folder)
+        asked = changed(asked, WAYS[way])
+        if not is_warm:  # kernels are compiled before anything counts
+            run(
+                make_plan(changed(asked, {"accuracy": 1e-1, "image.rows": 16, "image.columns": 16})), folder / "cube.nc"
+            )
+        found = measure_way(asked, reference, folder)
         known.setdefault("ways", {}).setdefault(way, {})[f"{accuracy:g}"] = found
         print({name: f"{value:.1e}" for name, value in found["by_band"].items()}, f"{found['new']:.1f} s", flush=True)
+
+
+def is_measured(known: dict[str, Any], way: str, accuracy: float) -> bool:
+    """Whether results of a scene hold a way at an accuracy."""
+    return "fewer wavenumbers" in known if way == PEERS else f"{accuracy:g}" in known.get("ways", {}).get(way, {})
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", nargs="*", choices=SCENES, default=list(SCENES))
     parser.add_argument("--ways", nargs="*", choices=[*WAYS, PEERS], help="default: all, with new references")
+    parser.add_argument("--missing", action="store_true", help="measure only what has not been measured")
     parser.add_argument("--keep", action="store_true", help="measure nothing")
     parser.add_argument("--write", action="store_true", help="draw, and put the table into the page")
     parser.add_argument("--folder", type=Path, default=Path("."), help="where cubes are written for a moment")
     given = parser.parse_args()
-    found = json.loads(RESULTS.read_text()) if RESULTS.exists() and (given.keep or given.ways) else {}
+    keeps = given.keep or given.missing or given.ways
+    found, warm = json.loads(RESULTS.read_text()) if RESULTS.exists() and keeps else {}, set()
     with tempfile.TemporaryDirectory(prefix=".hcss-pareto-", dir=given.folder.resolve()) as name:
         folder = Path(name)
         with private_cache(folder / "cache"):
             for way, accuracy in () if given.keep else ORDER:
                 for title in given.scenes:
+                    scene, known = Scenario.load(title, {"output.certificate": 0}), found.setdefault(title, {})
                     if given.ways is not None and way not in given.ways:
                         continue
-                    scene, known = Scenario.load(title, {"output.certificate": 0}), found.setdefault(title, {})
+                    if given.missing and is_measured(known, way, accuracy):
+                        continue
                     if "reference" not in known:
                         print(f"{title}: reference", flush=True)
                         known["reference"] = measure_reference(scene)
                     print(f"{title}: {way}, {accuracy:g}", flush=True)
-                    measure(scene, way, accuracy, known, folder)
+                    measure(scene, way, accuracy, known, folder, way in warm)
+                    warm.add(way)
                     RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(fronts(found))
     if given.write:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.certificate.reference_columns import COLUMNS_AT_ONCE, NODES_TOLERANCE, level_change
+from hcss_twin.engine.certificate.reference_columns import COLUMNS_AT_ONCE, level_change
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
 from hcss_twin.models.radiance.reference import reference_radiance, reference_spectra
@@ -29,6 +29,9 @@ CLOSURE_ORDER, STEP_CM1 = 2, 1.0
 
 COARSE_LEVEL = 3
 """Level of the spectra at all wavenumbers: 16 streams for sunlight, a few percent off at most."""
+
+NODES_TOLERANCE = 1e-4
+"""Error of the coarse columns at the chosen wavenumbers; that of the change to the finest level is about this share."""
 
 PHYSICAL: Mapping[str, Any] = {"radiance.model": "physical", "radiance.parameters": {}}
 """Overrides for multiple scattering with streams chosen by error."""
