@@ -29,7 +29,10 @@ COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""
 
 NODES_TOLERANCE = 1e-3
-"""Error of the coarse columns at the chosen wavenumbers; that of the difference is about this share of it."""
+"""Error of the coarse columns at the chosen wavenumbers, of their radiance.
+
+The difference has another spectrum: from 16 to 64 streams it leaves 1.1e-4 in ``cirrus`` in 2.7-3.0 um.
+"""
 
 
 @dataclass(frozen=True)
