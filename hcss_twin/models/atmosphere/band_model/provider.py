@@ -16,11 +16,11 @@ from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absor
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
 
 Nodes = NDArray[np.intp]
 
@@ -53,6 +53,8 @@ class BandModelTransmittance:
     gases are used at the profile's own levels; only the wavenumber is interpolated.
     """
 
+    model_errors = from_table(__file__, "band-model")
+
     def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
         catalog = inputs.catalog
         coefficients = catalog.shelf.parsed(catalog.find(parameters.file, "atmospheres", ".nc"), read_coefficients)
@@ -79,15 +81,8 @@ class BandModelTransmittance:
             native_grid_cm1=self._wavenumber,
             resolution_cm1=coefficients.resolution_cm1,
             notes=tuple(notes),
-            own_errors=(
-                "band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg; LOWTRAN7 "
-                "itself within some hundredths of measured transmittances",
-            ),
+            own_errors=("band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg",),
         )
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(__file__, "band-model")
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths.
