@@ -51,7 +51,7 @@ def draw(found: dict[str, Any], path: Path) -> None:
         axes.set_title(band, loc="left", fontsize=10)
         axes.grid(True, which="major", alpha=0.3)
     figure.supylabel("largest error of 24 random pixels, relative to the scene's reference", fontsize=10)
-    panels[-1].set_xlabel("processor time of the whole run with new tables, s")
+    panels[-1].set_xlabel("processor time of the whole run with a cold cache, s")
     used = {way for result in found.values() for way in result["ways"]}
     handles = [
         Line2D([], [], color=colour, lw=4, label=NAMES.get(way, way)) for way, colour in COLOURS.items() if way in used
@@ -72,7 +72,7 @@ def _largest(reference: dict[str, Any], band: int) -> float:
 def fronts(found: dict[str, Any]) -> str:
     """Return the error in each band, and the cost, of all scenes and models."""
     bands = next(iter(found.values()))["reference"]["bands"]
-    heads = ["scene", "way", "asked", *bands, "clear sky", "s, new tables", "s, kept tables"]
+    heads = ["scene", "way", "asked", *bands, "clear sky", "s, cold cache", "s, warm cache"]
     lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for scene, result in found.items():
         changes = [f"{_largest(result['reference'], index):.1e}" for index in range(len(bands))]
