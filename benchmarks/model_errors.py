@@ -30,8 +30,11 @@ from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittan
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.model_errors import TABLE, model_error
 from hcss_twin.models.parameters import BandModelParameters, CoxMunkParameters, RoughSeaParameters
+from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.sea_water import load_sea_water
+from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.providers import AtmosphereInputs, ModelError, SeaInputs
@@ -146,6 +149,34 @@ def sea_rows() -> Iterator[Row]:
                 yield row(provider, "sea", own, relative=float(error), statistic="largest", column="clear",
                           zenith=zenith, condition=f"emissivity at {um:g} um, water near 298 K, 0 to 15 m/s, black sky",
                           source="Wu and Smith (1997), unpolarised")  # fmt: skip
+    yield from water_rows()
+
+
+WATER_UM = ((3.5, 4.2), (8.0, 10.2), (10.2, 11.4), (11.4, 13.0))
+"""Wavelengths of which the temperature dependence of water's index was looked at."""
+
+BETWEEN_K = 285.0
+"""Halfway between the temperatures of the two tables, where their interpolation says least."""
+
+
+def water_rows() -> Iterator[Row]:
+    """Yield the effect of another temperature dependence of water's index, that of supercooled water, on emissivity."""
+    catalog = Catalog()
+    water = load_sea_water(catalog, "water", BETWEEN_K, 0.0, by_temperature=True)
+    colder, cold = (load_refractive_index(catalog, f"water-{kelvin}K") for kelvin in (263, 273))
+    for low, high in WATER_UM:
+        wavenumber = np.linspace(1e4 / high, 1e4 / low, 30)
+        below, at = colder.at(wavenumber), cold.at(wavenumber)
+        steps = (BETWEEN_K - 273.15) / 10.0
+        other = at.real + steps * (at.real - below.real) + 1j * at.imag * (at.imag / below.imag) ** steps
+        mu = np.cos(np.radians(SEA_ZENITH_DEG))[:, None]
+        ours, theirs = (1.0 - unpolarised_reflectance(index, mu) for index in (water.at(wavenumber), other))
+        apart = np.abs(ours / theirs - 1.0)
+        for zenith, error in zip(((0.0, 15.0), (15.0, 45.0), (45.0, 65.0)), np.max(apart, axis=1), strict=True):
+            yield row("rough-sea", "temperature of the water's index", (low, high), relative=float(error),
+                      statistic="largest", column="clear", zenith=zenith,
+                      condition=f"emissivity of a flat sea of {BETWEEN_K:g} K, black sky",
+                      source="change between 263 and 273 K of Rowe et al. (2020), extrapolated")  # fmt: skip
 
 
 # --- clouds -------------------------------------------------------------------------------
