@@ -13,6 +13,7 @@ from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import load_refractive_index, load_water_at
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Microphysics, OpticsInputs
 
@@ -93,6 +94,16 @@ def test_albedo_stays_in_range_over_all_wavelengths_and_sizes(bulk) -> None:
         result = bulk.single_scattering(gamma_distribution("ice", radius, 0.1, 1e-4), nu)
         assert np.all((result.albedo > 0.0) & (result.albedo <= 1.0))
         assert np.all((result.moments[1] > 0.5) & (result.moments[1] < 1.0))
+
+
+@pytest.mark.parametrize("radius", [5.5, 70.0, 96.0])
+def test_sunlight_can_be_solved_over_the_whole_table(bulk, radius) -> None:
+    """Near 2.83 um, where ice refracts like air, the asymmetry of the largest crystals is .9951."""
+    nu = 1e4 / np.array([2.7, 2.8318, 3.0])
+    found = bulk.single_scattering(gamma_distribution("ice", radius, 0.1, 1e-5), nu)
+    depth = np.array([[0.5]]) * np.ones((1, nu.size))
+    sunlit = np.stack(solve_sun(depth, found.albedo, found.moments, [0.9], 0.8, [1.0], 8, 16))
+    assert np.all((sunlit > 0.0) & (sunlit < 1.0))
 
 
 def test_a_size_outside_the_table_is_refused(bulk) -> None:
