@@ -29,6 +29,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.model_errors import TABLE, model_error
+from hcss_twin.models.optics.mie import PHASE_FUNCTION
 from hcss_twin.models.parameters import BandModelParameters, CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
@@ -260,6 +261,28 @@ def particle_rows() -> Iterator[Row]:
                               column="water", zenith=(0.0, 60.0),
                               condition="stratus and cumulus, zenith 20 and 60 deg: temperature of the water only",
                               source="water at 253 K of Rowe et al. (2020)")  # fmt: skip
+    yield from ice_rows()
+
+
+RAYS: dict[str, Any] = {"ice_phase_function": "diffraction-and-rays"}
+COLUMNS_OF_FU: dict[str, Any] = {**RAYS, "ice_table": "ice-fu-1996", "roughness": "smooth"}
+
+
+def ice_rows() -> Iterator[Row]:
+    """Yield the difference of two published sets of crystals, and of two phase functions with one asymmetry."""
+    plain, rays, columns = (totals_of(("cirrus",), **{"optics.parameters": each}) for each in ({}, RAYS, COLUMNS_OF_FU))
+    shape: dict[str, Any] = {"source": "crystals of Fu (1996) and Fu et al. (1998) against Yang et al. (2013)"}
+    pattern: dict[str, Any] = {
+        "source": "diffraction, reflection and rays from inside, with the same asymmetry",
+        "needs": "optics.parameters.ice_phase_function = 'diffraction-and-rays'",
+    }
+    for name, one, values in (("particles", columns, shape), (PHASE_FUNCTION, plain, pattern)):
+        for (lit, column), errors in apart(one, rays).items():
+            for band, error in zip(BANDS.values(), errors, strict=True):
+                if column == "cloudy":
+                    yield row("bulk", name, band, relative=float(error), statistic="largest", sunlight=lit,
+                              column="ice", zenith=(0.0, 60.0), condition="cirrus, zenith 20 and 60 deg",
+                              **values)  # fmt: skip
 
 
 # --- tables -------------------------------------------------------------------------------

@@ -106,6 +106,35 @@ def test_sunlight_can_be_solved_over_the_whole_table(bulk, radius) -> None:
     assert np.all((sunlit > 0.0) & (sunlit < 1.0))
 
 
+@pytest.fixture(scope="module")
+def columns() -> BulkOptics:
+    parameters = BulkParameters(radius_nodes=50, spectral_step=0.05, ice_table="ice-fu-1996", roughness="smooth")
+    return BulkOptics(OpticsInputs(Catalog()), parameters)
+
+
+# Fu (1996), Table 3 and eqs 3.9, and Fu et al. (1998), for Dge = 50 um: wavelengths in um, extinction in m2 g-1,
+# co-albedo and asymmetry.
+FU = {
+    (2.91, 3.42): (0.0501, 0.4645, 0.9329),
+    (3.42, 4.0): (0.0505, 0.3742, 0.9058),
+    (11.0, 11.0): (0.0474, 0.5255, 0.9569),
+}
+
+
+@pytest.mark.parametrize(("between_um", "published"), FU.items())
+def test_hexagonal_columns_are_those_that_fu_published(columns, between_um, published) -> None:
+    """From the polynomials as printed; the mean of a band is weighted with sunlight."""
+    cloud = gamma_distribution("ice", 50.0 * 3.0 * np.sqrt(3.0) / 8.0, 0.1, 1e-3)
+    nu = np.linspace(1e4 / between_um[1], 1e4 / between_um[0], 40)
+    found = columns.single_scattering(cloud, nu)
+    weight = planck(nu, 5778.0) / np.sum(planck(nu, 5778.0))
+    extinction, scattering = weight @ found.extinction_m1, weight @ (found.extinction_m1 * found.albedo)
+    asymmetry = weight @ (found.extinction_m1 * found.albedo * found.moments[1]) / scattering
+    assert extinction == pytest.approx(published[0], rel=0.01)
+    assert 1.0 - scattering / extinction == pytest.approx(published[1], abs=0.01)
+    assert asymmetry == pytest.approx(published[2], abs=0.01)
+
+
 def test_a_size_outside_the_table_is_refused(bulk) -> None:
     with pytest.raises(
         ValueError, match=r"effective radius 4 um of ice: .* allows 5\.4\d+ to 96\.0\d; closest is 5\.4"

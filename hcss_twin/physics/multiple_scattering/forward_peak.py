@@ -63,7 +63,7 @@ _MIN_MOMENT = 1e-10
 """Smaller moments of a Henyey-Greenstein function are neglected."""
 
 _MAX_ASYMMETRY = 0.998
-"""Sharper peaks would need more than some ten thousand moments. Crystals have up to .9953, where ice hardly refracts."""
+"""Sharper peaks would need more than some ten thousand moments. Crystals have up to .9953."""
 
 
 def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:
