@@ -26,16 +26,20 @@ import numpy as np
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
+from hcss_twin.models.atmosphere.band_model.aerosol import boundary_optics
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.model_errors import TABLE, model_error
 from hcss_twin.models.optics.mie import PHASE_FUNCTION
+from hcss_twin.models.optics.spheres import amplitudes, mie_efficiencies
 from hcss_twin.models.parameters import BandModelParameters, CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.sea_water import load_sea_water
 from hcss_twin.physics.fresnel import unpolarised_reflectance
+from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.providers import AtmosphereInputs, ModelError, SeaInputs
@@ -89,6 +93,7 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
     for low, high, percent in NOTES_OF_SUNLIT_GAS:
         yield row("band-model", "gas", (low, high), relative=percent / 100.0, path="sun", sunlight=True,
                   condition=_COLUMNS, source=_RRTMGP, command="")  # fmt: skip
+    yield from aerosol_rows()
     folder = os.environ.get("HCSS_SAMPLE_DATA")
     if not folder:
         print("not computed again, as HCSS_SAMPLE_DATA is not set: gas against MODTRAN")
@@ -114,6 +119,37 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
         yield row("band-model", "gas", (1e4 / wavenumber[-1], 1e4 / wavenumber[0]), relative=abs(float(error)),
                   statistic="largest", path="sky", condition=where,
                   source="MODTRAN, HCSS_SAMPLE_DATA modtran/tape7-05")  # fmt: skip
+
+
+OCEANIC_UM = 0.318
+"""Mode radius of the lognormal distribution of sea salt at 80 % humidity; its standard deviation is a factor 10^0.4."""
+
+AEROSOL_UM = {(2.5, 2.9): (2.7,), (2.9, 5.0): (3.0, 3.39, 3.75, 4.5, 5.0)}
+AEROSOL_DEG = np.array([60.0, 90.0, 120.0, 135.0, 150.0, 165.0, 180.0])
+
+
+def aerosol_rows() -> Iterator[Row]:
+    """Yield the error of sunlight scattered by sea salt, with Henyey and Greenstein's function."""
+    catalog = Catalog()
+    water = load_refractive_index(catalog, "water")
+    tables = read_coefficients(catalog.find(BandModelParameters().file, "atmospheres", ".nc")).aerosol
+    asymmetry = boundary_optics(tables, "maritime", "asymmetry", np.array([80.0]))[0]
+    x, weight = np.polynomial.legendre.leggauss(120)
+    deviation = 0.4 * np.log(10.0)
+    radius, number = OCEANIC_UM * np.exp(5.0 * deviation * x), weight * np.exp(-12.5 * x**2)
+    cosine = np.cos(np.radians(AEROSOL_DEG))
+    for um, wavelengths in AEROSOL_UM.items():
+        errors = []
+        for wavelength in wavelengths:
+            wave, index = 2.0 * np.pi / wavelength, complex(water.at(np.array([1e4 / wavelength]))[0])
+            both = np.array([amplitudes(index, wave * each, cosine) for each in radius])
+            _, scattering, _ = mie_efficiencies(np.full(radius.size, index), wave * radius)
+            exact = 2.0 * number @ np.sum(np.abs(both) ** 2, axis=1) / (number @ (wave**2 * radius**2 * scattering))
+            g = float(np.interp(wavelength, tables.wavelength_um, asymmetry))
+            errors.append(np.max(np.abs(henyey_greenstein(cosine, g) / exact - 1.0)))
+        yield row("band-model", "phase function of aerosol", um, relative=float(max(errors)), statistic="largest",
+                  path="sun", sunlight=True, column="clear", source="Mie theory, sea salt of Shettle and Fenn (1979)",
+                  condition="sunlight scattered by maritime aerosol by 60 to 180 deg, 80 % humidity")  # fmt: skip
 
 
 # --- sea ----------------------------------------------------------------------------------
