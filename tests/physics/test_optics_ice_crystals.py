@@ -13,6 +13,7 @@ from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import load_refractive_index, load_water_at
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Microphysics, OpticsInputs
@@ -133,6 +134,35 @@ def test_hexagonal_columns_are_those_that_fu_published(columns, between_um, publ
     assert extinction == pytest.approx(published[0], rel=0.01)
     assert 1.0 - scattering / extinction == pytest.approx(published[1], abs=0.01)
     assert asymmetry == pytest.approx(published[2], abs=0.01)
+
+
+def emissivity(depth, albedo, asymmetry) -> np.ndarray:
+    moments = np.stack([np.ones_like(albedo), asymmetry])
+    return solve_layers(depth, albedo, moments, [0.94], 8).emissivity[0, :, 0]
+
+
+@pytest.mark.parametrize("thickness_m", [1000.0, 4000.0])
+def test_emissivity_of_cirrus_is_that_of_the_published_bands_within_a_hundredth(bulk, published, thickness_m) -> None:
+    row = 5
+    cloud = gamma_distribution("ice", published["effective_diameter"][row] / 2.0, 0.1, 1e-5)
+    for band, (low, high) in enumerate(published["band_limits"]):
+        if low < 700.0 or high > 1400.0:
+            continue
+        nu = np.linspace(low, high, 8)
+        found = bulk.single_scattering(cloud, nu)
+        weight = planck(nu, 245.0) / np.sum(planck(nu, 245.0))
+        ours = weight @ emissivity(thickness_m * found.extinction_m1[None], found.albedo, found.moments[1])
+        numbers = (published[name][2, band, [row]] for name in ("extinction", "albedo", "asymmetry"))
+        extinction, albedo, asymmetry = numbers  # m2 g-1; 0.01 g m-3 of ice
+        assert ours == pytest.approx(emissivity(0.01 * thickness_m * extinction[None], albedo, asymmetry)[0], abs=0.01)
+
+
+def test_emissivity_of_cirrus_differs_from_a_second_set_by_less_than_four_hundredths(bulk, columns) -> None:
+    nu = np.linspace(1e4 / 14.0, 1e4 / 8.0, 13)
+    for thickness_m in (300.0, 1200.0, 4000.0):
+        each = [optics.single_scattering(CIRRUS, nu) for optics in (bulk, columns)]
+        one, other = (emissivity(thickness_m * of.extinction_m1[None], of.albedo, of.moments[1]) for of in each)
+        assert 0.0 < np.max(np.abs(one - other)) < 0.04
 
 
 def test_a_size_outside_the_table_is_refused(bulk) -> None:
