@@ -7,8 +7,9 @@ bodies of random orientation: that of a sphere (H. C. van de Hulst, Light Scatte
 that makes the whole have the given one, so that smooth crystals have no halos. Where ice absorbs all that enters (2.9
 to 3.3 um), nothing is left, and the pattern does not depend on the shape of convex crystals.
 
-From 2.95 to 3.3 um, of spheres of 30 um, it is within 8 % of Mie theory from 40 to 170 deg, and .3 to .8 times as bright
-at 5 to 20 deg; Henyey and Greenstein's function with the same asymmetry is .3 to 2.5 times as bright beyond 40 deg.
+From 2.95 to 3.3 um, of spheres of 30 um, it is within 8 % of Mie theory from 40 to 170 deg, and .3 to .8 times as
+bright at 5 to 20 deg; Henyey and Greenstein's function with the same asymmetry is .3 to 2.5 times as bright beyond 40
+deg.
 """
 
 from __future__ import annotations
