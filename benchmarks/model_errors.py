@@ -26,12 +26,20 @@ import numpy as np
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
+from hcss_twin.models.atmosphere.band_model.aerosol import boundary_optics
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.model_errors import TABLE, model_error
+from hcss_twin.models.optics.mie import PHASE_FUNCTION
+from hcss_twin.models.optics.spheres import amplitudes, mie_efficiencies
 from hcss_twin.models.parameters import BandModelParameters, CoxMunkParameters, RoughSeaParameters
+from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.sea_water import load_sea_water
+from hcss_twin.physics.fresnel import unpolarised_reflectance
+from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.providers import AtmosphereInputs, ModelError, SeaInputs
@@ -85,6 +93,7 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
     for low, high, percent in NOTES_OF_SUNLIT_GAS:
         yield row("band-model", "gas", (low, high), relative=percent / 100.0, path="sun", sunlight=True,
                   condition=_COLUMNS, source=_RRTMGP, command="")  # fmt: skip
+    yield from aerosol_rows()
     folder = os.environ.get("HCSS_SAMPLE_DATA")
     if not folder:
         print("not computed again, as HCSS_SAMPLE_DATA is not set: gas against MODTRAN")
@@ -110,6 +119,37 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
         yield row("band-model", "gas", (1e4 / wavenumber[-1], 1e4 / wavenumber[0]), relative=abs(float(error)),
                   statistic="largest", path="sky", condition=where,
                   source="MODTRAN, HCSS_SAMPLE_DATA modtran/tape7-05")  # fmt: skip
+
+
+OCEANIC_UM = 0.318
+"""Mode radius of the lognormal distribution of sea salt at 80 % humidity; its standard deviation is a factor 10^0.4."""
+
+AEROSOL_UM = {(2.5, 2.9): (2.7,), (2.9, 5.0): (3.0, 3.39, 3.75, 4.5, 5.0)}
+AEROSOL_DEG = np.array([60.0, 90.0, 120.0, 135.0, 150.0, 165.0, 180.0])
+
+
+def aerosol_rows() -> Iterator[Row]:
+    """Yield the error of sunlight scattered by sea salt, with Henyey and Greenstein's function."""
+    catalog = Catalog()
+    water = load_refractive_index(catalog, "water")
+    tables = read_coefficients(catalog.find(BandModelParameters().file, "atmospheres", ".nc")).aerosol
+    asymmetry = boundary_optics(tables, "maritime", "asymmetry", np.array([80.0]))[0]
+    x, weight = np.polynomial.legendre.leggauss(120)
+    deviation = 0.4 * np.log(10.0)
+    radius, number = OCEANIC_UM * np.exp(5.0 * deviation * x), weight * np.exp(-12.5 * x**2)
+    cosine = np.cos(np.radians(AEROSOL_DEG))
+    for um, wavelengths in AEROSOL_UM.items():
+        errors = []
+        for wavelength in wavelengths:
+            wave, index = 2.0 * np.pi / wavelength, complex(water.at(np.array([1e4 / wavelength]))[0])
+            both = np.array([amplitudes(index, wave * each, cosine) for each in radius])
+            _, scattering, _ = mie_efficiencies(np.full(radius.size, index), wave * radius)
+            exact = 2.0 * number @ np.sum(np.abs(both) ** 2, axis=1) / (number @ (wave**2 * radius**2 * scattering))
+            g = float(np.interp(wavelength, tables.wavelength_um, asymmetry))
+            errors.append(np.max(np.abs(henyey_greenstein(cosine, g) / exact - 1.0)))
+        yield row("band-model", "phase function of aerosol", um, relative=float(max(errors)), statistic="largest",
+                  path="sun", sunlight=True, column="clear", source="Mie theory, sea salt of Shettle and Fenn (1979)",
+                  condition="sunlight scattered by maritime aerosol by 60 to 180 deg, 80 % humidity")  # fmt: skip
 
 
 # --- sea ----------------------------------------------------------------------------------
@@ -142,6 +182,34 @@ def sea_rows() -> Iterator[Row]:
                 yield row(provider, "sea", own, relative=float(error), statistic="largest", column="clear",
                           zenith=zenith, condition=f"emissivity at {um:g} um, water near 298 K, 0 to 15 m/s, black sky",
                           source="Wu and Smith (1997), unpolarised")  # fmt: skip
+    yield from water_rows()
+
+
+WATER_UM = ((3.5, 4.2), (8.0, 10.2), (10.2, 11.4), (11.4, 13.0))
+"""Wavelengths of which the temperature dependence of water's index was looked at."""
+
+BETWEEN_K = 285.0
+"""Halfway between the temperatures of the two tables, where their interpolation says least."""
+
+
+def water_rows() -> Iterator[Row]:
+    """Yield the effect of another temperature dependence of water's index, that of supercooled water, on emissivity."""
+    catalog = Catalog()
+    water = load_sea_water(catalog, "water", BETWEEN_K, 0.0, by_temperature=True)
+    colder, cold = (load_refractive_index(catalog, f"water-{kelvin}K") for kelvin in (263, 273))
+    for low, high in WATER_UM:
+        wavenumber = np.linspace(1e4 / high, 1e4 / low, 30)
+        below, at = colder.at(wavenumber), cold.at(wavenumber)
+        steps = (BETWEEN_K - 273.15) / 10.0
+        other = at.real + steps * (at.real - below.real) + 1j * at.imag * (at.imag / below.imag) ** steps
+        mu = np.cos(np.radians(SEA_ZENITH_DEG))[:, None]
+        ours, theirs = (1.0 - unpolarised_reflectance(index, mu) for index in (water.at(wavenumber), other))
+        apart = np.abs(ours / theirs - 1.0)
+        for zenith, error in zip(((0.0, 15.0), (15.0, 45.0), (45.0, 65.0)), np.max(apart, axis=1), strict=True):
+            yield row("rough-sea", "temperature of the water's index", (low, high), relative=float(error),
+                      statistic="largest", column="clear", zenith=zenith,
+                      condition=f"emissivity of a flat sea of {BETWEEN_K:g} K, black sky",
+                      source="change between 263 and 273 K of Rowe et al. (2020), extrapolated")  # fmt: skip
 
 
 # --- clouds -------------------------------------------------------------------------------
@@ -225,6 +293,28 @@ def particle_rows() -> Iterator[Row]:
                               column="water", zenith=(0.0, 60.0),
                               condition="stratus and cumulus, zenith 20 and 60 deg: temperature of the water only",
                               source="water at 253 K of Rowe et al. (2020)")  # fmt: skip
+    yield from ice_rows()
+
+
+RAYS: dict[str, Any] = {"ice_phase_function": "diffraction-and-rays"}
+COLUMNS_OF_FU: dict[str, Any] = {**RAYS, "ice_table": "ice-fu-1996", "roughness": "smooth"}
+
+
+def ice_rows() -> Iterator[Row]:
+    """Yield the difference of two published sets of crystals, and of two phase functions with one asymmetry."""
+    plain, rays, columns = (totals_of(("cirrus",), **{"optics.parameters": each}) for each in ({}, RAYS, COLUMNS_OF_FU))
+    shape: dict[str, Any] = {"source": "crystals of Fu (1996) and Fu et al. (1998) against Yang et al. (2013)"}
+    pattern: dict[str, Any] = {
+        "source": "diffraction, reflection and rays from inside, with the same asymmetry",
+        "needs": "optics.parameters.ice_phase_function = 'diffraction-and-rays'",
+    }
+    for name, one, values in (("particles", columns, shape), (PHASE_FUNCTION, plain, pattern)):
+        for (lit, column), errors in apart(one, rays).items():
+            for band, error in zip(BANDS.values(), errors, strict=True):
+                if column == "cloudy":
+                    yield row("bulk", name, band, relative=float(error), statistic="largest", sunlight=lit,
+                              column="ice", zenith=(0.0, 60.0), condition="cirrus, zenith 20 and 60 deg",
+                              **values)  # fmt: skip
 
 
 # --- tables -------------------------------------------------------------------------------

@@ -170,10 +170,16 @@ class BulkParameters(MieParameters):
     ice_table: str = Field(
         default="ice-yang-2013",
         min_length=1,
-        description="Bulk optics of ice crystals: a name in catalogs/optics or a NetCDF file in that format",
+        description="Bulk optics of ice crystals: a name in catalogs/optics (ice-yang-2013, ice-fu-1996), or a NetCDF "
+        "file in that format",
+    )
+    ice_phase_function: Literal["henyey-greenstein", "diffraction-and-rays"] = Field(
+        default="henyey-greenstein",
+        description="Phase function of crystals, both with the table's asymmetry: of one shape, or diffraction, "
+        "reflection from outside, and Henyey-Greenstein for light from inside",
     )
     roughness: Literal["smooth", "moderate", "severe"] = Field(
-        default="severe", description="Surface roughness of the crystals"
+        default="severe", description="Surface roughness of the crystals, one that the table has"
     )
 
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.optics.size_distribution import DENSITY_KG_M3
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.few_columns import OMISSION_SHARE
 from hcss_twin.plan.plan import Plan
@@ -250,7 +251,11 @@ def _of_provider(
     columns = {"", kind, of, *(each.microphysics.material for each in plan.layers if each.name == of)}
     for cause in dict.fromkeys(each.name for each in errors):
         every = [each for each in errors if each.name == cause and each.path == "up"]
-        if not any((each.column in columns) if kind == CLEAR else (each.column != CLEAR) for each in every):
+        # What is known for other clouds only is unknown here, unless it is of another material.
+        others = set() if kind == CLEAR else {each.column for each in every} - {CLEAR}
+        if cause != name:
+            others -= DENSITY_KG_M3.keys()
+        if not any(each.column in columns | others for each in every):
             continue
         fitting = [
             each

@@ -8,7 +8,7 @@ import pytest
 from hcss_twin.physics.geometry import scattering_cosine
 from hcss_twin.physics.multiple_scattering.forward_peak import once_through
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.phase_function import delta_m
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m, henyey_greenstein
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
@@ -202,6 +202,17 @@ def test_a_low_sun_fades_smoothly_through_thick_layers(g) -> None:
     # Where the sun has gone, what it lit at the top fades along the view.
     steps = np.diff(np.log(btdf.ravel()))
     np.testing.assert_allclose(steps, -0.05 * (1.0 - 0.9 * scaled.peak[0]) / 0.94, rtol=0.02)
+
+
+@pytest.mark.parametrize("g", [0.99, 0.9953, 0.9979])
+def test_thin_layers_transmit_light_scattered_once_however_sharp_the_forward_peak(g) -> None:
+    """In closed form, P / (4 pi mu mu0) times the path, of Henyey and Greenstein's function."""
+    depth, albedo, mu, sun = 1e-6, 0.5, np.array([0.9, 0.9, 0.7]), 0.8
+    azimuth = np.array([np.pi, 2.5, 0.5])
+    _, btdf = solve_sun([[depth]], [albedo], henyey_greenstein_moments([g]), mu, sun, azimuth, 8, 16)
+    turned = np.array([scattering_cosine(-m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
+    once = albedo * depth * henyey_greenstein(turned, g) / (4.0 * np.pi * mu * sun)
+    np.testing.assert_allclose(btdf[0, 0], once, rtol=1e-5)
 
 
 @pytest.mark.parametrize("thickness", [0.01, 1.0, 12.0])

@@ -13,6 +13,8 @@ from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import load_refractive_index, load_water_at
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Microphysics, OpticsInputs
 
@@ -93,6 +95,74 @@ def test_albedo_stays_in_range_over_all_wavelengths_and_sizes(bulk) -> None:
         result = bulk.single_scattering(gamma_distribution("ice", radius, 0.1, 1e-4), nu)
         assert np.all((result.albedo > 0.0) & (result.albedo <= 1.0))
         assert np.all((result.moments[1] > 0.5) & (result.moments[1] < 1.0))
+
+
+@pytest.mark.parametrize("radius", [5.5, 70.0, 96.0])
+def test_sunlight_can_be_solved_over_the_whole_table(bulk, radius) -> None:
+    """Near 2.83 um, where ice refracts like air, the asymmetry of the largest crystals is .9951."""
+    nu = 1e4 / np.array([2.7, 2.8318, 3.0])
+    found = bulk.single_scattering(gamma_distribution("ice", radius, 0.1, 1e-5), nu)
+    depth = np.array([[0.5]]) * np.ones((1, nu.size))
+    sunlit = np.stack(solve_sun(depth, found.albedo, found.moments, [0.9], 0.8, [1.0], 8, 16))
+    assert np.all((sunlit > 0.0) & (sunlit < 1.0))
+
+
+@pytest.fixture(scope="module")
+def columns() -> BulkOptics:
+    parameters = BulkParameters(radius_nodes=50, spectral_step=0.05, ice_table="ice-fu-1996", roughness="smooth")
+    return BulkOptics(OpticsInputs(Catalog()), parameters)
+
+
+# Fu (1996), Table 3 and eqs 3.9, and Fu et al. (1998), for Dge = 50 um: wavelengths in um, extinction in m2 g-1,
+# co-albedo and asymmetry.
+FU = {
+    (2.91, 3.42): (0.0501, 0.4645, 0.9329),
+    (3.42, 4.0): (0.0505, 0.3742, 0.9058),
+    (11.0, 11.0): (0.0474, 0.5255, 0.9569),
+}
+
+
+@pytest.mark.parametrize(("between_um", "published"), FU.items())
+def test_hexagonal_columns_are_those_that_fu_published(columns, between_um, published) -> None:
+    """From the polynomials as printed; the mean of a band is weighted with sunlight."""
+    cloud = gamma_distribution("ice", 50.0 * 3.0 * np.sqrt(3.0) / 8.0, 0.1, 1e-3)
+    nu = np.linspace(1e4 / between_um[1], 1e4 / between_um[0], 40)
+    found = columns.single_scattering(cloud, nu)
+    weight = planck(nu, 5778.0) / np.sum(planck(nu, 5778.0))
+    extinction, scattering = weight @ found.extinction_m1, weight @ (found.extinction_m1 * found.albedo)
+    asymmetry = weight @ (found.extinction_m1 * found.albedo * found.moments[1]) / scattering
+    assert extinction == pytest.approx(published[0], rel=0.01)
+    assert 1.0 - scattering / extinction == pytest.approx(published[1], abs=0.01)
+    assert asymmetry == pytest.approx(published[2], abs=0.01)
+
+
+def emissivity(depth, albedo, asymmetry) -> np.ndarray:
+    moments = np.stack([np.ones_like(albedo), asymmetry])
+    return solve_layers(depth, albedo, moments, [0.94], 8).emissivity[0, :, 0]
+
+
+@pytest.mark.parametrize("thickness_m", [1000.0, 4000.0])
+def test_emissivity_of_cirrus_is_that_of_the_published_bands_within_a_hundredth(bulk, published, thickness_m) -> None:
+    row = 5
+    cloud = gamma_distribution("ice", published["effective_diameter"][row] / 2.0, 0.1, 1e-5)
+    for band, (low, high) in enumerate(published["band_limits"]):
+        if low < 700.0 or high > 1400.0:
+            continue
+        nu = np.linspace(low, high, 8)
+        found = bulk.single_scattering(cloud, nu)
+        weight = planck(nu, 245.0) / np.sum(planck(nu, 245.0))
+        ours = weight @ emissivity(thickness_m * found.extinction_m1[None], found.albedo, found.moments[1])
+        numbers = (published[name][2, band, [row]] for name in ("extinction", "albedo", "asymmetry"))
+        extinction, albedo, asymmetry = numbers  # m2 g-1; 0.01 g m-3 of ice
+        assert ours == pytest.approx(emissivity(0.01 * thickness_m * extinction[None], albedo, asymmetry)[0], abs=0.01)
+
+
+def test_emissivity_of_cirrus_differs_from_a_second_set_by_less_than_four_hundredths(bulk, columns) -> None:
+    nu = np.linspace(1e4 / 14.0, 1e4 / 8.0, 13)
+    for thickness_m in (300.0, 1200.0, 4000.0):
+        each = [optics.single_scattering(CIRRUS, nu) for optics in (bulk, columns)]
+        one, other = (emissivity(thickness_m * of.extinction_m1[None], of.albedo, of.moments[1]) for of in each)
+        assert 0.0 < np.max(np.abs(one - other)) < 0.04
 
 
 def test_a_size_outside_the_table_is_refused(bulk) -> None:

@@ -120,6 +120,7 @@ def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(pl
     assert list(names) == [(of, band) for of in ("clear", "stratus") for band in bands]
     assert names["clear", bands[1]][:4] == ["engine", "numerics", "gas", "sea"]
     assert {"particles", "single scattering", "plane-parallel clouds"} <= set(names["stratus", bands[1]])
+    assert "phase function of ice" not in names["stratus", bands[1]]
     assert any("needs radiance.model = 'physical'" in each for each in budget.beyond(plan.accuracy.relative))
     assert "numerics" not in budget.unknown
     numerics = plan.numerics.error + plan.grid_refinement.error

@@ -1,10 +1,14 @@
 """Cloud-type files have the agreed keys and the numbers of Table III of the HCSS paper."""
 
+from pathlib import Path
+
 import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
+
+ROOT = Path(__file__).parents[2]
 
 KEYS = {
     "layer": {"phase", "base", "top", "anchor", "thickness_min"},
@@ -41,6 +45,31 @@ def test_cloud_type_carries_table_iii(name) -> None:
     fractal, layer = data["fractal"], data["layer"]
     found = (fractal["gamma"], fractal["H"], fractal["L"], fractal["k"], layer["base"], layer["top"])
     assert found == TABLE_III[name]
+
+
+# Hess et al. (1998), Table 1b: mode radius in um, alpha, nu, B, number in cm-3; water in g m-3, effective radius in um.
+OPAC = {
+    "stratus, maritime": (6.75, 3.0, 1.30, 0.193, 80.0, 0.30, 11.3),
+    "stratus, continental": (4.7, 5.0, 1.05, 0.938, 250.0, 0.28, 7.33),
+    "cumulus, maritime": (10.4, 4.0, 2.34, 0.00713, 65.0, 0.44, 12.68),
+    "cumulus, continental clean": (4.8, 5.0, 2.16, 0.0782, 400.0, 0.26, 5.77),
+    "cumulus, continental polluted": (3.53, 8.0, 2.15, 0.247, 1300.0, 0.30, 4.00),
+    "fog": (8.06, 4.0, 1.77, 0.0562, 15.0, 0.058, 10.7),
+}
+
+
+@pytest.mark.parametrize("name", OPAC)
+def test_the_guide_lists_the_sizes_of_published_water_clouds(name) -> None:
+    mode, alpha, nu, b, number, water, radius = OPAC[name]
+    cloud = Microphysics("water", alpha, b, nu, 1e6 * number, (0.02, 50.0))
+    assert (alpha / (b * nu)) ** (1.0 / nu) == pytest.approx(mode, rel=2e-3)
+    assert size.effective_radius_um(cloud) == pytest.approx(radius, rel=3e-3)
+    assert 1e3 * size.water_content_kg_m3(cloud) == pytest.approx(water, rel=0.02)
+    guide = (ROOT / "docs" / "how-to" / "clouds.md").read_text(encoding="utf-8")
+    row = next(line for line in guide.splitlines() if line.startswith(f"| {name}"))
+    told = [float(cell) for cell in row.split("|")[2:5]]
+    found = [size.effective_radius_um(cloud), size.effective_variance(cloud), 1e3 * size.water_content_kg_m3(cloud)]
+    assert told == pytest.approx(found, rel=0.02)
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTIVE))

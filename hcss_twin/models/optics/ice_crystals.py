@@ -91,7 +91,7 @@ def load_crystals(catalog: Catalog, name: str, roughness: str) -> CrystalRatios:
 def _check(path: Path, limits: Array, diameter: Array, ratios: Array) -> None:
     if ratios.shape != (3, limits.shape[0], diameter.size) or diameter.size < 2 or limits.shape[1:] != (2,):
         raise CatalogError(f"{path}: ratios of shape {ratios.shape} do not fit bands and diameters")
-    if not (np.all(np.diff(diameter) > 0.0) and np.all(np.diff(limits[:, 0]) > 0.0)):
+    if not (np.all(np.diff(diameter) > 0.0) and np.all(np.diff(limits[:, 0] * limits[:, 1]) > 0.0)):
         raise CatalogError(f"{path}: effective_diameter and band_limits must increase")
     ascending = np.all((limits[:, 0] > 0.0) & (limits[:, 1] > limits[:, 0]))
     if not (ascending and np.all(np.isfinite(limits)) and diameter[0] > 0.0 and np.isfinite(diameter[-1])):

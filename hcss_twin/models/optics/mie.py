@@ -11,13 +11,14 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.optics.bulk import VALID_UM, Accuracy, BulkTable
+from hcss_twin.models.optics.crystal_phase_function import DiffractionPeaks, crystal_moments
 from hcss_twin.models.optics.ice_crystals import CrystalRatios, load_crystals
-from hcss_twin.models.optics.size_distribution import effective_radius_um
+from hcss_twin.models.optics.size_distribution import effective_radius_um, projected_area_m1
 from hcss_twin.models.optics.table_store import TableStore
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
 from hcss_twin.providers import Microphysics, OpticsDeclaration, OpticsInputs, SingleScattering
-from hcss_twin.providers.declarations import Note
+from hcss_twin.providers.declarations import ModelError, Note
 
 VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
 
@@ -30,6 +31,15 @@ WATER_NOTES = (
     MOMENTS_NOTE,
     Note("128 moments carry the whole phase function of water clouds above about 3 um", below_um=3.0),
 )
+
+CRYSTALS = {
+    "ice-yang-2013": "the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 wide",
+    "ice-fu-1996": "the hexagonal columns of Fu (1996) and Fu et al. (1998), known below 4 um as averages over bands",
+}
+PHASE_FUNCTION = "phase function of ice"
+"""Name of the error that ``ice_phase_function`` decides about."""
+
+OWN_CRYSTALS = "the crystals of the file ice_table"
 
 ICE_NOTE = "the refractive index of ice particles is for one temperature, -7 degC in the catalog's table"
 
@@ -69,7 +79,7 @@ class CloudSpheres:
             return SingleScattering(np.empty(0), np.empty(0), np.empty((2, 0)))
         if cloud.number_density_m3 <= 0.0:
             raise ValueError(f"number_density_m3 {cloud.number_density_m3}: allowed above 0")
-        index = self._index(cloud.material)
+        index = self.index_of(cloud.material)
         index.at(wavenumber)  # rejects wavelengths that a user's table does not cover
         single = replace(cloud, number_density_m3=1.0)
         if single not in self._tables:
@@ -82,7 +92,8 @@ class CloudSpheres:
         extinction, absorption, _, moments = table(position)
         return SingleScattering(cloud.number_density_m3 * extinction, 1.0 - absorption / extinction, moments)
 
-    def _index(self, material: str) -> RefractiveIndex:
+    def index_of(self, material: str) -> RefractiveIndex:
+        """Return the refractive index of a material."""
         if material not in self._indices:
             parameters = self._parameters
             if material == "water" and parameters.water_temperature_K is not None:
@@ -163,7 +174,8 @@ class BulkOptics:
 
     For ice, the effective radius selects the crystals; extinction, absorption and asymmetry are those of spheres with
     equal volume-to-area ratio (Grenfell and Warren 1999) times the ratios of
-    :mod:`hcss_twin.models.optics.ice_crystals`, and the phase function is Henyey and Greenstein's.
+    :mod:`hcss_twin.models.optics.ice_crystals`. The phase function is Henyey and Greenstein's or that of
+    :mod:`hcss_twin.models.optics.crystal_phase_function`.
 
     Parameters
     ----------
@@ -178,29 +190,33 @@ class BulkOptics:
         If both a refractive index and a temperature of water are given.
     """
 
-    declares = OpticsDeclaration(
-        valid={"wavenumber_cm1": VALID_CM1},
-        notes_by_material={
-            "water": WATER_NOTES,
-            "ice": (
-                "ice is made of the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 "
-                "wide; its phase function is Henyey-Greenstein, without halos",
-                ICE_NOTE,
-            ),
-        },
-    )
-
-    model_errors = from_table(__file__, "bulk")
-
     def __init__(self, inputs: OpticsInputs, parameters: BulkParameters) -> None:
         self._catalog = inputs.catalog
         self._parameters = parameters
         self._droplets = CloudSpheres(inputs.catalog, parameters)
         self._ice = CloudSpheres(inputs.catalog, parameters.model_copy(update={"phase_function": "henyey-greenstein"}))
         self._crystals: CrystalRatios | None = None
+        self._peaks: dict[Microphysics, DiffractionPeaks] = {}
+        self._rays = parameters.ice_phase_function == "diffraction-and-rays"
+        shape = "without halos" if self._rays else "Henyey-Greenstein, without halos"
+        self.declares = OpticsDeclaration(
+            valid={"wavenumber_cm1": VALID_CM1},
+            notes_by_material={
+                "water": WATER_NOTES,
+                "ice": (
+                    f"ice is made of {CRYSTALS.get(parameters.ice_table, OWN_CRYSTALS)}; its phase function is {shape}",
+                    ICE_NOTE,
+                ),
+            },
+        )
+
+    def model_errors(self) -> tuple[ModelError, ...]:
+        """Return how far the provider is from the best references known."""
+        every = from_table(__file__, "bulk")()
+        return tuple(each for each in every if not (self._rays and each.name == PHASE_FUNCTION))
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
-        """Return bulk properties at ``wavenumber_cm1`` (V,); for ice 2 moments.
+        """Return bulk properties at ``wavenumber_cm1`` (V,); for ice 2 moments with Henyey and Greenstein's function.
 
         Raises
         ------
@@ -220,6 +236,14 @@ class BulkOptics:
         extinction = ratios[0] * spheres.extinction_m1
         absorption = ratios[1] * spheres.extinction_m1 * (1.0 - spheres.albedo)
         asymmetry = 1.0 - ratios[2] * (1.0 - spheres.moments[1])
-        return SingleScattering(
-            extinction, 1.0 - absorption / extinction, np.stack([np.ones_like(asymmetry), asymmetry])
-        )
+        albedo = 1.0 - absorption / extinction
+        if not self._rays:
+            return SingleScattering(extinction, albedo, np.stack([np.ones_like(asymmetry), asymmetry]))
+        single = replace(cloud, number_density_m3=1.0)
+        if single not in self._peaks:
+            self._peaks[single] = DiffractionPeaks(single)
+        wavelength = 1e4 / np.asarray(wavenumber_cm1, dtype=np.float64)
+        index = self._ice.index_of("ice").at(1e4 / wavelength)
+        efficiency = albedo * extinction / projected_area_m1(cloud)
+        moments = crystal_moments(self._peaks[single], efficiency, asymmetry, index, wavelength)
+        return SingleScattering(extinction, albedo, moments)

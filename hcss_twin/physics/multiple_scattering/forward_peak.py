@@ -62,8 +62,8 @@ def path_through(thickness: Array, mu: Array | float, mu_sun: Array | float) -> 
 _MIN_MOMENT = 1e-10
 """Smaller moments of a Henyey-Greenstein function are neglected."""
 
-_MAX_ASYMMETRY = 0.995
-"""Sharper peaks would need more than a few thousand moments."""
+_MAX_ASYMMETRY = 0.998
+"""Sharper peaks would need more than some ten thousand moments. Crystals have up to .9953."""
 
 
 def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:
@@ -81,7 +81,7 @@ def once_through(
     Raises
     ------
     ValueError
-        If a Henyey-Greenstein function has |g| above 0.995.
+        If a Henyey-Greenstein function has |g| above 0.998.
     """
     onward = np.array([scattering_cosine(-m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
     series = (2 * np.arange(scaled.moments.shape[0]) + 1)[:, np.newaxis] * scaled.moments

@@ -109,7 +109,7 @@ def solve_sun(
     Raises
     ------
     ValueError
-        If a value is outside its range or shapes do not fit, or if a Henyey-Greenstein function has |g| above 0.995.
+        If a value is outside its range or shapes do not fit, or if a Henyey-Greenstein function has |g| above 0.998.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
