@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
@@ -342,6 +343,13 @@ def _bands(builder: Builder, scenario: Scenario, catalog: Catalog) -> list[Spect
     return bands
 
 
+def atmosphere_parameters(scenario: Scenario) -> dict[str, Any]:
+    """Return the parameters of the atmosphere provider, with the file of named coefficients."""
+    named = scenario.coefficients
+    file = {} if named is None else {"file": COEFFICIENTS[named]}
+    return {**scenario.atmosphere.parameters, **file}
+
+
 def _atmosphere(
     builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]
 ) -> tuple[Surroundings | None, TransmittanceProvider | None]:
@@ -350,9 +358,10 @@ def _atmosphere(
     atmosphere = scenario.atmosphere
     with builder.collect_problems("atmosphere.provider", atmosphere.parameters):
         name = selected(atmosphere, "provider")
-        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
+        parameters = atmosphere_parameters(scenario)
+        around = surroundings(scenario, catalog, builder.bound_profile(name, parameters, catalog))
         inputs = AtmosphereInputs(around.profile, catalog)
-        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, parameters)
         owner = f"atmosphere provider '{name}'"
         _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)

@@ -18,7 +18,8 @@ STORED = ROOT / "tests" / "data" / "rrtmgp-optical-depths.npz"
 def recipe(name: str) -> Any:
     """Return a module of the recipes."""
     spec = importlib.util.spec_from_file_location(name, ROOT / "catalogs" / "recipes" / f"{name}.py")
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
