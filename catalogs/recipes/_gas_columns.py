@@ -1,6 +1,7 @@
 """Columns of air for RRTMGP and for the band model: the same cells, temperatures and slant paths for both.
 
-A path crosses the cells between two altitudes once or several times, at the zenith angles of its legs. Cells above 80 km can be hotter than RRTMGP's tables, and use their last temperature there.
+A path crosses the cells between two altitudes once or several times, at the zenith angles of its legs. Cells above
+80 km can be hotter than RRTMGP's tables, and use their last temperature there.
 """
 
 from __future__ import annotations
