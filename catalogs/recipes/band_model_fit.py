@@ -60,10 +60,9 @@ EDGES_CM1: Final = (
 )  # fmt: skip
 """Of the fitted bands; RRTMGP's thermal bands to 3250 cm-1 and its solar bands from 2680 cm-1."""
 
-NARROW_EDGES_CM1: Final = (630, 700, 820, 980)
 THERMAL_BELOW_CM1: Final = 3250
-BLEND_CM1: Final = {True: 10.0, False: 25.0}
-"""Width of the blend at narrow edges and at others."""
+BLEND_CM1: Final = {630: 10.0, 700: 10.0, 820: 10.0, 980: 10.0, 2390: 70.0}
+"""Width of the blend at edges of bands; at others 25 cm-1."""
 
 CONTINUA_OF: Final = {
     "self": ("water_self", "water_self_260"),
@@ -284,8 +283,7 @@ class Bands:
         for number, edges in enumerate(self.bands):
             ramps = []
             for edge in edges:
-                width = BLEND_CM1[edge in NARROW_EDGES_CM1]
-                ramps.append(np.clip((self.wavenumber_cm1 - edge) / width + 0.5, 0.0, 1.0))
+                ramps.append(np.clip((self.wavenumber_cm1 - edge) / BLEND_CM1.get(edge, 25.0) + 0.5, 0.0, 1.0))
             if edges[0] == EDGES_CM1[0]:
                 ramps[0] = np.ones_like(ramps[0])
             shares[number] = ramps[0] - ramps[1]

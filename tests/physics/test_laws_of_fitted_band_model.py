@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -79,12 +80,10 @@ def test_isothermal_air_emits_what_it_does_not_transmit():
     np.testing.assert_allclose(emitted, 1.0 - gas.transmittance(wavenumber, paths), rtol=0.0, atol=1e-10)
 
 
-@pytest.mark.parametrize("name", sorted(PROFILES))
-def test_the_largest_step_between_wavenumbers_is_not_larger_than_that_of_lowtran7(name):
-    steps = {}
-    for coefficients in COEFFICIENTS:
-        gas = provider(PROFILES[name], coefficients)
-        wavenumber = gas.declares.native_grid_cm1
-        seen = gas.transmittance(wavenumber, [to_space(low, 30.0) for low in (0.0, 3000.0, 6000.0, 10_000.0)])
-        steps[coefficients] = float(np.max(np.abs(np.diff(seen, axis=1))))
+def test_the_largest_step_between_wavenumbers_is_not_larger_than_that_of_lowtran7():
+    steps = dict.fromkeys(COEFFICIENTS, 0.0)
+    for coefficients, profile in product(COEFFICIENTS, PROFILES.values()):
+        gas = provider(profile, coefficients)
+        seen = gas.transmittance(gas.declares.native_grid_cm1, [to_space(low, 30.0) for low in LAYERS_M[:6]])
+        steps[coefficients] = max(steps[coefficients], float(np.max(np.abs(np.diff(seen, axis=1)))))
     assert steps["rrtmgp"] <= steps["lowtran7"]
