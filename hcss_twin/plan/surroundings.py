@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
-from hcss_twin.models.atmosphere.gases import MEANS, factor_of, means_of_year, with_factors
+from hcss_twin.models.atmosphere.gases import MEANS, amount_note, factor_of, means_of_year, with_factors
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
 from hcss_twin.models.atmosphere.profile_file import calendar_model, closest_model, load_profile
 from hcss_twin.physics.profile import Profile
@@ -124,7 +124,8 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
         with attribute_to_field(f"{field}.{gas.upper()}"):
             factors[gas] = factor_of(profile, gas, amount)
     if factors:
-        profile = with_factors(profile, factors, "as given")
+        profile = with_factors(profile, factors)
+        profile = replace(profile, notes=(*profile.notes, amount_note(profile, factors)))
     if section.others == "profile":
         return profile
     year = scenario.time.astimezone(UTC).year
@@ -134,9 +135,9 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     factors = {gas: each / float(profile.mixing_ratio[gas][0]) for gas, each in means.items()}
     known = min(max(year, min(MEANS)), max(MEANS))
     why = f"global means of {known}" + ("" if known == year else f", the year closest to {year} with known means")
-    values = ", ".join(f"{gas.upper()} {1e6 * each:.4g} ppm" for gas, each in means.items())
-    filled.append(FilledIn(field, values, f"{why} (NOAA)"))
-    return with_factors(profile, factors, why)
+    values = ", ".join(f"{gas.upper()} {1e6 * each:.4g}" for gas, each in means.items()) + " ppm"
+    filled.append(FilledIn(field, values, f"{why}, NOAA"))
+    return with_factors(profile, factors)
 
 
 def _refuse_bound(scenario: Scenario, bound: Profile, fields: list[str], what: str) -> None:

@@ -161,7 +161,7 @@ class Atmosphere(ScenarioSection):
     provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
     coefficients: Literal["rrtmgp", "lowtran7"] | None = Field(
         None,
-        description='Of `band-model`: "rrtmgp", fitted to RRTMGP\'s gas optics (the default), or "lowtran7"; '
+        description='Of `band-model`: "lowtran7" (the default), or "rrtmgp", fitted to RRTMGP\'s gas optics; '
         "excludes its parameter `file`.",
     )
     gases: GasesSection = Field(

@@ -42,7 +42,7 @@ def test_a_model_atmosphere_has_the_gases_of_the_year_and_the_plan_says_so():
     profile, told = air()
     assert profile.mixing_ratio["co2"][0] == pytest.approx(388.75e-6)
     np.testing.assert_array_equal(profile.mixing_ratio["o3"], STANDARD.mixing_ratio["o3"])
-    assert told == {"atmosphere.gases": "CO2 388.8 ppm, CH4 1.799 ppm, N2O 0.3232 ppm"}
+    assert told == {"atmosphere.gases": "CO2 388.8, CH4 1.799, N2O 0.3232 ppm"}
 
 
 def test_version_0_1_took_the_gases_of_the_profile():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -74,18 +74,14 @@ def factor_of(profile: Profile, gas: str, amount: float | str) -> float:
     return float(number) * DOBSON_M2 / column_m2(profile, gas)
 
 
-def with_factors(profile: Profile, factors: Mapping[str, float], why: str) -> Profile:
-    """Return a profile with gases multiplied at all levels, and a note that says so."""
-    gases = {**profile.mixing_ratio}
-    for gas, factor in factors.items():
-        gases[gas] = gases[gas] * factor
-    named = ", ".join(f"{gas.upper()} {described(profile, gas, factor)}" for gas, factor in factors.items())
-    note = f"profile '{profile.name}': {named} ({why})"
-    return replace(profile, mixing_ratio=gases, notes=(*profile.notes, note))
+def with_factors(profile: Profile, factors: Mapping[str, float]) -> Profile:
+    """Return a profile with gases multiplied at all levels."""
+    scaled = {gas: ratio * factors.get(gas, 1.0) for gas, ratio in profile.mixing_ratio.items()}
+    return replace(profile, mixing_ratio=scaled)
 
 
-def described(profile: Profile, gas: str, factor: float) -> str:
-    """Return the amount of a gas in a profile multiplied by a factor, as text with a unit."""
-    if gas == "o3":
-        return f"{factor * column_m2(profile, gas) / DOBSON_M2:.4g} DU"
-    return f"{1e6 * factor * float(profile.mixing_ratio[gas][0]):.4g} ppm"
+def amount_note(profile: Profile, gases: Iterable[str]) -> str:
+    """Return a note for the user with the amounts of gases in a profile."""
+    ozone = {"o3": f"{column_m2(profile, 'o3') / DOBSON_M2:.4g} DU"} if "o3" in profile.mixing_ratio else {}
+    surface = {gas: f"{1e6 * float(ratio[0]):.4g} ppm" for gas, ratio in profile.mixing_ratio.items()} | ozone
+    return f"profile '{profile.name}': {', '.join(f'{gas.upper()} {surface[gas]}' for gas in gases)}, as given"
