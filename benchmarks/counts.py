@@ -31,7 +31,9 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.models.radiance.physical import cloud_slab
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.providers.registry import guard
+from hcss_twin.providers.registry.guards.base import Guard
+from hcss_twin.providers.registry.guards.images import GuardedClouds
+from hcss_twin.providers.registry.guards.spectra import GuardedOptics, GuardedRadiance, GuardedSea, GuardedTransmittance
 from hcss_twin.reports.benchmark import private_cache
 
 COMMITTED = Path(__file__).with_name("counts.json")
@@ -45,7 +47,13 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "cirrus over cumulus, 3.7 um": ("cirrus-over-cumulus", {"bands": ["mwir-3.7"]}),
 }
 SOLVERS = ("solve_layers", "solve_sun", "solve_sunlit_layers", "transmit_beams")
-GUARDS = {"clouds": "_Clouds", "sea": "_Sea", "optics": "_Optics", "gas": "_Transmittance", "radiance": "_Radiance"}
+GUARDS: dict[str, type[Guard]] = {
+    "clouds": GuardedClouds,
+    "sea": GuardedSea,
+    "optics": GuardedOptics,
+    "gas": GuardedTransmittance,
+    "radiance": GuardedRadiance,
+}
 
 
 def _counted(function: Callable[..., Any], add: Callable[[Mapping[str, Any]], None]) -> Callable[..., Any]:
@@ -75,8 +83,7 @@ def counting(counts: Counter[str]) -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         for name in SOLVERS:
             stack.enter_context(mock.patch.object(cloud_slab, name, _counted(getattr(cloud_slab, name), solved)))
-        for kind, name in GUARDS.items():
-            wrapper = getattr(guard, name)
+        for kind, wrapper in GUARDS.items():
             for member, method in list(vars(wrapper).items()):
                 plain = member.removeprefix("_checked_")  # an optional member
                 if inspect.isfunction(method) and not plain.startswith("_"):

@@ -1,39 +1,19 @@
-"""Peers of the whole pipeline and of its stages: pixel classes, cloud fields, and writing with xarray."""
+"""Peers of the whole pipeline: classes of pixels, and every pixel at fewer wavenumbers."""
 
 from __future__ import annotations
 
-import importlib
-import os
 import time
-from collections.abc import Callable
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
-from cloud_contenders import contenders
 
-from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.simulate import cube_header
-from hcss_twin.engine.stream import Frame, stream
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.reports.benchmark import every_nth, points_of_scene
 from hcss_twin.reports.benchmark_reference import Reference, column_radiance
-from hcss_twin.reports.benchmark_stages import Rounds, write_raw
 
 CLASSES = (2, 8, 32, 128)
 STEPS = (1, 4, 16)
-CLOUDS = {
-    "ours, thickness, 1 thread": "fractal clouds, thickness in m",
-    "scipy FFT of noise": "scipy FFT of noise, frozen",
-    "scipy map_coordinates": "scipy map_coordinates, same octaves",
-    "FastNoiseLite ValueCubic 3-D": "FastNoiseLite, same octaves",
-    "GSTools SRF, 1000 modes": "GSTools SRF, 1000 modes",
-}
 
 
 def has_lowtran() -> bool:
@@ -41,7 +21,7 @@ def has_lowtran() -> bool:
     return any(entry.name == "lowtran7" for entry in Registry.discover().entries())
 
 
-def pixel_classes(plan: Plan, reference: Reference) -> list[dict[str, float]]:
+def pixel_classes(plan: Plan, reference: Reference) -> list[dict[str, Any]]:
     """One column for each class of pixels of one layer, spaced by factors of thickness, in place of tables.
 
     Cost is that of the calls and of putting the classes' radiance into the frames; making clouds and writing come on
@@ -59,82 +39,27 @@ def pixel_classes(plan: Plan, reference: Reference) -> list[dict[str, float]]:
         def classes(values: np.ndarray, inner: np.ndarray = inner) -> np.ndarray:
             return np.where(values > 0, 1 + np.searchsorted(inner, values, side="right"), 0)
 
-        start = time.perf_counter()
+        start = time.process_time()
         of_class = column_radiance(plan, plan.spectral_grid, middle[:, None])
-        called = time.perf_counter() - start
-        start = time.perf_counter()
+        called = time.process_time() - start
+        start = time.process_time()
         of_class.T.astype(np.float32)[:, classes(thickness)]
-        placed = time.perf_counter() - start
-        error = max(reference.errors(of_class[classes(reference.columns[:, 0])]).values())
-        found.append({"classes": count, "seconds": called + frames * placed, "error": error})
+        placed = time.process_time() - start
+        by_band = reference.errors(of_class[classes(reference.columns[:, 0])])
+        found.append({"classes": count, "seconds": called + frames * placed, "by_band": by_band})
     return found
 
 
-def fewer_wavenumbers(plan: Plan, reference: Reference) -> list[dict[str, float]]:
-    """Every pixel integrated by itself, at all wavenumbers of the gas and at fewer: seconds of all points, error."""
+def fewer_wavenumbers(plan: Plan, reference: Reference) -> list[dict[str, Any]]:
+    """Every pixel integrated, at all wavenumbers of the plan and at fewer: seconds of all points, and errors.
+
+    As many pixels as the reference has are computed at once.
+    """
     found = []
     for step in STEPS:
         grid = every_nth(plan, step)
-        error = max(reference.errors(column_radiance(plan, grid, reference.columns)).values())
-        start = time.perf_counter()
-        column_radiance(plan, grid, reference.columns, 1)
-        seconds = (time.perf_counter() - start) / reference.columns.shape[0] * points_of_scene(plan)
-        found.append({"wavenumbers": grid.wavenumber_cm1.size, "seconds": seconds, "error": error})
+        start = time.process_time()
+        by_band = reference.errors(column_radiance(plan, grid, reference.columns))
+        seconds = (time.process_time() - start) / reference.columns.shape[0] * points_of_scene(plan)
+        found.append({"wavenumbers": grid.wavenumber_cm1.size, "seconds": seconds, "by_band": by_band})
     return found
-
-
-def cloud_fields(rounds: int) -> tuple[list[dict[str, Any]], list[str]]:
-    """Nanoseconds per pixel and frame of each way to a cloud field, and what is not installed."""
-    found, missing = contenders("stratus", 800, 8)
-    chosen = [each for each in found if each.name in CLOUDS]
-    times, pixels = Rounds(), {}
-    for each in chosen:
-        pixels[each.name] = each.run()
-    for _ in range(rounds):
-        for each in chosen:
-            times.time(each.name, each.run)
-    rows = [{"name": CLOUDS[each.name], "ns": times.shortest(each.name) / pixels[each.name] * 1e9} for each in chosen]
-    return rows, missing
-
-
-def writing(folder: Path, rounds: int) -> list[dict[str, Any]]:
-    """Milliseconds of each way to write the baseline's radiance, which lies in memory."""
-    from baseline_ratios import scenario
-
-    plan = make_plan(scenario({"radiance.model": "as-printed"}))
-    tables = tables_of(plan)
-    frames = [{name: values.copy() for name, values in frame.items()} for frame in stream(plan, tables)]
-    planes = np.concatenate([np.ravel(values).view(np.uint8) for values in frames[0].values()])
-    ways: dict[str, Callable[[], object]] = {
-        "raw bytes, preallocated": partial(write_raw, folder / "raw.bin", planes, len(frames)),
-        "our cube": partial(_cube, folder / "cube.nc", plan, tables, frames),
-        "xarray to_netcdf, netCDF4": partial(_xarray, folder / "x.nc", plan, frames, "netcdf4"),
-    }
-    try:
-        importlib.import_module("h5netcdf")
-        ways["xarray to_netcdf, h5netcdf"] = partial(_xarray, folder / "h.nc", plan, frames, "h5netcdf")
-    except ImportError:
-        print("missing: h5netcdf is not installed")
-    times = Rounds()
-    for call in ways.values():
-        call()
-    for _ in range(rounds):
-        for name, call in ways.items():
-            times.time(name, call)
-    return [{"name": name, "ms": times.shortest(name) * 1e3} for name in ways]
-
-
-def _cube(path: Path, plan: Plan, tables: Any, frames: list[Frame]) -> None:
-    with CubeWriter(path, cube_header(plan, tables)) as writer:
-        for index, frame in enumerate(frames):
-            writer.write_frame(index, frame)
-
-
-def _xarray(path: Path, plan: Plan, frames: list[Frame], engine: Any) -> None:
-    """Write as the others do: on the disk when it returns."""
-    path.unlink(missing_ok=True)
-    variables = {spec.name: (spec.dims, np.stack([frame[spec.name] for frame in frames])) for spec in plan.variables}
-    xr.Dataset(variables).to_netcdf(path, engine=engine)
-    handle = os.open(path, os.O_RDWR)
-    os.fsync(handle)
-    os.close(handle)

@@ -58,7 +58,7 @@ def make(name: str) -> None:
     phase, parameters = cloud_type.layer.material, shipped.parameters
     index_name = parameters.water_index if phase == "water" else parameters.ice_index
     accuracy = Accuracy(
-        parameters.radius_nodes, parameters.spectral_step, parameters.moments if shipped.has_moments else 2
+        parameters.radius_nodes, parameters.spectral_step, parameters.moments_of(phase) if shipped.has_moments else 2
     )
     table = BulkTable(cloud_type.microphysics.particles(phase), load_refractive_index(catalog, index_name), accuracy)
     table.complete(table.properties.nodes, _quietly)

@@ -13,8 +13,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from hcss_paper.cloud_optics import cloud_optics_figure
+
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.reports.cloud_optics_plot import cloud_optics_figure
 
 
 def main() -> None:

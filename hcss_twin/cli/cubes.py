@@ -171,7 +171,7 @@ def _nested(assignments: dict[str, Any]) -> dict[str, Any]:
 @json_option
 @click.pass_context
 def verify(context: click.Context, cube: Path, frames: int | None, base: Path | None, as_json: bool) -> None:
-    """Recompute CUBE from its provenance, without the cache, and compare.
+    """Recompute CUBE from its provenance, all afresh without the cache, and compare.
 
     Exit code 0: identical bits, or equal within 1e-6. 1: different (where, and the likely cause), or not computable.
     """

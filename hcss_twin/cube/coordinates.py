@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.geometry import footprint, pixel_centres_m
+from hcss_twin.cube.geometry_variables import STANDS_FOR
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.cube.variables import LAYER, STANDS_FOR, VariableSpec
+from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.physics.geodesy import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _coordinate(
     dtype: str = "float64",
     **attributes: str,
 ) -> VariableSpec:
-    return VariableSpec(name, dims, dtype, units, long_name, "coordinate", description, standard_name, attributes)
+    return VariableSpec(name, units, long_name, "coordinate", description, dims, dtype, standard_name, attributes)
 
 
 COORDINATES: tuple[VariableSpec, ...] = (

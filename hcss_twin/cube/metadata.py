@@ -73,7 +73,7 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers computed."),
     AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the full grid that they represent."),
     AttributeSpec("hcss_certificate", "text", _CHECKED,
-        "Whether random pixels, computed again without tables, meet the requested accuracy; begins with PASSED, "
+        "Whether random pixels, recomputed without tables, meet the requested accuracy; begins with PASSED, "
         "FAILED or NOTHING CHECKED."),
     AttributeSpec("hcss_accuracy_achieved", "JSON", _CHECKED,
         "Largest relative error of the checked pixels by band; null: undefined."),
@@ -86,9 +86,9 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_certificate_terms", "JSON", "pixels are checked and terms are requested",
         "Largest error of each term in any band, relative to the band radiance."),
     AttributeSpec("hcss_beyond_accuracy", "JSON", _CHECKED,
-        "What is left out though it exceeds its share of the accuracy: texts with size and the keys that it needs."),
+        "Omitted physics that exceeds its share of the accuracy: texts with size and the keys that would compute it."),
     AttributeSpec("hcss_error_budget", "JSON", _CHECKED,
-        "The error against the world by class (`clear`, cloud layers) and band: `total`, `total_K`, `unknown` and "
+        "The total error, models included, by class (`clear`, layers) and band: `total`, `total_K`, `unknown` and "
         "`contributions` with `name`, `relative`, `kelvin`, `known` (share of the band with a figure), `statistic`, "
         "`sources`, `recomputed` (false: a figure of notes) and `needs`."),
 )  # fmt: skip

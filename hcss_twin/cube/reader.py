@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
+from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
-from hcss_twin.cube.variables import GEOMETRY, LAYER
+from hcss_twin.cube.variables import LAYER
 from hcss_twin.cube.writer import INFO
 from hcss_twin.cube.zarr_writer import DIMENSIONS, is_zarr, require_zarr
 

@@ -7,21 +7,9 @@ from typing import TYPE_CHECKING
 
 from hcss_twin.core.errors import choose_from
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
-from hcss_twin.cube.variables import (
-    DIRECTION,
-    ELEMENT,
-    GEOMETRY,
-    LOCATION,
-    MOVING_LOCATION,
-    SURFACE_CLASS,
-    TERM_PREFIX,
-    VARIABLES,
-    VariableSpec,
-    element_variable,
-    own_variable,
-    surface_class,
-    term_variable,
-)
+from hcss_twin.cube.geometry_variables import DIRECTION, GEOMETRY, LOCATION, MOVING_LOCATION
+from hcss_twin.cube.provider_variables import element_variable, own_variable, surface_class, term_variable
+from hcss_twin.cube.variables import ELEMENT, SURFACE_CLASS, TERM_PREFIX, VARIABLES, VariableSpec
 
 if TYPE_CHECKING:
     from hcss_twin.providers import OutputVariable

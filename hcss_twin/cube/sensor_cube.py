@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
-from hcss_twin.cube.variables import BAND_FRAME, INPUTS, TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.provider_variables import INPUTS
+from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec, flags
 from hcss_twin.cube.writer import variable_attributes
 
 SENSOR_ATTRIBUTE = "hcss_sensor"
@@ -24,7 +25,6 @@ SENSOR_ATTRIBUTE = "hcss_sensor"
 MEASURED_RADIANCE = VariableSpec(
     name="radiance",
     dims=BAND_FRAME,
-    dtype="float32",
     units="W m-2 sr-1",
     long_name="band-integrated radiance as measured",
     kind="radiance",
@@ -35,7 +35,6 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
     VariableSpec(
         name="photon_rate",
         dims=BAND_FRAME,
-        dtype="float32",
         units="s-1",
         long_name="photons per second on the detector of the pixel",
         kind="derived",
@@ -61,10 +60,7 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         kind="derived",
         description="1: detector or converter at the upper end of its range; 2: converter at 0. The radiance there is "
         "that of the end.",
-        attributes={
-            "flag_values": np.array([0, 1, 2], dtype=np.uint8),
-            "flag_meanings": "within_range saturated cut_at_zero",
-        },
+        attributes=flags("within_range saturated cut_at_zero"),
         lowest=0.0,
         highest=2.0,
     ),

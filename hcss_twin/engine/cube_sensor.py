@@ -21,12 +21,12 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
-from hcss_twin.plan.assembly import sensor_bands
+from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_providers
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.bands import Bands, spectral_band
+from hcss_twin.scenario.bands import Bands, sensor_bands, spectral_band
 from hcss_twin.scenario.viewing import pixel_size_and_speed
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ def sensor_attributes(
     scenario = json.loads(str(clean[SCENARIO_ATTRIBUTE]))
     scenario["sensor"] = sensor.section.model_dump(mode="json")
     entries = [stage.entry for stage in sensor.stages]
-    kinds = [str(Kind.SENSORS) if len(entries) == 1 else f"{Kind.SENSORS}[{index}]" for index in range(len(entries))]
+    kinds = [numbered(Kind.SENSORS, index, len(entries)) for index in range(len(entries))]
     models = ", ".join(f"'{entry.name}'" for entry in entries)
     providers = json.loads(str(clean["hcss_providers"]))
     providers |= describe_providers(dict(zip(kinds, entries, strict=True)))

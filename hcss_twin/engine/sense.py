@@ -15,16 +15,17 @@ from pydantic import ValidationError
 from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
+from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
-from hcss_twin.cube.variables import INPUTS
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attributes
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import BuiltSensor, alone, make_sensor
+from hcss_twin.plan.sensor import BuiltSensor, make_sensor
+from hcss_twin.plan.sensor_margin import alone
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection

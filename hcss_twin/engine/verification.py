@@ -17,9 +17,10 @@ from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
+from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube, stored_arrays
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
-from hcss_twin.cube.variables import INPUTS, LAYER
+from hcss_twin.cube.variables import LAYER
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.cube_comparison import TOLERANCE, CubeComparison, VariableCheck
 from hcss_twin.engine.cube_sensor import sensor_attributes
@@ -31,7 +32,8 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import BuiltSensor, alone
+from hcss_twin.plan.sensor import BuiltSensor
+from hcss_twin.plan.sensor_margin import alone
 from hcss_twin.scenario.scenario import Scenario
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]

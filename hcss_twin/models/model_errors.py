@@ -13,8 +13,8 @@ TABLE = "model_errors.csv"
 _SUNLIGHT = {"": None, "with": True, "without": False}
 
 
-def load_model_errors(module_file: str, provider: str) -> tuple[ModelError, ...]:
-    """Return the figures of a provider from the table beside it.
+def from_table(module_file: str, provider: str) -> staticmethod[[], tuple[ModelError, ...]]:
+    """Return the method ``model_errors`` of a provider that has its figures in the table beside its module.
 
     Parameters
     ----------
@@ -22,14 +22,14 @@ def load_model_errors(module_file: str, provider: str) -> tuple[ModelError, ...]
         ``__file__`` of the module.
     provider : str
         Name in the table's first column.
-
-    Raises
-    ------
-    ValueError
-        If a row has an unknown word or no figure.
     """
-    with (Path(module_file).parent / TABLE).open(encoding="utf-8", newline="") as file:
-        return tuple(model_error(row) for row in csv.DictReader(file) if row["provider"] == provider)
+
+    def model_errors() -> tuple[ModelError, ...]:
+        """Return how far the provider is from the best references known."""
+        with (Path(module_file).parent / TABLE).open(encoding="utf-8", newline="") as file:
+            return tuple(model_error(row) for row in csv.DictReader(file) if row["provider"] == provider)
+
+    return staticmethod(model_errors)
 
 
 def model_error(row: dict[str, str]) -> ModelError:

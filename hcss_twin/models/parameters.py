@@ -146,7 +146,12 @@ class MieParameters(BaseModel):
     phase_function: Literal["mie", "henyey-greenstein"] = Field(
         default="mie", description="Phase function of spheres: from Mie theory, or eq 13 with the same asymmetry"
     )
-    moments: int = Field(default=128, ge=3, le=2048, description="Legendre moments of the Mie phase function")
+    moments: int | None = Field(
+        default=None,
+        ge=3,
+        le=2048,
+        description="Legendre moments of the Mie phase function; by default 128 for water and 512 for ice",
+    )
     radius_nodes: int = Field(
         default=250,
         ge=50,
@@ -159,6 +164,12 @@ class MieParameters(BaseModel):
         le=0.1,
         description="Widest panel of the spectral interpolation, as a fraction of the wavelength",
     )
+
+    def moments_of(self, material: str) -> int:
+        """Return how many moments the phase function of a material has; 2 stand for Henyey and Greenstein's."""
+        if self.phase_function == "henyey-greenstein":
+            return 2
+        return self.moments or (512 if material == "ice" else 128)
 
 
 class BulkParameters(MieParameters):

@@ -57,6 +57,11 @@ def attribute_to_field(field: str, parameters: Mapping[str, Any] | None = None) 
         raise ScenarioError([Problem(field, message)]) from error
 
 
+def numbered(kind: Kind, index: int, count: int) -> str:
+    """Return the label of one of ``count`` providers of a kind in plan and cube; several are numbered."""
+    return str(kind) if count == 1 else f"{kind}[{index}]"
+
+
 class Builder:
     """Resolves, constructs and guards providers, records the used ones, and collects problems."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
-from hcss_twin.plan.builder import Builder
+from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
-from hcss_twin.plan.surroundings import Surroundings
+from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
 from hcss_twin.providers import CloudDeclaration, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
@@ -160,6 +160,8 @@ class AssembledLayer:
         The layer in the scenario, at the path ``field``.
     particle_field : str
         Field to report if an optics provider rejects the layer's particles.
+    filled_in : tuple of FilledIn
+        Values that the climatology gave.
     """
 
     layer: CloudLayer
@@ -167,6 +169,7 @@ class AssembledLayer:
     section: Layer
     field: str
     particle_field: str
+    filled_in: tuple[FilledIn, ...] = ()
 
 
 def assemble_clouds(
@@ -180,12 +183,16 @@ def assemble_clouds(
 ) -> list[AssembledLayer]:
     """Build layers and their generators, ordered from the lowest to the highest."""
     layers: list[tuple[ResolvedLayer, Layer, str]] = []
+    filled: dict[str, FilledIn] = {}
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with builder.collect_problems(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
             if around is not None:
                 _require_top_inside(resolved.layer, around.profile, field)
+            if section.temperature == "climatology":
+                layer, filled[field] = with_climatological_top(resolved.layer, scenario, catalog, field)
+                resolved = replace(resolved, layer=layer)
             layers.append((resolved, section, field))
     geometries = {
         field: (section, LayerGeometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
@@ -206,7 +213,7 @@ def assemble_clouds(
             catalog,
             resolved.type_parameters,
         )
-        label = str(Kind.CLOUDS) if len(layers) == 1 else f"{Kind.CLOUDS}[{index}]"
+        label = numbered(Kind.CLOUDS, index, len(layers))
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
             _require_one_sky(resolved.layer, field, margin)
             slant.require_short(resolved.layer, points.pixel_size_m, samples)
@@ -219,7 +226,8 @@ def assemble_clouds(
                 shift = slant.of_view(resolved.layer, points.pixel_size_m)
                 generator = DisplacedClouds(generator, margin, shift)
             particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
-            clouds.append(AssembledLayer(resolved.layer, generator, section, field, f"{field}.{particle_key}"))
+            known = (filled[field],) if field in filled else ()
+            clouds.append(AssembledLayer(resolved.layer, generator, section, field, f"{field}.{particle_key}", known))
     return clouds
 
 

@@ -1,4 +1,4 @@
-"""The error of a scene against the world: engine, numerics, and what each provider states of itself.
+"""The total error of a scene: that of the engine, of its numerics, and what each provider states of itself.
 
 Each provider may state how far it is from the best reference known, by wavelength and column
 (:class:`hcss_twin.providers.ModelError`). A figure of a band is the mean of those of its wavelengths, weighted with the
@@ -112,9 +112,9 @@ class ErrorBudget:
         by_class: dict[str, list[str]] = {}
         for (of, band), own in self.contributions.items():
             largest = max(own, key=lambda each: each.relative or 0.0)
-            by_class.setdefault(of, []).append(f"{band} {_size(*self.total((of, band)))} mostly {largest.name}")
-        lines = [f"{of}: {', '.join(parts)}" for of, parts in by_class.items()]
-        return (*lines, *((f"without the unknown: {', '.join(self.unknown)}",) if self.unknown else ()))
+            by_class.setdefault(of, []).append(f"{band} {_size(*self.total((of, band)))} mostly from {largest.name}")
+        lines = [f"{of} {', '.join(parts)}" for of, parts in by_class.items()]
+        return (*lines, *((f"unknown and not included: {', '.join(self.unknown)}",) if self.unknown else ()))
 
     def _cell(self, of: str, band: str) -> str:
         own = sorted(self.contributions[of, band], key=lambda each: -(each.relative or 0.0))

@@ -11,16 +11,19 @@ from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.plan.assembly import Assembly, assemble
+from hcss_twin.plan.assemble import assemble
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.narrow_bands import narrow_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
-from hcss_twin.plan.sensor import planned_sensor, require_instants, with_margin
+from hcss_twin.plan.sensor import planned_sensor, require_instants
+from hcss_twin.plan.sensor_margin import with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
+from hcss_twin.plan.surroundings import air_unlike_sea
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
@@ -177,4 +180,5 @@ def _notes(
         radiance=radiance,
         sunlight=sunlight,
     )
-    return (*narrow, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))
+    unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
+    return (*narrow, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
-from hcss_twin.plan.builder import Builder
+from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.clouds import AssembledLayer
 from hcss_twin.providers import Microphysics, Optics, OpticsDeclaration, OpticsInputs, SingleScattering
 from hcss_twin.providers.registry.specs import Kind
@@ -113,12 +113,12 @@ def particle_optics(
     chosen = [each.section.optics or scenario.optics for each in layers]
     made: dict[str, Optics | None] = {_key(scenario.optics): default}
     fields = [f"{each.field}.optics.provider" if each.section.optics else "optics.provider" for each in layers]
-    several = len({_key(each) for each in chosen}) > 1
+    different = len({_key(each) for each in chosen})
     for index, (section, field) in enumerate(zip(chosen, fields, strict=True)):
         key = _key(section)
         if made.get(key) is None and field != "optics.provider":
             with builder.collect_problems(field, section.parameters):
-                label = f"{Kind.OPTICS}[{index}]" if several else str(Kind.OPTICS)
+                label = numbered(Kind.OPTICS, index, different)
                 name, inputs = selected(section, "provider"), OpticsInputs(catalog)
                 made[key] = builder.build(Kind.OPTICS, name, inputs, section.parameters, label)
     every = [made.get(_key(section)) for section in chosen]

@@ -8,12 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.requested_variables import expand
-from hcss_twin.cube.variables import INPUTS, VariableSpec
+from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.assembly import Assembly, derived_label
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.builder import numbered
 from hcss_twin.providers import VariableProvider
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.providers.variables import GEOMETRY as GEOMETRY_INPUTS
 from hcss_twin.scenario.scenario import Scenario
 
@@ -74,7 +77,7 @@ def computed_variables(
             if wrong:
                 raise ValueError(f"'{wrong[0]}' is no variable of the engine; geometry: {', '.join(GEOMETRY_INPUTS)}")
         except ValueError as error:
-            label = assembly.entries[derived_label(index, len(assembly.derived))].label
+            label = assembly.entries[numbered(Kind.VARIABLES, index, len(assembly.derived))].label
             message = f"{label} needs what the scene does not have: {error}"
             raise ScenarioError([Problem(f"output.derived[{index}].provider", message)]) from error
     return tuple(known.values())

@@ -9,12 +9,17 @@ from datetime import UTC
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
+from hcss_twin.models.atmosphere.cloud_top import climatological_cloud_top
 from hcss_twin.models.atmosphere.gases import MEANS, amount_note, factor_of, means_of_year, with_factors
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
 from hcss_twin.models.atmosphere.profile_file import calendar_model, closest_model, load_profile
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.scenario import Scenario
+
+USUAL_AIR_MINUS_SEA_K = (-10.0, 5.0)
+"""Air minus sea temperature: 99.8 % of the monthly means of the climatology (COADS, 2 degree cells) lie inside."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,38 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     if problems:
         raise ScenarioError(problems)
     return Surroundings(profile, temperature, wind, tuple(filled))
+
+
+def air_unlike_sea(profile: Profile, sea_temperature_K: float) -> tuple[str, ...]:
+    """Return a note if the air above the sea is far colder or warmer than the water, as in another season's profile."""
+    air = float(profile.temperature_K[0])
+    difference = air - sea_temperature_K
+    low, high = USUAL_AIR_MINUS_SEA_K
+    if low <= difference <= high:
+        return ()
+    return (
+        f"profile '{profile.name}': the air at the surface ({air:.1f} K) is {abs(difference):.1f} K "
+        f"{'colder' if difference < 0 else 'warmer'} than the sea ({sea_temperature_K:.1f} K); usual are {low:+g} to "
+        f"{high:+g} K: check atmosphere.profile and sea.temperature",
+    )
+
+
+def with_climatological_top(
+    layer: CloudLayer, scenario: Scenario, catalog: Catalog, field: str
+) -> tuple[CloudLayer, FilledIn]:
+    """Return a layer with the climatology's temperature of its top, and that temperature.
+
+    Raises ScenarioError, at the layer's path ``field``, if there is none at this place or altitude.
+    """
+    place, field = scenario.place, f"{field}.temperature"
+    with attribute_to_field(field):
+        found = climatological_cloud_top(place.latitude, place.longitude, scenario.time, layer.top_m, catalog)
+    kelvin = round(found.temperature_K, 2)
+    why = (
+        f"air temperature of the climatology {NAME}, cooled as in {found.profile} up to {layer.top_m:g} m; standard "
+        f"deviation of this cooling among the model atmospheres {found.scatter_K:.1f} K"
+    )
+    return replace(layer, temperature_K=kelvin), FilledIn(field, f"{kelvin:.2f} K", why)
 
 
 def _profile(

@@ -106,7 +106,10 @@ class ProviderOptions(Protocol):
     expected_failures: Mapping[str, str]
 
     def model_errors(self) -> Sequence[ModelError]:
-        """Return how far the provider is from the best reference known; without this member it is ``unknown``."""
+        """Return how far the provider is from the best reference known; without this member it is ``unknown``.
+
+        ``hcss plugins NAME`` shows the figures of a static or class method, which do not depend on a scene.
+        """
 
 
 class Note(str):

@@ -251,11 +251,11 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
             for of, bands in budget.items()
             for band, cell in bands.items()
         ]
-        caption = "Error against the world: root of the sum of squares of what is known. (notes): not recomputed."
+        caption = "Total error, models included: root of the sum of squares of known errors; (notes): not recomputed."
         yield Table(["class", "band", "%", "kelvin", "contributions in %"], rows, caption, text_columns=2)
     beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
     if beyond:
-        yield note("Not within the accuracy, for what is left out:")
+        yield note("Not within the requested accuracy because of omitted effects:")
         yield bullets(str(each) for each in beyond)
     if words is not None:
         yield folded("The certificate in words", bullets(str(words).split("; ")))

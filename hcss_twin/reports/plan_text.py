@@ -8,7 +8,7 @@ from functools import partial
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.accuracy import SHARES
-from hcss_twin.plan.assembly import derived_label
+from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
@@ -18,6 +18,7 @@ from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.reports.tables import bound_text, labelled
 
 _NUMBERED = re.compile(r"(.*?)(\d+)")
@@ -102,7 +103,7 @@ def _clouds(plan: Plan) -> Rows:
         return
     entries, generators = plan.assembly.entries, plan.assembly.generators
     for index, (layer, generator) in enumerate(zip(plan.layers, generators, strict=True)):
-        entry = entries["clouds" if len(plan.layers) == 1 else f"clouds[{index}]"]
+        entry = entries[numbered(Kind.CLOUDS, index, len(plan.layers))]
         of_image = getattr(generator, "image_coverage", None)
         coverage = f"{layer.coverage:g}" + (" of the sky on average" if layer.coverage_mode == "field" else "")
         if of_image is not None:
@@ -177,7 +178,7 @@ def _output(plan: Plan) -> Rows:
     names = ", ".join(spec.name for spec in plan.variables)
     yield "output", f"{names}: {size}{stored}{checked if plan.needs_radiance else ''}"
     for index, each in enumerate(plan.assembly.derived):
-        entry = plan.assembly.entries[derived_label(index, len(plan.assembly.derived))]
+        entry = plan.assembly.entries[numbered(Kind.VARIABLES, index, len(plan.assembly.derived))]
         given = ", ".join(spec.name for spec in plan.variables if spec.name in each.variables)
         yield "derived", f"{given} from {', '.join(each.needs)}; {_named(entry)}"
     for line in quantization_lines(plan.variables, output.compression > 0):
@@ -252,10 +253,10 @@ def approximations(plan: Plan) -> Rows:
 
 
 def _world(plan: Plan) -> Rows:
-    """Yield the total error against the world."""
+    """Yield the total error, models included."""
     if plan.needs_radiance:
         first, *others = error_budget(plan).totals
-        yield "error", f"against the world (more: --json); {first}"
+        yield "error", f"total, models included (more: --json): {first}"
         yield from (("", line) for line in others)
 
 

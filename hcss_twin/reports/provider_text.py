@@ -1,4 +1,4 @@
-"""Description of a provider: its origin and its scenario parameters."""
+"""Description of a provider: its origin, its scenario parameters and its errors."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import ProviderNameError, choose_from
+from hcss_twin.reports.model_error_text import stated_error_lines, stated_errors
 
 if TYPE_CHECKING:
     from hcss_twin.providers.registry.registry import Registry
@@ -37,14 +38,15 @@ def described(registry: Registry, name: str) -> list[dict[str, Any]]:
     -------
     list of dict
         ``kind``, ``name``, ``distribution``, ``version``, ``summary``, ``references``, ``selected_by`` (key of the
-        scenario) and ``parameters``: dicts of ``name``, ``type``, ``allowed``, ``default``, ``description``.
+        scenario), ``parameters``: dicts of ``name``, ``type``, ``allowed``, ``default``, ``description``, and
+        ``model_errors``, as of :func:`stated_errors`.
 
     Raises
     ------
     ProviderNameError
         If there is none.
     ProviderError
-        If its parameters cannot be imported.
+        If its parameters or its class cannot be imported.
     """
     from hcss_twin.scenario.reference import field_text
 
@@ -63,6 +65,7 @@ def described(registry: Registry, name: str) -> list[dict[str, Any]]:
                 "references": list(entry.references),
                 "selected_by": _SELECTED_BY[str(entry.kind)],
                 "parameters": [vars(field_text(key, field)) for key, field in fields.items()],
+                "model_errors": stated_errors(registry.provider_class(entry)),
             }
         )
     return descriptions
@@ -84,4 +87,5 @@ def provider_text(provider: dict[str, Any]) -> str:
         facts = ", ".join(fact for fact in (each["type"], each["allowed"], default) if fact)
         description = textwrap.indent(textwrap.fill(each["description"], 92), " " * 8)
         lines += [f"    {each['name']}  ({facts})", *([description] if description else [])]
+    lines += stated_error_lines(provider["model_errors"])
     return "\n".join(lines).replace("`", "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -15,6 +15,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, choose_from, closest, shown
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
+from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Number
 
@@ -283,3 +284,8 @@ def read_response(file: str, catalog: Catalog) -> tuple[Array, Array]:
     if np.any(response < 0) or np.any(response > 1) or not np.any(response > 0):
         raise CatalogError(f"{path}: response must lie in 0..1 and be positive somewhere")
     return wavelength, response
+
+
+def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
+    """Return the bands in the form of the provider API."""
+    return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
@@ -15,7 +15,7 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.models import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
-from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import Material, ScenarioSection, with_material
 from hcss_twin.scenario.units import Length, Number, Whole
 
@@ -112,12 +112,7 @@ def load_cloud_type(name: str, catalog: Catalog) -> CloudType:
     ScenarioError
         If a key of the file is wrong; its ``origin`` is the file.
     """
-    path = catalog.find(name, "cloud_types", ".toml")
-    raw = catalog.toml(path)
-    try:
-        return CloudType.model_validate(raw)
-    except ValidationError as error:
-        raise ScenarioError(problems_from(error, CloudType, raw=raw), str(path)) from error
+    return read_model(CloudType, catalog, catalog.find(name, "cloud_types", ".toml"))
 
 
 def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGeometry:
@@ -200,7 +195,7 @@ def _of_type(section: Layer) -> str:
 
 
 def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer:
-    """Merge a scenario's layer with its cloud type.
+    """Merge a scenario's layer with its cloud type; the climatology's temperature is left out.
 
     Raises
     ------
@@ -221,7 +216,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         coverage=section.coverage,
         coverage_mode=section.coverage_mode,
         edge_taper=section.edge_taper,
-        temperature_K=section.temperature,
+        temperature_K=None if section.temperature == "climatology" else section.temperature,
         microphysics=particles,
     )
     return ResolvedLayer(layer, cloud_type.fractal.model_dump())

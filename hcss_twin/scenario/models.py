@@ -120,6 +120,12 @@ EvolutionTime = Annotated[
 ]
 
 
+CloudTemperature = Annotated[
+    Annotated[Temperature, Field(ge=150, le=350)] | Literal["climatology"],
+    BeforeValidator(quantity_or_word("temperature", 150.0, 350.0, "climatology", above="350")),
+]
+
+
 class MotionSection(ScenarioSection):
     """Motion of platform and clouds, and evolution of cloud shapes."""
 
@@ -243,8 +249,10 @@ class Layer(ScenarioSection):
         None, gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
     )
     anchor: Literal["base", "top"] | None = Field(None, description="Side of a thin cloud that stays at its altitude.")
-    temperature: Temperature | None = Field(
-        None, ge=150, le=350, description="Cloud temperature, K; default: that of the air at the cloud top."
+    temperature: CloudTemperature | None = Field(
+        None,
+        description='Cloud temperature, K, 150 to 350, or "climatology": that of the top by place and date; default: '
+        "that of the air at the cloud top.",
     )
     material: Material | None = Field(
         None, description="What the particles are made of; the mass per volume stays. Also called `phase`."
@@ -407,7 +415,7 @@ class OutputSection(ScenarioSection):
         "0: all digits. Temperatures are rounded 16 times as finely.",
     )
     certificate: Whole = Field(
-        24, ge=0, le=3000, description="Random pixels computed again without tables to certify the accuracy; 0: none."
+        24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )
 
 

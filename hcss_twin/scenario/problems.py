@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 import typing
 from collections.abc import Iterator, Mapping
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from hcss_twin.core.errors import Problem, choose_from, count, listed, shown
-from hcss_twin.scenario.units import in_plain_units
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, listed, shown
+from hcss_twin.scenario.units import in_plain_units, meant_in_celsius
 
 Location = tuple[int | str, ...]
+Model = TypeVar("Model", bound=BaseModel)
 
 REPEATED = ("layers",)
 """Lists of sections with keys that are also allowed in the parent section."""
-
-ZERO_CELSIUS_K = 273.15
 
 _BOUNDS = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
 _RANGE_KINDS = {"greater_than_equal": "ge", "greater_than": "gt", "less_than_equal": "le", "less_than": "lt"}
@@ -51,6 +52,15 @@ def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = 
         name = dotted((prefix, *location) if prefix else location) or "scenario"
         problems.append(Problem(name, _sentence(detail, model, location, raw)))
     return problems
+
+
+def read_model(model: type[Model], catalog: Catalog, path: Path) -> Model:
+    """Read a TOML file of a catalog as a model; raises ScenarioError with the file as its ``origin``."""
+    raw = catalog.toml(path)
+    try:
+        return model.model_validate(raw)
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, model, raw=raw), str(path)) from error
 
 
 def dotted(location: Location) -> str:
@@ -185,10 +195,9 @@ def _from_celsius(location: Location, value: object, bounds: Mapping[str, float]
     """Temperature in kelvin if a plain number was probably meant in degrees Celsius."""
     if not location or "temperature" not in str(location[-1]) or not isinstance(value, int | float):
         return None
-    kelvin = value + ZERO_CELSIUS_K
     low = max(bounds.get("ge", -math.inf), bounds.get("gt", -math.inf))
     high = min(bounds.get("le", math.inf), bounds.get("lt", math.inf))
-    return f"{kelvin:.6g}, which is {value:g} degC" if low <= kelvin <= high else None
+    return meant_in_celsius(value, low, high)
 
 
 def _nearest(bounds: Mapping[str, float], value: object, detail: ErrorDetails | None, whole: bool) -> str | None:

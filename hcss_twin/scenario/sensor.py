@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.bands import Bands
-from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Whole
 
@@ -126,12 +126,7 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
     ScenarioError
         If a key of the file is wrong; its ``origin`` is the file.
     """
-    path = catalog.find(name, FOLDER, ".toml")
-    raw = catalog.toml(path)
-    try:
-        return NamedSensor.model_validate(raw)
-    except ValidationError as error:
-        raise ScenarioError(problems_from(error, NamedSensor, raw=raw), str(path)) from error
+    return read_model(NamedSensor, catalog, catalog.find(name, FOLDER, ".toml"))
 
 
 def choose_sensor(section: StageSection, catalog: Catalog) -> SensorChoice:

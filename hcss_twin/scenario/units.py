@@ -74,11 +74,19 @@ def quantity_or_word(dimension: str, low: float, high: float, word: str, above: 
             raise PydanticCustomError("quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}")
         if not low <= number <= high:
             nearest = f"{low:g}" if number < low else above
+            if dimension == "temperature":
+                nearest = meant_in_celsius(number, low, high) or nearest
             hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN has no closest value
             raise PydanticCustomError("quantity_or_word", f"{shown(value)} is out of range; {allowed}{hint}")
         return float(number)
 
     return parse
+
+
+def meant_in_celsius(value: float, low: float, high: float) -> str | None:
+    """Return the temperature in kelvin if a value outside these limits was probably meant in degrees Celsius."""
+    kelvin = value + UNITS["temperature"]["degC"][1]
+    return f"{kelvin:.6g}, which is {value:g} degC" if low <= kelvin <= high else None
 
 
 def in_plain_units(text: str) -> float | None:

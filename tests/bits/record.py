@@ -5,9 +5,9 @@
     python tests/bits/record.py --write           record all cases
     python tests/bits/record.py --write night     record one again; the others stay
 
-``scenes.py`` has the cases. For every variable that holds numbers, ``recorded.json`` has the SHA-256 of its type, shape
-and little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with its
-place. Text and global attributes are left out, except the numbers of certificates.
+``cases.py`` lists the cases. For every variable that holds numbers, ``recorded.json`` has the SHA-256 of its type,
+shape and little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with
+its place. Text and global attributes are left out, except the numbers of certificates.
 
 Bits depend on processor and packages. In the environment that was recorded, bits are compared. In any other one,
 smallest, mean and largest values and numbers are compared within a relative 1e-6, and cases in which rounding decides
@@ -237,7 +237,7 @@ def recorded() -> dict[str, Any]:
 
 def main() -> int:
     """Record or compare; 1 if something differs."""
-    from scenes import CASES, RANDOM_WALKS
+    from cases import CASES, RANDOM_WALKS
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="*", metavar="CASE")

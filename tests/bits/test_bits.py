@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import record
-from scenes import CASES, QUICK, RANDOM_WALKS
+from cases import CASES, QUICK, RANDOM_WALKS
 
 
 def test_every_case_is_recorded():

@@ -166,7 +166,8 @@ def test_every_optional_member_the_engine_looks_for_is_documented_and_no_other()
     files = [path for folder in folders for path in folder.rglob("*.py")]
     files += [
         package / "models" / "atmosphere" / "path_radiance.py",
-        *(package / "providers" / "registry" / each for each in ("registry.py", "guard.py")),
+        package / "providers" / "registry" / "registry.py",
+        *(package / "providers" / "registry" / "guards").glob("*.py"),
     ]
     found = {name for path in files for name in asked_for(path)} - {"declares"}
     assert found == options() == set(declared._OPTIONS)

@@ -201,6 +201,9 @@ place = {latitude = 35.0, longitude = 150.0}
 time = 2024-04-20T12:30:00+10:00
 image = {rows = 24, columns = 32}
 frames.count = 2
+bands = ["mwir-3.7", "lwir-10.8"]
+accuracy = 1e-2
+output.certificate = 4
 clouds = {type = "stratus", coverage = 0.5}
 radiance.model = "as-printed"
 sea.model = "cox-munk"

@@ -66,11 +66,13 @@ def test_a_correct_cube_passes_and_says_what_was_requested_estimated_and_achieve
     assert "11.7 %" in made.attrs["hcss_certificate"]
     assert set(found_strata(made)) == {"clear", "thin", "edge", "thick"}
     assert all(each["checked"] >= 1 for each in found_strata(made).values())
-    # PASSED stands for the engine; what is left out and what the models err stands beside it
+    # PASSED stands for the engine; omitted physics and the errors of the models stand beside it
     beyond = json.loads(made.attrs["hcss_beyond_accuracy"])
     assert any("image.samples_per_pixel = 2 or more" in each for each in beyond)
     assert any("radiance.model = 'physical'" in each for each in beyond)
-    assert f"NOT WITHIN the accuracy for what is left out, {len(beyond)} effects" in made.attrs["hcss_certificate"]
+    assert (
+        f"NOT WITHIN the requested accuracy because of {len(beyond)} omitted effects" in made.attrs["hcss_certificate"]
+    )
     for cells in json.loads(made.attrs["hcss_error_budget"]).values():
         assert {band: cell["contributions"][0]["relative"] for band, cell in cells.items()} == achieved
         assert all(cell["total"] > 10.0 * achieved[band] for band, cell in cells.items())

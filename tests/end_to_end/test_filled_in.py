@@ -92,6 +92,26 @@ def test_the_sea_model_gets_the_wind_that_is_told():
     assert {item["field"] for item in json.loads(one.attrs["hcss_filled_in"])} >= {"sea.wind_speed"}
 
 
+def test_the_climatology_gives_the_temperature_of_the_cloud_top_that_is_told():
+    asked = CLEAR + 'clouds = {type = "stratus", coverage = 0.5, temperature = "climatology"}'
+    plan = make_plan(Scenario.from_toml(asked, SMALL))
+    told = filled(plan)["clouds.temperature"]
+    # Stratus ends at 1 km: 6 to 7 K below the air over the sea, which is within 2 K of the water.
+    assert 4.0 < plan.assembly.sea_temperature_K - plan.layers[0].temperature_K < 9.0
+    assert told.value == f"{plan.layers[0].temperature_K:.2f} K"
+    assert "COADS 1946-1989" in told.why
+    assert "standard deviation of this cooling among the model atmospheres 2." in told.why
+    typed = make_plan(Scenario.from_toml(asked.replace("climatology", told.value), SMALL))
+    assert typed.layers == plan.layers
+    assert "clouds.temperature" not in filled(typed)
+
+
+def test_a_cloud_top_without_climatological_temperature_is_refused():
+    asked = CLEAR + 'clouds = {type = "cirrus", coverage = 0.5, temperature = "climatology", top = "12 km"}'
+    with pytest.raises(ScenarioError, match=r"clouds.temperature: top_m: 12000 given, allowed: 0 to 10000 m"):
+        make_plan(Scenario.from_toml(asked, SMALL))
+
+
 def test_what_a_scenario_says_is_not_filled_in_and_the_climatology_is_not_opened():
     plan = make_plan(Scenario.load("baseline", SMALL))
     assert plan.filled_in == ()
@@ -190,3 +210,17 @@ def test_a_radiosonde_runs_and_its_completion_is_noted(any_air, tmp_path):
 def test_a_provider_must_be_bound_to_a_profile_or_to_none(any_air):
     with pytest.raises((ProviderError, ScenarioError), match=r"bound_profile\(\) returned str"):
         make_plan(Scenario.from_toml(CLEAR, {**any_air, "atmosphere.provider": "badly-bound"}))
+
+
+@pytest.mark.parametrize(
+    ("profile", "sea_K", "words"),
+    [
+        ("midlatitude-winter", 285.0, "12.8 K colder than the sea (285.0 K)"),
+        ("tropical", 285.0, "14.7 K warmer than the sea (285.0 K)"),
+        ("midlatitude-winter", 280.0, None),
+    ],
+)
+def test_air_of_another_season_than_the_sea_is_noted(any_air, profile, sea_K, words):
+    overrides = {**any_air, "atmosphere.profile": profile, "sea.temperature": sea_K}
+    notes = [note for note in make_plan(Scenario.from_toml(CLEAR, overrides)).notes if "than the sea" in note]
+    assert (len(notes) == 1 and words in notes[0]) if words else not notes

@@ -61,6 +61,29 @@ def test_blur_added_to_a_measured_image_is_found_as_a_difference_of_squares():
     assert after.noise == pytest.approx(noise, rel=0.05)
 
 
+def test_a_sharp_image_of_the_same_kind_replaces_the_power_law():
+    def stepped(seed, sigma, noise):
+        """Noise whose power falls in three steps, a factor of 300 each, instead of with a slope."""
+        k = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
+        random = np.random.default_rng(seed)
+        amplitude = 300.0 ** (-0.5 * np.searchsorted([0.03, 0.06, 0.12], k))
+        spectrum = np.fft.rfft2(random.standard_normal((256, 256))) * amplitude
+        image = np.fft.irfft2(spectrum * np.exp(-2.0 * (np.pi * sigma * k) ** 2))
+        return image + noise * random.standard_normal(image.shape)
+
+    sharp = stepped(10, 0.0, 0.0)
+    images = [stepped(seed, 1.2, 1e-4) for seed in range(4)]
+    found = [estimate_degradation(image, sharp) for image in images]
+    for each in found:
+        assert abs(each.blur_sigma_pixels - 1.2) < 4.0 * each.blur_error < 0.25
+        assert each.noise == pytest.approx(1e-4, rel=0.02)
+        assert each.slope == 0.0
+    misled = [estimate_degradation(image) for image in images]
+    assert all(abs(each.blur_sigma_pixels - 1.2) > 1.0 for each in misled)
+    with pytest.raises(ImageError, match=r"scene: \(256, 255\) pixels given, allowed: \(256, 256\)"):
+        estimate_degradation(images[0], sharp[:, 1:])
+
+
 def test_an_image_without_deviations_has_no_degradation_to_find():
     with pytest.raises(ImageError, match="plane"):
         estimate_degradation(np.add.outer(np.arange(80.0), np.arange(80.0)))

@@ -8,7 +8,6 @@ import pytest
 from PythonicDISORT.pydisort import pydisort
 
 from hcss_twin.models.parameters import PhysicalParameters
-from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
@@ -86,20 +85,33 @@ def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
     return {name: term[0] for name, term in model.cloudy(NU, np.array([[thickness_m]]), sun).items()}
 
 
+PARTS = 8
+"""Parts of each layer of the reference, in which the Planck radiance is linear in optical thickness."""
+
+
+def heights(levels):
+    return np.interp(np.arange(PARTS * (levels.size - 1) + 1) / PARTS, np.arange(levels.size), levels)
+
+
+def parts(depth):
+    return np.repeat(depth, PARTS) / PARTS
+
+
 def discrete_ordinates(thickness_m, sun, albedo, emissivity=EMISSIVITY, lobes=()):
     """Upward radiance at the top: a function of relative azimuth giving (16,) at the reference's cosines."""
-    air = Air(PlaneGas(), PROFILE, NU)
-    edges = tuple(float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0)
-    sources = air._sources(edges)[::-1, 0].copy()
-    gas = DEPTH[[0, 1, 2, 4, 5, 6, 7]][::-1].copy()
-    cloud = len(gas) - 1 - 2
-    tau, w, chi = gas.copy(), np.zeros(gas.size), np.zeros((gas.size, 600))
-    chi[:, 0] = 1.0
+    above, below = heights(ALTITUDE[:3:-1]), heights(ALTITUDE[2::-1])
     extinction = LAYER.microphysics.number_density_m3 * 1e-10
-    tau[cloud] = max(extinction * thickness_m, 1e-9)
+    tau = np.concatenate((parts(DEPTH[:3:-1]), [max(extinction * thickness_m, 1e-9)], parts(DEPTH[1::-1])))
+    cloud = above.size - 1
+    w, chi = np.zeros(tau.size), np.zeros((tau.size, 600))
+    chi[:, 0] = 1.0
     w[cloud], chi[cloud] = (albedo if thickness_m else 0.0), G ** np.arange(600)
-    sources[cloud] = planck(NU, 280.0)[0] if thickness_m else 0.0
-    f = np.zeros(gas.size)
+    of_cloud = planck(NU, 280.0) if thickness_m else np.zeros(1)
+    black = [np.array([planck(NU, t)[0] for t in np.interp(z, ALTITUDE, TEMPERATURE)]) for z in (above, below)]
+    upper, lower = (np.concatenate((black[0][ends], of_cloud, black[1][ends])) for ends in (np.s_[:-1], np.s_[1:]))
+    slope = (lower - upper) / tau
+    sources = np.stack((upper - slope * (np.cumsum(tau) - tau), slope), axis=1)
+    f = np.zeros(tau.size)
     f[cloud] = G**STREAMS
     mu_sun, beam = (0.5, 0.0) if sun is None else (math.cos(math.radians(sun.zenith_deg)), 0.01)
     result = pydisort(
@@ -116,7 +128,7 @@ def discrete_ordinates(thickness_m, sun, albedo, emissivity=EMISSIVITY, lobes=()
         NFourier=STREAMS if sun is not None else 1,
         b_pos=emissivity * planck(NU, SEA_K)[0],
         BDRF_Fourier_modes=[1.0 - emissivity, *lobes],  # it divides by pi
-        s_poly_coeffs=sources[:, None],
+        s_poly_coeffs=sources,
     )
     mu, field = result[0][:HALF], result[-1]
     if sun is None:

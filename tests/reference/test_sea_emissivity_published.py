@@ -1,15 +1,13 @@
-"""Sea emissivity against the published values of Wu and Smith.
+"""Sea emissivity against the published values of Wu and Smith, whose source stands in the data file.
 
-X. Wu and W. L. Smith, Emissivity of rough sea surface for 8-13 um: modeling and verification, Appl. Opt. 36, 2609-2619
-(1997): facets of Cox and Munk with surface-emitted, surface-reflected light, no foam. The numbers are those that the
-Community Radiative Transfer Model tabulates from this model for an unpolarised view of sea water near 298 K (its
-coefficient file WuSmith.IRwater.EmisCoeff, four decimals), 15 of its values. Tables of Masuda et al. (1988) were not to
-be had.
+Tables of Masuda et al. (1988) were not to be had.
 
 They are printed with a rounding of 5e-5, but the index of water is another one: at nadir, where neither wind nor angle
 matters, it makes up to 5e-4 (12 um), and it counts more at larger angles. ``TOLERANCE`` is twice that;
 what exceeds it is an expected failure.
 """
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,13 +19,8 @@ from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.providers import SeaInputs
 
 ZENITH_DEG = (0.5, 30.5, 60.5)
-PUBLISHED = {
-    (10.8, 0.0): (0.9921, 0.9915, 0.9645),
-    (10.8, 5.0): (0.9921, 0.9912, 0.9620),
-    (10.8, 15.0): (0.9920, 0.9905, 0.9651),
-    (3.7, 5.0): (0.9745, 0.9726, 0.9268),
-    (12.0, 5.0): (0.9887, 0.9873, 0.9449),
-}
+TABLE = np.loadtxt(Path(__file__).parents[1] / "data" / "wu-smith-1997-emissivity.csv", delimiter=",", skiprows=5)
+PUBLISHED = {(wavelength_um, wind): tuple(values) for wavelength_um, wind, *values in TABLE.tolist()}
 """Emissivity at ``ZENITH_DEG``, by wavelength in um and wind speed in m/s."""
 
 WARM_K = 298.15

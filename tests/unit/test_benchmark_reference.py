@@ -7,6 +7,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
+from hcss_twin.reports import benchmark_reference
 from hcss_twin.reports.benchmark import random_columns
 from hcss_twin.reports.benchmark_reference import (
     MODELS,
@@ -55,11 +56,23 @@ def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
     assert all(errors[1][band] > 10.0 * errors[0][band] for band in errors[0])
 
 
+def test_the_change_of_level_at_few_wavenumbers_is_that_of_all(scene, monkeypatch):
+    monkeypatch.setattr(benchmark_reference, "COARSE_LEVEL", 0)
+    few, columns = changed(scene, {"bands": [[3.6, 3.75]]}), np.array([[0.0], [50.0], [900.0]])
+    composed, plan = reference_of(few, columns, 1), make_plan(changed(few, PHYSICAL))
+    coarse, fine = (column_radiance(plan.at_level(level), plan.spectral_grid, columns) for level in (0, 1))
+    change = 1.0 - coarse / fine
+    assert np.max(np.abs(change)) > 1e-4
+    assert composed.level_change == pytest.approx(change, abs=0.01 * np.max(np.abs(change)))
+    assert composed.radiance == pytest.approx(fine, rel=3e-4)
+
+
 def test_errors_are_the_largest_of_any_column_in_each_band(reference):
     wrong = reference.radiance.copy()
     wrong[3] *= (0.9, 1.01)
     wrong[1] *= (1.05, 1.0)
     assert reference.errors(wrong) == pytest.approx({"mwir-3.7": 0.1, "lwir-10.8": 0.01})
+    assert reference.errors(wrong, np.arange(6) == 1) == pytest.approx({"mwir-3.7": 0.05, "lwir-10.8": 0.0})
 
 
 def test_a_scenario_accepts_every_model_to_compare(scene):

@@ -1,4 +1,4 @@
-"""The budget against the world: figures of providers become a band's, in both units, and unknown ones stay unknown."""
+"""The budget of the total error: figures of providers become a band's, in both units, and unknown ones stay unknown."""
 
 import csv
 import math

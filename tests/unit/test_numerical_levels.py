@@ -9,7 +9,7 @@ import pytest
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
-from hcss_twin.plan.numerics import choose_level, reference_level, spectral_level
+from hcss_twin.plan.numerics import FIRST_LEVELS, choose_level, reference_level, spectral_level
 
 BAND = SpectralBand("flat", np.array([3.0, 5.0]), np.array([1.0, 1.0]))
 NATIVE = np.arange(1000.0, 4000.0, 50.0)
@@ -17,10 +17,16 @@ NATIVE = np.arange(1000.0, 4000.0, 50.0)
 
 def test_levels_become_finer_in_every_size():
     for coarse, fine in pairwise(LEVELS):
-        *sizes, faint = astuple(coarse)
-        *finer, fainter = astuple(fine)
+        *sizes, faint, sublayers = astuple(coarse)
+        *finer, fainter, more = astuple(fine)
         assert all(b > a for a, b in zip(sizes, finer, strict=True))
         assert fainter < faint
+        assert more >= sublayers
+
+
+def test_a_tolerance_that_two_sublayers_may_miss_is_compared_with_four():
+    first = next(level for limit, level in FIRST_LEVELS if limit < 1e-4)
+    assert LEVELS[first].sublayers > LEVELS[first - 1].sublayers
 
 
 @pytest.mark.parametrize("stated", [{"streams": 8}, {"streams": 32, "sun_streams": 64}, {"azimuth_modes": 4}])

@@ -1,14 +1,18 @@
-"""hcss plugins NAME: what a provider takes."""
+"""hcss plugins NAME: what a provider takes, and how far off it says it is."""
 
+import csv
 import json
+from pathlib import Path
 from typing import Literal
 
 import pytest
 from click.testing import CliRunner
 from pydantic import BaseModel, Field
 
+from hcss_twin import models
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.providers import ModelError
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.reports.provider_text import described, provider_text
 
@@ -20,14 +24,30 @@ class Parameters(BaseModel):
     file: str | None = Field(None, description="A table.")
 
 
+class Drops:
+    @staticmethod
+    def model_errors():
+        same = {"name": "particles", "source": "a Mie code", "condition": "10 drops"}
+        return (
+            ModelError(lower_um=3.0, upper_um=5.0, relative=0.023, kelvin=0.51, column="water", sunlight=True, **same),
+            ModelError(lower_um=8.0, upper_um=14.0, kelvin=1.0, statistic="largest", zenith_deg=(0, 60), **same),
+            ModelError(name="drizzle", lower_um=8.0, upper_um=14.0, relative=1e-4, source="a radar", command="ada.py"),
+        )
+
+
+class Sea:
+    def model_errors(self):
+        return ()
+
+
 class Ada:
     @hookimpl
     def hcss_register_optics(self):
-        return [ProviderSpec("ada", "a:B", f"{__name__}:Parameters", 1, "drops by Ada", ("Ada, 1843",))]
+        return [ProviderSpec("ada", f"{__name__}:Drops", f"{__name__}:Parameters", 1, "drops by Ada", ("Ada, 1843",))]
 
     @hookimpl
     def hcss_register_sea_models(self):
-        return [ProviderSpec("ada", "a:B", None, 1, "a sea by Ada")]
+        return [ProviderSpec("ada", f"{__name__}:Sea", None, 1, "a sea by Ada")]
 
 
 @pytest.fixture
@@ -68,7 +88,8 @@ def test_text_of_all_providers_of_a_name(registry):
 sea model ada  [hcss-ada 1.2]
   a sea by Ada
   selected by sea.model = "ada"
-  It has no parameters.""",
+  It has no parameters.
+  error against the world: depends on the scene, see hcss plan""",
         """\
 optics provider ada  [hcss-ada 1.2]
   drops by Ada
@@ -82,13 +103,29 @@ optics provider ada  [hcss-ada 1.2]
     levels  (list, length ≤ 9, default none)
         Altitudes.
     file  (text)
-        A table.""",
+        A table.
+  error against the world:
+    particles, against a Mie code
+      10 drops; from notes
+      3-5 um        2.3 %, 0.51 K     rms             water, with sunlight
+      8-14 um       1 K               largest         zenith 0-60 deg
+    drizzle, against a radar
+      ada.py
+      8-14 um       0.01 %            rms""",
     }
 
 
 def test_json_is_what_is_described(registry):
     done = CliRunner().invoke(cli, ["plugins", "ada", "--json"])
     assert json.loads(done.stdout) == described(registry, "ada")
+
+
+def test_figures_of_shipped_providers_are_those_of_their_tables():
+    stated = {each["name"]: each["model_errors"] for each in described(Registry.defaults_only(), "cox-munk")}
+    text = (Path(models.__file__).parent / "sea" / "model_errors.csv").read_text(encoding="utf-8")
+    table = csv.DictReader(text.splitlines())
+    relative = [float(row["relative"]) for row in table if row["provider"] == "cox-munk"]
+    assert [each["relative"] for each in stated["cox-munk"]] == relative
 
 
 def test_every_shipped_provider_can_be_described():

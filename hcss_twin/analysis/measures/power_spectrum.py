@@ -49,6 +49,18 @@ def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
     return np.abs(rfft2(surface, overwrite_x=True)) ** 2, span
 
 
+def power_density(image: NDArray[Any]) -> tuple[Array, Array, Array]:
+    """Return the power density (rows, columns // 2 + 1) of :func:`windowed_power` in the image's unit squared.
+
+    The others are the wavenumbers along y (rows, 1) and x (1, columns // 2 + 1), in cycles per pixel.
+    """
+    power, span = windowed_power(image)
+    rows, columns = image.shape
+    window_y, window_x = hann(rows), hann(columns)
+    power *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
+    return power, fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
+
+
 RINGS_PER_OCTAVE = 4
 SECTORS = 12
 """Sectors of wave direction, 15 degrees each over 180 degrees, because opposite waves are equivalent."""
@@ -114,11 +126,8 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
         At least 32 x 32 pixels, any unit; x runs along columns, y along rows.
     """
     pixels = checked_image("image", image)
-    density, span = windowed_power(pixels)
     rows, columns = pixels.shape
-    window_y, window_x = hann(rows), hann(columns)
-    density *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
-    along_y, along_x = fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
+    density, along_y, along_x = power_density(pixels)
     wavenumber = np.hypot(along_y, along_x)
     # Waves along y are stored together with their opposites; only one of each pair is used.
     counted = (along_x > 0.0) | (along_y > 0.0)

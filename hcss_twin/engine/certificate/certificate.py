@@ -116,9 +116,9 @@ class Certificate:
     reference : str
         Whether the reference columns were solved in this run or reused.
     beyond : tuple of str
-        What is left out of the scene though it exceeds its share of the accuracy, with its size and what it needs.
+        Omitted physics that exceeds its share of the accuracy, with its size and the keys that would compute it.
     budget : ErrorBudget or None
-        The error against the world, by class and band.
+        The total error, models included, by class and band.
     """
 
     requested: RequestedAccuracy
@@ -158,7 +158,7 @@ class Certificate:
 
     @property
     def summary(self) -> tuple[str, ...]:
-        """The certificate in a few lines: the verdict, the error, what is left out, and the error against the world."""
+        """The certificate in a few lines: the verdict, the error, omitted physics, and the total error."""
         error = self._kelvin if self.requested.kelvin is not None else self._relative
         return (self._verdict, f"{error}; reference {self.reference}", *self._left_out, *self._world)
 
@@ -188,10 +188,10 @@ class Certificate:
             *((f"not checked, as the reference cannot compute them: {left_out}",) if left_out else ()),
             *self._confidence,
             *self._left_out,
-            *(f"left out: {each}" for each in self.beyond[1:]),
-            "these are errors of tables, interpolation, streams and spectral grid, against a reference that is one "
-            "level finer; errors of the providers' physics are not among them",
-            *(f"against the world, {each}" for each in (self.budget.lines if self.budget else ())),
+            *(f"also omitted: {each}" for each in self.beyond[1:]),
+            "these are the errors of tables, interpolation, streams and spectral grid relative to a reference "
+            "that is one level finer, without those of the models",
+            *(f"total error, models included: {each}" for each in (self.budget.lines if self.budget else ())),
             *(f"provider-stated accuracy: {each}" for each in self.own_errors),
         )
 
@@ -239,7 +239,7 @@ class Certificate:
         if not self.checked:
             return "NOTHING CHECKED: no pixel of the drawn frames can be computed on the reference path"
         if self.passed:
-            return f"PASSED: {self.checked} random pixels computed again without tables keep the accuracy asked for"
+            return f"PASSED: {self.checked} random pixels recomputed without tables are within the requested accuracy"
         worst = ", ".join(
             f"{each.name} ({each.exceeding} of {each.checked}, error up to {max(each.error):.{DIGITS}g} in "
             f"{self.bands[int(np.argmax(each.error))]})"
@@ -247,20 +247,20 @@ class Certificate:
             if each.exceeding
         )
         return (
-            f"FAILED: {self.exceeding} of {self.checked} random pixels computed again without tables err by more than "
-            f"the accuracy asked for: {worst}"
+            f"FAILED: {self.exceeding} of {self.checked} random pixels recomputed without tables exceed the "
+            f"requested accuracy: {worst}"
         )
 
     @property
     def _left_out(self) -> tuple[str, ...]:
         if not self.beyond:
             return ()
-        effects = "one effect" if len(self.beyond) == 1 else f"{len(self.beyond)} effects, the largest"
-        return (f"NOT WITHIN the accuracy for what is left out, {effects}: {self.beyond[0]}",)
+        effects = "one omitted effect" if len(self.beyond) == 1 else f"{len(self.beyond)} omitted effects, the largest"
+        return (f"NOT WITHIN the requested accuracy because of {effects}: {self.beyond[0]}",)
 
     @property
     def _world(self) -> tuple[str, ...]:
-        return () if self.budget is None else (f"error against the world, {', '.join(self.budget.totals)}",)
+        return () if self.budget is None else (f"total error, models included: {', '.join(self.budget.totals)}",)
 
     @property
     def _relative(self) -> str:
@@ -284,8 +284,9 @@ class Certificate:
             return ()
         alike, everywhere = (_percent(share) for share in (share_drawn_alike(self.checked), self.open_share))
         return (
-            f"at {100 * CONFIDENCE:g} % confidence less than {alike} of pixels drawn alike, some of each kind, exceed "
-            f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of the checked frames",
+            f"at {100 * CONFIDENCE:g} % confidence, less than {alike} of pixels drawn in the same way exceed the "
+            f"requested accuracy (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of the checked "
+            "frames do",
         )
 
 

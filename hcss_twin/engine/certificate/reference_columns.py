@@ -12,13 +12,15 @@ import hashlib
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.compile import table_key
 from hcss_twin.models.radiance.reference import reference_spectra
-from hcss_twin.models.radiance.spectral_grid import choose_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, choose_nodes
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.numerics import reference_level, spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
@@ -27,7 +29,10 @@ COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""
 
 NODES_TOLERANCE = 1e-3
-"""Error of the coarse columns at the chosen wavenumbers; that of the difference is about this share of it."""
+"""Error of the coarse columns at the chosen wavenumbers, of their radiance.
+
+The difference has another spectrum: from 16 to 64 streams it leaves 1.1e-4 in ``cirrus`` in 2.7-3.0 um.
+"""
 
 
 @dataclass(frozen=True)
@@ -83,11 +88,7 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     terms: Array = known @ grid.weights_cm1.T
     if fine != coarse:
         nodes = choose_nodes(grid, known, NODES_TOLERANCE)
-        places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
-        finer = reference_spectra(
-            assembly.at_level(fine).model, nodes.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE
-        )
-        change = (finer - known[..., places]) @ nodes.weights_cm1.T
+        places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, sun)
         if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
             # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are
             # those of the scene's level, and the change of the total is shared among them in proportion.
@@ -109,3 +110,26 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     weights[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
     terms += between @ finer_grid.weights_cm1[:, new].T + first @ weights.T
     return terms
+
+
+def level_change(
+    assembly: Assembly,
+    level: int,
+    grid: SpectralGrid,
+    nodes: SpectralNodes,
+    known: Array,
+    thickness_m: Array,
+    sun: Sun | None,
+) -> tuple[NDArray[np.intp], Array]:
+    """Return how terms change from those of known spectra (N, K, V) to another level, from a few wavenumbers.
+
+    Returns
+    -------
+    places : ndarray (M,)
+        Indices of the nodes in the grid.
+    change : ndarray (N, K, B)
+    """
+    places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
+    model = assembly.at_level(level).model
+    finer = reference_spectra(model, nodes.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+    return places, (finer - known[..., places]) @ nodes.weights_cm1.T

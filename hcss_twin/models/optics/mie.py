@@ -9,14 +9,14 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.optics.bulk import VALID_UM, Accuracy, BulkTable
 from hcss_twin.models.optics.ice_crystals import CrystalRatios, load_crystals
 from hcss_twin.models.optics.size_distribution import effective_radius_um
 from hcss_twin.models.optics.table_store import TableStore
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
-from hcss_twin.providers import Microphysics, ModelError, OpticsDeclaration, OpticsInputs, SingleScattering
+from hcss_twin.providers import Microphysics, OpticsDeclaration, OpticsInputs, SingleScattering
 from hcss_twin.providers.declarations import Note
 
 VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
@@ -53,8 +53,6 @@ class CloudSpheres:
     def __init__(self, catalog: Catalog, parameters: MieParameters) -> None:
         self._catalog = catalog
         self._parameters = parameters
-        count = 2 if parameters.phase_function == "henyey-greenstein" else parameters.moments
-        self._accuracy = Accuracy(parameters.radius_nodes, parameters.spectral_step, count)
         self._store = TableStore(catalog)
         self._indices: dict[str, RefractiveIndex] = {}
         self._tables: dict[Microphysics, BulkTable] = {}
@@ -75,7 +73,9 @@ class CloudSpheres:
         index.at(wavenumber)  # rejects wavelengths that a user's table does not cover
         single = replace(cloud, number_density_m3=1.0)
         if single not in self._tables:
-            self._tables[single] = BulkTable(single, index, self._accuracy)
+            count = self._parameters.moments_of(cloud.material)
+            accuracy = Accuracy(self._parameters.radius_nodes, self._parameters.spectral_step, count)
+            self._tables[single] = BulkTable(single, index, accuracy)
         table = self._tables[single]
         position = np.log(1e4 / wavenumber)
         self._store.complete(table, position)
@@ -132,17 +132,14 @@ class MieOptics:
                 "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
                 ICE_NOTE,
                 MOMENTS_NOTE,
-                Note("the forward peak of ice spheres needs more than 128 moments", sunlight=True),
             ),
         },
     )
 
+    model_errors = from_table(__file__, "mie")
+
     def __init__(self, inputs: OpticsInputs, parameters: MieParameters) -> None:
         self._spheres = CloudSpheres(inputs.catalog, parameters)
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(__file__, "mie")
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return bulk properties at ``wavenumber_cm1`` (V,).
@@ -193,16 +190,14 @@ class BulkOptics:
         },
     )
 
+    model_errors = from_table(__file__, "bulk")
+
     def __init__(self, inputs: OpticsInputs, parameters: BulkParameters) -> None:
         self._catalog = inputs.catalog
         self._parameters = parameters
         self._droplets = CloudSpheres(inputs.catalog, parameters)
         self._ice = CloudSpheres(inputs.catalog, parameters.model_copy(update={"phase_function": "henyey-greenstein"}))
         self._crystals: CrystalRatios | None = None
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(__file__, "bulk")
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return bulk properties at ``wavenumber_cm1`` (V,); for ice 2 moments.

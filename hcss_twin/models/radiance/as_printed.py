@@ -15,13 +15,13 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import AsPrintedParameters
 from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal, wind_azimuths
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import CloudLayer, ModelError, RadianceDeclaration, RadianceInputs, Sun
+from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun
 from hcss_twin.providers.declarations import Note
 
 
@@ -66,6 +66,8 @@ class AsPrinted:
     solar_terms = frozenset({"cloud_reflected_sun", "sea_reflected_sun"})
     sea_sun_terms = frozenset({"sea_reflected_sun"})
 
+    model_errors = from_table(__file__, "as-printed")
+
     def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters) -> None:
         self._inputs = inputs
         self._parameters = parameters
@@ -74,10 +76,6 @@ class AsPrinted:
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, len(inputs.layers)),
         )
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(__file__, "as-printed")
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Terms (V,) of a cloud-free column: tau_s L_s + L_atm (HCSS paper, eq 19)."""

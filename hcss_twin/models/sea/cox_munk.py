@@ -7,7 +7,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.facets import facet_weights, incidence_nodes
@@ -20,7 +20,7 @@ from hcss_twin.models.sea.slope_statistics import (
 )
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.physics.fresnel import unpolarised_reflectance
-from hcss_twin.providers import ModelError, SeaDeclaration, SeaInputs
+from hcss_twin.providers import SeaDeclaration, SeaInputs
 
 
 def directions(field: str, cosines: Array) -> Array:
@@ -106,6 +106,8 @@ class CoxMunkSea:
         Which refractive index to use; CatalogError if it cannot be read.
     """
 
+    model_errors = from_table(__file__, "cox-munk")
+
     def __init__(self, inputs: SeaInputs, parameters: CoxMunkParameters) -> None:
         self._mean_square_slope = mean_square_slope(inputs.wind_speed_m_s)
         self._wind_speed_m_s = inputs.wind_speed_m_s
@@ -115,10 +117,6 @@ class CoxMunkSea:
             valid={"wavenumber_cm1": self._index.valid_cm1},
             notes=_notes(inputs.wind_speed_m_s),
         )
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(__file__, "cox-munk")
 
     @property
     def mean_square_slope(self) -> float:

@@ -7,7 +7,7 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.cox_munk import bearings, directions, mirror_facet, reflectance_at, relative_azimuths
 from hcss_twin.models.sea.facets import both_seen, incidence_nodes, smith_lambda
@@ -26,7 +26,7 @@ from hcss_twin.models.sea.wave_field import ResolvedWaves
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.quadrature import gauss_legendre
-from hcss_twin.providers import Array, Grid, ModelError, Motion, SeaDeclaration, SeaInputs
+from hcss_twin.providers import Array, Grid, Motion, SeaDeclaration, SeaInputs
 
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
@@ -59,6 +59,8 @@ class RoughSea:
         If a refractive index cannot be read.
     """
 
+    model_errors = from_table(__file__, "rough-sea")
+
     def __init__(self, inputs: SeaInputs, parameters: RoughSeaParameters) -> None:
         wind = inputs.wind_speed_m_s
         self._inputs = inputs
@@ -86,10 +88,6 @@ class RoughSea:
             notes=notes(inputs, parameters, self._foam),
             own_errors=OWN_ERRORS if parameters.shadowing != "none" and parameters.re_reflection else (),
         )
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(__file__, "rough-sea")
 
     @property
     def mean_square_slope(self) -> float:

@@ -21,16 +21,17 @@ from hcss_paper import (
     figure_17_degraded_cirrus,
     figure_base,
 )
+from hcss_paper.cloud_optics import efficiencies, optics_providers, particles
 from hcss_paper.index import FIGURES
 from hcss_paper.reproduction import Check, Row, in_words, judged
 from hcss_paper.run import COLOURS, small_png
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
+from hcss_twin.analysis.measures.degradation import Degradation
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
 from hcss_twin.physics.paths import to_space
-from hcss_twin.reports.cloud_optics_plot import efficiencies, optics_providers, particles
 from hcss_twin.reports.figures import png_of
 
 FITTED = "reproduced with fitted inputs"
@@ -364,6 +365,11 @@ class TestDegradedImage:
         assert self.checks(sharp, blurred + 1.1 * noise)
         assert self.checks(sharp, blurred + smooth * self.NOISE / smooth.std())
         assert self.checks(sharp, blurred + noise + 0.1 * self.NOISE)
+
+    @pytest.mark.parametrize(("blur", "noise", "number"), [(1.0, 1.0, 0), (0.85, 1.0, 1), (1.0, 1.02, 1)])
+    def test_blur_and_noise_that_are_not_found_again_are_noticed(self, blur, noise, number):
+        found = Degradation(blur * self.SIGMA, 0.03, noise * self.NOISE, 0.0, 0.0, 0.2)
+        assert len(failed(figure_17_degraded_cirrus.checks_of_estimates(found, self.SIGMA, self.NOISE))) == number
 
 
 class TestVerdicts:

@@ -25,6 +25,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from hcss_twin.analysis.matching.search import brightness_exponent
 from hcss_twin.analysis.matching.structure import LEVELS, CloudImage, grey_inputs
 from hcss_twin.analysis.matching.target import Target
 from hcss_twin.analysis.measures.power_spectrum import power_spectrum
+from hcss_twin.analysis.uncertainty import chains
 from hcss_twin.analysis.uncertainty.fit import fit_targets
 from hcss_twin.analysis.uncertainty.fit_run import FitOptions, usual_priors
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior
@@ -54,6 +56,9 @@ SPECTRAL = 6
 """Octaves of wavenumber below .5 cycles per pixel, the finest first."""
 FEWEST = 100
 """Cloudy, and clear, pixels that `hcss fit` needs."""
+
+STOPPED_AT = {"goes": (25.0, 1.035)}
+"""Autocorrelation times and R-hat at which chains end, instead of 50 and 1.01, which would take hours."""
 
 NAMES = ("cover", *(f"spectrum {k}" for k in range(SPECTRAL)), *(f"histogram {k}" for k in range(BINS)))
 GROUPS = ("cover", "spectrum", "histogram")
@@ -188,7 +193,11 @@ def members(
 
 
 def predicted(
-    fitted: Sequence[CloudImage], seed: int, samples: float = SAMPLES, draws: int = DRAWS
+    fitted: Sequence[CloudImage],
+    seed: int,
+    samples: float = SAMPLES,
+    draws: int = DRAWS,
+    stopped_at: tuple[float, float] = (chains.LONGEST, chains.LARGEST_R_HAT),
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
     """Fit a population and measure images drawn from it: (draw, NAMES), and what the fit found."""
     frames = [(*image.level.shape, image.pixel_size_m) for image in fitted]
@@ -197,7 +206,10 @@ def predicted(
     options = FitOptions(fixed={"gamma": GAMMA}, octaves=OCTAVES, misfit=MISFIT, seed=seed, samples=samples)
     targets = [Target(image, str(number), ()) for number, image in enumerate(fitted)]
     began = time.perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        patch.multiple(chains, LONGEST=stopped_at[0], LARGEST_R_HAT=stopped_at[1]),
+    ):
         path = Path(folder) / "posterior.nc"
         found = fit_targets(targets, path, [(each.source, "") for each in targets], options)
     rng = np.random.default_rng([seed, 1])
@@ -219,6 +231,7 @@ def predicted(
             for name, values in found.samples.items()
             if name.startswith(("mean_", "spread_"))
         },
+        "chains_end_at": {"autocorrelation_times": stopped_at[0], "r_hat": stopped_at[1]},
         "predictive_p_value": [round(float(p), 4) for p in np.atleast_1d(found.attributes["predictive_p_value"])],
         "drawn_images_without_enough_cloud_or_clear_sky": refused,
         "seconds": round(time.perf_counter() - began, 1),
@@ -240,10 +253,11 @@ def split(names: Sequence[str], count: int = FITTED) -> tuple[list[str], list[st
     return fitted, [name for name in names if whole(name) not in seen]
 
 
-def compared(images: Mapping[str, CloudImage], seed: int = 3) -> dict[str, Any]:
-    """Fit some images and predict the others; rows hold what was measured in each of these."""
+def compared(images: Mapping[str, CloudImage], kind: str, seed: int = 3) -> dict[str, Any]:
+    """Fit some images of a kind and predict the others; rows hold what was measured in each of these."""
     fitted, unseen = split(list(images))
-    drawn, about = predicted([images[name] for name in fitted], seed)
+    ends = {"stopped_at": STOPPED_AT[kind]} if kind in STOPPED_AT else {}
+    drawn, about = predicted([images[name] for name in fitted], seed, **ends)
     quantiles = {
         name: np.quantile(drawn, share, axis=0).round(6).tolist()
         for name, share in (("low", LOW), ("median", 0.5), ("high", HIGH))
@@ -312,7 +326,7 @@ def main() -> None:
     for kind, images_of in KINDS_OF_IMAGES.items():
         if (given.only not in (None, kind)) or (kind in content and not given.again):
             continue
-        found = compared(images_of(folder))
+        found = compared(images_of(folder), kind)
         content = {"names": list(NAMES), "interval": [LOW, HIGH], "draws": DRAWS, **content}
         content[kind] = {"summary": summarise(found), **found}
         for group in GROUPS:

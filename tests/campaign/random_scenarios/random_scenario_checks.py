@@ -5,37 +5,29 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from random_scenario_draws import scenario
+from random_scenario_reference import band_weights, finest_radiance, total_spectra
 from random_scenario_rows import Row
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.models.radiance.spectral_grid import SpectralGrid
+from hcss_twin.models.parameters import PhysicalParameters
+from hcss_twin.models.radiance.physical.numerics import levels
 from hcss_twin.plan.plan import Plan
 
 PIXELS = {"as-printed": 300, "physical-two-stream": 300, "physical": 60}
 """Pixels computed again, by radiance model: fewer where a column takes long."""
-
-
-@dataclass(frozen=True)
-class Pixels:
-    """Random pixels of the frames, and their band radiance without tables.
-
-    ``place`` holds frame, row and column of each, (N, 3); ``radiance`` is (N, B).
-    """
-
-    place: np.ndarray
-    thickness_m: np.ndarray
-    radiance: np.ndarray
 
 
 def columns_of(cube: Any, layers: int) -> np.ndarray:
@@ -45,69 +37,109 @@ def columns_of(cube: Any, layers: int) -> np.ndarray:
     return np.moveaxis(cube.cloud_layer_thickness.transpose("layer", "time", "y", "x").values, 0, -1)
 
 
-def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int, finest: bool) -> Pixels:
-    """Draw pixels and compute each from its own column, at all wavenumbers, with a rule of our own.
-
-    At the finest numerical level and with another wavenumber between any two, or at those of the plan.
-    """
-    assembly, grid = plan.assembly, plan.spectral_grid
-    if finest:
-        assembly = assembly.at_level(assembly.model.declares.numerical_levels - 1)
-        grid = assembly.refined_grid(max(plan.grid_refinement.refinement + 1, 1))
-    model = assembly.model
-    random = np.random.default_rng([77, seed])
+def draw(plan: Plan, thickness: np.ndarray, wanted: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return frame, row and column of random pixels, (N, 3), by frame, and the thickness of their layers, (N, L)."""
     total = int(np.prod(thickness.shape[:3]))
-    first = 0
-    if finest:  # one frame, because 64 streams are solved anew for each sun
-        total //= thickness.shape[0]
-        first = total * int(random.integers(thickness.shape[0]))
-    flat = first + random.choice(total, min(wanted, total), replace=False)
+    flat = np.random.default_rng([77, seed]).choice(total, min(wanted, total), replace=False)
     place = np.stack(np.unravel_index(flat, thickness.shape[:3]), axis=1)
     place = place[np.argsort(place[:, 0], kind="stable")]
-    metres = thickness[tuple(place.T)].astype(np.float64)
+    return place, _within_limits(plan, thickness[tuple(place.T)])
+
+
+def draw_few(plan: Plan, thickness: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same of a few pixels of one random frame, unlike each other.
+
+    A clear one, the thinnest, median and thickest cloud, and of two layers the median of each alone and of both.
+    """
+    frame = int(np.random.default_rng([77, seed]).integers(thickness.shape[0]))
+    columns = thickness[frame].reshape(-1, max(thickness.shape[3], 1)) if thickness.size else np.zeros((1, 1))
+    total = np.sum(columns, axis=1)
+    cloudy = columns > 0
+    kinds = [np.any(cloudy, axis=1)]
+    if cloudy.shape[1] > 1:
+        kinds += [cloudy[:, 0] & ~cloudy[:, 1], cloudy[:, 1] & ~cloudy[:, 0], cloudy[:, 0] & cloudy[:, 1]]
+    flat = list(np.flatnonzero(total == 0)[:1])
+    for kind in kinds:
+        ordered = np.flatnonzero(kind)
+        ordered = ordered[np.argsort(total[ordered], kind="stable")]
+        if ordered.size:
+            flat += (
+                [ordered[0], ordered[ordered.size // 2], ordered[-1]]
+                if kind is kinds[0]
+                else [ordered[ordered.size // 2]]
+            )
+    # Equal columns have equal radiance.
+    _, first = np.unique(columns[flat], axis=0, return_index=True)
+    row, column = np.unravel_index(np.array(flat)[first], thickness.shape[1:3])
+    place = np.stack((np.full(row.size, frame), row, column), axis=1)
+    return place, _within_limits(plan, thickness[tuple(place.T)])
+
+
+def _within_limits(plan: Plan, thickness: np.ndarray) -> np.ndarray:
+    metres = thickness.astype(np.float64)
     for own, layer in zip(metres.T, plan.layers, strict=True):
         # The cube is in single precision, which may lie beyond a limit that is not.
         cloudy = own > 0
         own[cloudy] = np.minimum(np.maximum(own[cloudy], layer.thickness_min_m), layer.thickness_max_m)
+    return metres
+
+
+def recompute(plan: Plan, place: np.ndarray, metres: np.ndarray, finer_grid: bool = False) -> np.ndarray:
+    """Compute pixels from their own columns, at all wavenumbers of a grid, with a rule of our own: (N, B)."""
+    refinement, model = plan.grid_refinement.refinement, plan.assembly.model
+    if finer_grid:
+        refinement = max(refinement + 1, 1)
+    grid = plan.assembly.refined_grid(refinement)
+    weights = band_weights(plan, grid, refinement > 0).T
     radiance = np.empty((len(place), len(plan.bands)))
     for frame in np.unique(place[:, 0]):
         here = np.flatnonzero(place[:, 0] == frame)
         # The real sun, also where its light is too faint for the accuracy to be computed with.
         sun = plan.sun_up_at(float(plan.frame_times_s[frame]))
-        clear = here[~np.any(metres[here] > 0, axis=1)]
-        cloudy = np.setdiff1d(here, clear)
-        if clear.size:
-            radiance[clear] = _over_bands(plan, grid, model.clear(grid.wavenumber_cm1, sun))
-        for start in range(0, cloudy.size, 16):
-            part = cloudy[start : start + 16]
-            terms = model.cloudy(grid.wavenumber_cm1, metres[part], sun)
-            radiance[part] = _over_bands(plan, grid, terms)
-    return Pixels(place, metres, radiance)
+        for start in range(0, here.size, 16):
+            part = here[start : start + 16]
+            radiance[part] = total_spectra(model, grid.wavenumber_cm1, metres[part], sun) @ weights
+    return radiance
 
 
-def _over_bands(plan: Plan, grid: SpectralGrid, terms: Any) -> np.ndarray:
-    """Sum of the terms (..., V) times the response, by trapezoids between the grid's wavenumbers within each band.
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """End what takes more processor time with TimeoutError."""
 
-    On a refined grid by parabolas: Richardson's extrapolation of the trapezoids with every and every second wavenumber.
-    """
-    wavenumber = grid.wavenumber_cm1
-    spectrum = sum(np.asarray(term, dtype=np.float64) for term in terms.values())
-    sums = []
-    for band, own in zip(plan.bands, grid.nodes, strict=True):
-        # Nodes of other bands lie between; from one of its own to the next the integrand is straight, as documented.
-        x = wavenumber[own]
-        if not np.allclose(1e4 / x[[-1, 0]], band.wavelength_um[[0, -1]], rtol=1e-12, atol=0.0):
-            raise RuntimeError(f"{band.name}: the grid does not reach the edges of the band")
-        y = spectrum[..., own] * np.interp(1e4 / x, band.wavelength_um, band.response)
-        sum_ = _trapezoids(x, y)
-        if grid.wavenumber_cm1.size != plan.spectral_grid.wavenumber_cm1.size or plan.grid_refinement.refinement > 0:
-            sum_ = (4.0 * sum_ - _trapezoids(x[::2], y[..., ::2])) / 3.0
-        sums.append(sum_)
-    return np.stack(sums, axis=-1)
+    def end(*_: object) -> None:
+        raise TimeoutError(f"more than {seconds:g} s of processor time")
+
+    signal.signal(signal.SIGPROF, end)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
-def _trapezoids(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return np.asarray(np.sum(0.5 * (y[..., 1:] + y[..., :-1]) * np.diff(x), axis=-1))
+@dataclass(frozen=True)
+class Run:
+    """A scenario at one accuracy: plan, tables, cube, and the processor time of the tables and of all."""
+
+    plan: Plan
+    tables: Any
+    cube: Any
+    compile_s: float
+    whole_s: float
+
+
+def run(made: Scenario, planned_s: float = 0.0) -> Run:
+    """Run a scenario without tables from before; its plan may have been made before, in some seconds."""
+    forget("tables")
+    start = time.process_time() - planned_s
+    plan = make_plan(made)
+    planned = time.process_time()
+    tables = tables_of(plan)
+    compiled = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CertificateWarning)  # its verdict is what is compared
+        cube = simulate(made)
+    return Run(plan, tables, cube, compiled - planned, time.process_time() - start)
 
 
 def check(
@@ -117,48 +149,68 @@ def check(
     most_pixels: int = 300,
     model: str | None = None,
     finest: bool = False,
-) -> list[Row]:
-    """Run a scenario at each accuracy, and compare its pixels with the independent ones."""
-    rows, pixels = [], None
-    for accuracy in accuracies:
-        made = scenario(number, accuracy, folder, model)
-        _forget_tables()
-        plan = make_plan(made)
-        if pixels is None:
-            _warm(plan)
-        start = time.process_time()
-        tables = tables_of(plan)
-        seconds = time.process_time() - start
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CertificateWarning)  # its verdict is what is compared
-            cube = simulate(made)
-        thickness = columns_of(cube, len(plan.layers))
-        if pixels is None:
-            pixels = recompute(
-                make_plan(made), thickness, min(PIXELS[made.radiance.model], most_pixels), number, finest
-            )
-        else:
-            here = thickness[tuple(pixels.place.T)]
-            same = np.where(pixels.thickness_m > 0, np.isclose(here, pixels.thickness_m, rtol=1e-6), here == 0)
-            if not np.all(same):
-                raise RuntimeError(f"scenario {number}: clouds depend on the accuracy")
-        frame, row, column = pixels.place.T
-        found = cube.radiance.transpose("time", "y", "x", "band").values[frame, row, column].astype(np.float64)
-        rows.append(_row(number, made, plan, tables, cube, found, pixels, seconds))
-    return rows
+    limit_s: float = np.inf,
+    finer_grid: bool = False,
+) -> tuple[list[Row], dict[str, str]]:
+    """Run a scenario at each accuracy, and compare its pixels with the independent ones.
+
+    With ``finest``, the pixels are a few and computed at the finest level, on a grid twice as fine as that of any of
+    the runs, and the cubes have no certificate. With ``finer_grid``, all pixels are computed on a finer grid than that
+    of the first run, as in certificates.
+
+    Returns
+    -------
+    rows, unfinished
+        The latter says which accuracies, as ``number at accuracy``, took more than ``limit_s`` of processor time.
+    """
+    runs: dict[float, Run] = {}
+    unfinished: dict[str, str] = {}
+    start = time.process_time()
+    scenarios = [scenario(number, accuracy, folder, model, 0 if finest else None) for accuracy in accuracies]
+    planned_s = time.process_time() - start
+    _warm(make_plan(scenarios[0]))
+    for accuracy, made in zip(accuracies, scenarios, strict=True):
+        try:
+            with limited(limit_s) if limit_s < np.inf else nullcontext():
+                # The draw has made the first plan.
+                runs[accuracy] = run(made, 0.0 if runs else planned_s) if finest else run(made)
+        except TimeoutError as error:
+            unfinished[f"{number} at {accuracy:g}"] = str(error)
+            break
+    if not runs:
+        return [], unfinished
+    first = next(iter(runs.values()))
+    thickness = columns_of(first.cube, len(first.plan.layers))
+    if finest:
+        place, metres = draw_few(first.plan, thickness, number)
+        refinement = 1 + max(max(each.plan.grid_refinement.refinement for each in runs.values()), 0)
+        sun = first.plan.sun_up_at(float(first.plan.frame_times_s[place[0, 0]]))
+        exact, uncertain = finest_radiance(first.plan, refinement, metres, sun)
+    else:
+        place, metres = draw(
+            first.plan, thickness, min(PIXELS[first.plan.scenario.radiance.model], most_pixels), number
+        )
+        exact = recompute(make_plan(first.plan.scenario), place, metres, finer_grid)
+        uncertain = np.zeros_like(exact)
+    for each in runs.values():
+        here = columns_of(each.cube, len(each.plan.layers))[tuple(place.T)]
+        if not np.all(np.where(metres > 0, np.isclose(here, metres, rtol=1e-6), here == 0)):
+            raise RuntimeError(f"scenario {number}: clouds depend on the accuracy")
+    return [_row(number, each, place, exact, uncertain) for each in runs.values()], unfinished
 
 
-def _row(
-    number: int, made: Scenario, plan: Plan, tables: Any, cube: Any, found: Any, pixels: Pixels, seconds: float
-) -> Row:
-    exact = pixels.radiance
+def _row(number: int, run: Run, place: np.ndarray, exact: np.ndarray, uncertain: np.ndarray) -> Row:
+    plan, tables, cube, made = run.plan, run.tables, run.cube, run.plan.scenario
+    frame, row, column = place.T
+    found = cube.radiance.transpose("time", "y", "x", "band").values[frame, row, column].astype(np.float64)
     if not (np.all(np.isfinite(found)) and np.all(np.isfinite(exact)) and np.all(exact > 0.0)):
         raise RuntimeError(f"scenario {number}: radiance that is not finite or not positive")
     away = np.abs(found - exact)
     step = np.spacing(exact.astype(np.float32)).astype(np.float64)
     error = away / exact
     attributes = cube.attrs
-    achieved = json.loads(attributes["hcss_accuracy_achieved"])
+    achieved = json.loads(attributes["hcss_accuracy_achieved"]) if made.output.certificate else {}
+    numerics = levels(PhysicalParameters())[plan.numerics.level]
     day = np.unique(plan.sun_zenith_deg < 90.0)
     return Row(
         scenario=number,
@@ -171,13 +223,18 @@ def _row(
         achieved=float(f"{np.max(error):.3g}"),
         exceeding=int(np.sum(np.any(away > made.accuracy * exact + step, axis=1))),
         worst_band=plan.bands[int(np.argmax(np.max(error, axis=0)))].name,
-        certificate=max(achieved.values()),
-        certificate_passed=str(attributes["hcss_certificate"]).startswith("PASSED"),
+        certificate=max(achieved.values()) if achieved else None,
+        certificate_passed=str(attributes["hcss_certificate"]).startswith("PASSED") if achieved else None,
         estimated=float(f"{tables.estimated_error:.3g}"),
         wavenumbers=int(tables.spectrum.nodes.wavenumber_cm1.size),
         dense=int(plan.spectral_grid.wavenumber_cm1.size),
-        compile_cpu_s=float(f"{seconds:.3g}"),
+        compile_cpu_s=float(f"{run.compile_s:.3g}"),
         level=plan.numerics.level,
+        sun_streams=numerics.sun_streams if plan.sun_matters and made.radiance.model == "physical" else 0,
+        refinement=plan.grid_refinement.refinement,
+        enough=plan.numerics.enough,
+        reference_error=float(f"{np.max(uncertain / exact):.2g}"),
+        run_cpu_s=float(f"{run.whole_s:.3g}"),
     )
 
 
@@ -186,10 +243,13 @@ def _warm(plan: Plan) -> None:
     wavenumber = plan.spectral_grid.wavenumber_cm1
     sun = plan.sun_at(float(plan.frame_times_s[0]))
     other = make_plan(plan.scenario)
-    other.assembly.model.clear(wavenumber, sun)
+    model = other.assembly.at_level(0).model
+    model.clear(wavenumber, sun)
     if plan.assembly.has_cloud:
-        other.assembly.model.cloudy(wavenumber, plan.assembly.extreme_thicknesses_m[:1], sun)
+        model.cloudy(wavenumber, plan.assembly.extreme_thicknesses_m[:1], sun)
 
 
-def _forget_tables() -> None:
-    shutil.rmtree(Path(os.environ["HCSS_CACHE_DIR"]) / "tables", ignore_errors=True)
+def forget(*kinds: str) -> None:
+    """Remove what is kept from run to run."""
+    for kind in kinds:
+        shutil.rmtree(Path(os.environ["HCSS_CACHE_DIR"]) / kind, ignore_errors=True)

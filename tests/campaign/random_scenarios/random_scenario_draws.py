@@ -157,10 +157,14 @@ def _sea(random: np.random.Generator, model: str) -> dict[str, Any]:
     return sea
 
 
-def scenario(number: int, accuracy: float, folder: Path, model: str | None = None) -> Scenario:
+def scenario(
+    number: int, accuracy: float, folder: Path, model: str | None = None, certificate: int | None = None
+) -> Scenario:
     """Return scenario ``number``, of any model or one: the first valid one of its draws, whatever the accuracy."""
     for attempt in range(100):
         raw = random_raw(number, attempt, folder, model)
+        if certificate is not None:
+            raw["output"]["certificate"] = certificate
         try:
             make_plan(Scenario.from_dict({**raw, "accuracy": ACCURACIES[0]}, base=folder))
         except ScenarioError:

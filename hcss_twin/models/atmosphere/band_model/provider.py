@@ -16,7 +16,7 @@ from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absor
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
@@ -29,8 +29,7 @@ _RAYS_AT_ONCE = 2
 """Number of rays whose transmittances at every level are held in memory together."""
 
 _OWN_ERRORS = {
-    "lowtran7": "band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg; LOWTRAN7 "
-    "itself within some hundredths of measured transmittances",
+    "lowtran7": "band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg",
     "rrtmgp": "band model: transmittances of whole RRTMGP bands within about 0.01 of RRTMGP; structure inside them is "
     "LOWTRAN7's: channels narrower than about 60 cm-1 near 650-760 and 2200-2390 cm-1 by 1 to 4 K",
 }
@@ -93,7 +92,7 @@ class BandModelTransmittance:
 
     def model_errors(self) -> tuple[ModelError, ...]:
         """Return how far the provider is from the best references known; nothing for a file of the user."""
-        return () if self._named is None else load_model_errors(__file__, f"band-model {self._named}")
+        return () if self._named is None else from_table(__file__, f"band-model {self._named}")()
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths.

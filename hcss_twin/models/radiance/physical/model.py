@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.model_errors import load_model_errors
+from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabSolver, side_by_side
@@ -42,9 +42,7 @@ from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.models.radiance.physical.turned_glint import SeaModes, sunlit_modes, turned_glint, unlit_sea_modes
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import CloudLayer, ModelError, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
-
-_CLOSED_FORM_ERRORS = ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
+from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
 
 _MAX_SPECTRA, _MAX_WAVENUMBERS = 4, 512
 """Limits of solved clouds in memory: spectra, and wavenumbers of a spectrum over all suns (70 kB each)."""
@@ -111,6 +109,7 @@ class Physical:
     sea_sun_terms = SEA_SUN_TERMS
     closed_form: ClassVar[bool] = False
     """Whether clouds are solved by the two-stream closed form."""
+    model_errors = from_table(dirname(__file__), "physical")
 
     def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
         self._inputs = inputs
@@ -124,7 +123,8 @@ class Physical:
             self._gas = GatheredGas(inputs.transmittance)
         # The engine requests the same few spectra repeatedly, for one or several sun positions.
         self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
-        self._air = cached_by_spectrum(partial(Air, self._gas, inputs.profile), maxsize=2)
+        air = partial(Air, self._gas, inputs.profile, sublayers=self._numerics.sublayers)
+        self._air = cached_by_spectrum(air, maxsize=2)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
@@ -132,13 +132,8 @@ class Physical:
         self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, self._numerics, inputs, self.closed_form),
-            own_errors=_CLOSED_FORM_ERRORS if self.closed_form else (),
             numerical_levels=len(possible),
         )
-
-    def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
-        return load_model_errors(dirname(__file__), "physical-two-stream" if self.closed_form else "physical")
 
     @in_one_thread
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -327,6 +322,7 @@ class PhysicalTwoStream(Physical):
     """
 
     closed_form = True
+    model_errors = from_table(dirname(__file__), "physical-two-stream")
 
 
 def _above_horizon(sun: Sun | None) -> Sun | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from hcss_twin.models.parameters import AZIMUTH_MODES, STREAMS, SUN_STREAMS, PhysicalParameters
+from hcss_twin.models.radiance.physical.air import SUBLAYERS
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,12 @@ class Numerics:
     azimuth_modes : int
         Most terms of its Fourier series over azimuth.
     turned_modes : int
-        Most azimuth modes of sunlight between cloud and sea.
+        Most azimuth modes of sunlight between cloud and sea: under a thin cloud over a calm sea, fewer than twice the
+        streams break off the series where it still oscillates.
     faint_sun : float
         Sunlight below this share of the sea's emission is scattered in closed form, with an error of 15 %.
+    sublayers : int
+        Parts of each layer of the air for its emission; even.
     """
 
     streams: int
@@ -35,18 +39,20 @@ class Numerics:
     azimuth_modes: int
     turned_modes: int
     faint_sun: float
+    sublayers: int = SUBLAYERS
 
 
-# Every size grows from level to level: the difference of two levels would miss one that does not.
+# Every size grows from level to level: the difference of two levels would miss one that does not. Two sublayers leave
+# 3e-5 of the radiance: less than the tolerances for which the search starts below the levels with four.
 LEVELS = (
     Numerics(4, 6, 6, 6, 8, 0.015),
     Numerics(6, 8, 8, 8, 12, 0.01),
-    Numerics(8, 12, 12, 12, 14, 0.005),
-    Numerics(10, 16, 16, 16, 16, 0.004),
-    Numerics(12, 24, 24, 24, 18, 0.001),
-    Numerics(16, 32, 32, 32, 20, 0.0005),
-    Numerics(20, 48, 48, 48, 22, 0.0002),
-    Numerics(24, 64, 64, 64, 24, 0.0),
+    Numerics(8, 12, 12, 12, 16, 0.005),
+    Numerics(10, 16, 16, 16, 20, 0.004),
+    Numerics(12, 24, 24, 24, 24, 0.001, 4),
+    Numerics(16, 32, 32, 32, 32, 0.0005, 4),
+    Numerics(20, 48, 48, 48, 40, 0.0002, 4),
+    Numerics(24, 64, 64, 64, 48, 0.0, 6),
 )
 
 

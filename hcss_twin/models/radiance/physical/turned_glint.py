@@ -22,7 +22,8 @@ from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import SeaModel
 
-_AZIMUTHS = 32
+_LEAST_AZIMUTHS, _MORE_AZIMUTHS = 32, 16
+"""Azimuths of the BRDF: at least so many, and so many more than modes (N azimuths confuse mode m with 2 N - m)."""
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,12 @@ def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directio
 
 def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int) -> Array:
     """Return the modes (M, P, V) of a sea BRDF for pairs of directions (P,)."""
-    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
-    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / _AZIMUTHS
+    azimuths = max(_LEAST_AZIMUTHS, modes + _MORE_AZIMUTHS)
+    azimuth = (np.arange(azimuths) + 0.5) * np.pi / azimuths
+    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / azimuths
     many = mu_out.size
-    brdf = sea.brdf(wavenumber_cm1, np.repeat(mu_out, _AZIMUTHS), np.repeat(mu_in, _AZIMUTHS), np.tile(azimuth, many))
-    result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, _AZIMUTHS, -1))
+    brdf = sea.brdf(wavenumber_cm1, np.repeat(mu_out, azimuths), np.repeat(mu_in, azimuths), np.tile(azimuth, many))
+    result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, azimuths, -1))
     return result
 
 

@@ -6,11 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_paper.figure_base import blank
-from hcss_paper.inputs import in_words
-from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.reports.cloud_optics_plot import (
+from hcss_paper.cloud_optics import (
     RANGE_UM,
     TYPES,
     Efficiencies,
@@ -19,6 +15,10 @@ from hcss_twin.reports.cloud_optics_plot import (
     optics_providers,
     particles,
 )
+from hcss_paper.figure_base import blank
+from hcss_paper.inputs import in_words
+from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_twin.core.catalog import Catalog
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

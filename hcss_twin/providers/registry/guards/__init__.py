@@ -1,0 +1,1 @@
+"""Wrappers that check the results of providers, by kind."""

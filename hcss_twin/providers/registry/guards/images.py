@@ -1,0 +1,171 @@
+"""Checks of images and their pixels: clouds, elements, derived variables, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from hcss_twin import providers as api
+from hcss_twin.core.arrays import Array
+from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, MEASURED_LIMITS, THICKNESS_TOLERANCE
+from hcss_twin.providers.registry.guards.base import ABOVE_ZERO, POSITIVE, Guard
+
+
+class GuardedClouds(Guard):
+    """A cloud generator whose fields are checked, once per window."""
+
+    def __init__(self, provider: Any, label: str, speaker: str, layer: api.CloudLayer, grid: api.Grid) -> None:
+        super().__init__(provider, label, speaker)
+        self._layer, self._grid = layer, grid
+
+    @property
+    def declares(self) -> api.CloudDeclaration:
+        """The declaration, with a note for each key of the layer that the generator may ignore."""
+        declares: api.CloudDeclaration = super().declares
+        if not self._speaker:
+            return declares
+        honoured = getattr(self._provider, "honours", ())
+        values = {name: getattr(self._layer, name) for name in LAYER_OPTIONS if name not in honoured}
+        ignored = tuple(
+            f"{self._speaker}: does not say that it honours {name} = {value!r}, which may have no influence"
+            for name, value in values.items()
+            if value != getattr(api.CloudLayer, name)  # the default
+        )
+        return replace(declares, notes=(*declares.notes, *ignored))
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        return self._thickness("thickness_m", self._inside(rows, columns), time_s, rows, columns)
+
+    def _checked_frame_summary(self, time_s: float) -> Any:
+        return self._call("frame_summary", time_s)
+
+    def _checked_thickness_in_frame_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> Any:
+        return self._thickness("thickness_in_frame_m", self._inside(rows, columns), time_s, rows, columns, summary)
+
+    def _checked_thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> Any:
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        return self._thickness("thickness_around_m", shape, time_s, rows, columns, summary)
+
+    def _inside(self, rows: slice, columns: slice) -> tuple[int, int]:
+        return len(range(*rows.indices(self._grid.rows))), len(range(*columns.indices(self._grid.columns)))
+
+    def _thickness(self, name: str, shape: tuple[int, int], *arguments: Any) -> NDArray[np.float32]:
+        value = self._call(name, *arguments)
+        most = self._layer.thickness_max_m * (1.0 + THICKNESS_TOLERANCE)
+        return self._array(f"{name}()", value, shape, (0.0, most), np.float32)
+
+
+_MEASURED: Mapping[str, tuple[DTypeLike, str]] = {
+    "photon_rate": (np.float64, "fiu"),
+    "digital_number": (np.int32, "iu"),
+    "saturated": (np.uint8, "iu"),
+}
+"""Target type and accepted type kinds of a sensor's further variables."""
+
+
+class GuardedSensor(Guard):
+    """A sensor whose measurements are checked: shapes, finiteness, and the declared variables."""
+
+    def __init__(self, provider: Any, label: str, speaker: str, inputs: api.SensorInputs) -> None:
+        super().__init__(provider, label, speaker)
+        self._shape = len(inputs.bands), inputs.grid.rows, inputs.grid.columns
+
+    def measure(self, radiance: Array, frame: int, time_s: float) -> api.Measured:
+        value = self._call("measure", radiance, frame, time_s)
+        what, declared = "measure()", self._read("variables")
+        if not isinstance(value, api.Measured):
+            raise self._refuse(what, "Measured", type(value).__name__)
+        given = {name: getattr(value, name) for name in _MEASURED if getattr(value, name) is not None}
+        if set(given) != set(declared):
+            raise self._refuse(
+                what, f"radiance and {', '.join(declared) or 'nothing else'}", ", ".join(given) or "none"
+            )
+        return api.Measured(
+            self._array(f"{what}.radiance", value.radiance, self._shape),
+            **{
+                name: self._array(f"{what}.{name}", each, self._shape, MEASURED_LIMITS[name], *_MEASURED[name])
+                for name, each in given.items()
+            },
+        )
+
+
+class GuardedElements(Guard):
+    """An element provider whose pixels are checked, once per window."""
+
+    def __init__(self, provider: Any, label: str, speaker: str, inputs: api.ElementInputs) -> None:
+        super().__init__(provider, label, speaker)
+        self._bands = len(inputs.bands)
+
+    def pixels(
+        self, time_s: float, rows: slice, columns: slice, scene: api.ElementScene
+    ) -> tuple[api.ElementPixels, ...]:
+        value = self._call("pixels", time_s, rows, columns, scene)
+        if not isinstance(value, Sequence) or not all(isinstance(each, api.ElementPixels) for each in value):
+            raise self._refuse("pixels()", "a sequence of ElementPixels", type(value).__name__)
+        return tuple(self._checked(each, rows, columns) for each in value)
+
+    def _checked(self, given: api.ElementPixels, rows: slice, columns: slice) -> api.ElementPixels:
+        what, count = "pixels()", (np.size(given.rows),)
+        y, x = (
+            self._array(f"{what}.{name}", values, count, (window.start, window.stop - 1), np.intp, "iu")
+            for name, values, window in (("rows", given.rows, rows), ("columns", given.columns, columns))
+        )
+        if len(set(zip(y.tolist(), x.tolist(), strict=True))) < y.size:
+            raise self._refuse(what, "distinct pixels", "a pixel twice")
+        if (given.radiance is None) == (given.intensity is None):
+            raise self._refuse(what, "either radiance or intensity", "both or neither")
+        if set(given.truth) != set(self._provider.variables):
+            raise self._refuse(
+                f"{what}.truth", ", ".join(self._provider.variables) or "nothing", ", ".join(given.truth)
+            )
+        radiance = given.radiance
+        if radiance is not None:
+            shape = (*count, self._bands) if np.ndim(radiance) == 2 else (self._bands,)
+            radiance = self._array(f"{what}.radiance", radiance, shape, POSITIVE)
+        intensity = given.intensity
+        if intensity is not None:
+            intensity = self._array(f"{what}.intensity", intensity, (self._bands,), POSITIVE)
+        kelvin = given.temperature_K
+        if kelvin is not None:
+            kelvin = float(self._array(f"{what}.temperature_K", kelvin, (), ABOVE_ZERO))
+        return api.ElementPixels(
+            y,
+            x,
+            self._array(f"{what}.share", given.share, count, (ABOVE_ZERO[0], 1.0 + FRACTION_TOLERANCE)),
+            float(self._array(f"{what}.altitude_m", given.altitude_m, (), POSITIVE)),
+            radiance,
+            intensity,
+            kelvin,
+            {name: self._array(f"{what}.truth['{name}']", each, count) for name, each in given.truth.items()},
+        )
+
+
+class GuardedVariables(Guard):
+    """A variable provider whose values are checked, once per part: names, shapes, types, limits."""
+
+    def __init__(self, provider: Any, label: str, speaker: str, inputs: api.VariableInputs) -> None:
+        super().__init__(provider, label, speaker)
+        self._bands = len(inputs.bands)
+
+    def values(self, fields: Mapping[str, NDArray[Any]], time_s: float) -> dict[str, NDArray[Any]]:
+        value = self._call("values", fields, time_s)
+        declared: Mapping[str, api.OutputVariable] = self._read("variables")
+        if not isinstance(value, Mapping) or set(value) != set(declared):
+            got = ", ".join(map(str, value)) or "none" if isinstance(value, Mapping) else type(value).__name__
+            raise self._refuse("values()", f"a mapping with the variables {', '.join(declared)}", got)
+        shape = next(iter(fields.values())).shape[-2:]
+        return {name: self._checked(name, value[name], about, shape) for name, about in declared.items()}
+
+    def _checked(self, name: str, value: Any, about: api.OutputVariable, shape: tuple[int, ...]) -> NDArray[Any]:
+        what, shape = f"'{name}' of values()", (self._bands, *shape) if about.per_band else shape
+        kinds = "fiu" if about.dtype.startswith("float") else "iub"
+        missing = None
+        if about.may_be_missing and type(value) is np.ndarray and value.dtype.kind == "f":
+            missing = np.isnan(value)
+            value = np.where(missing, about.limits[0], value)
+        array = self._array(what, value, shape, about.limits, about.dtype, kinds)
+        return array if missing is None else np.where(missing, array.dtype.type(np.nan), array)

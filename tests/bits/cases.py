@@ -1,0 +1,28 @@
+"""The cases whose results are recorded, by name: the functions of ``scenes.py`` and ``uses.py``.
+
+A case uses only the public names of ``hcss_twin`` and the command ``hcss``: it stays as it is when modules move.
+It returns, by name, datasets (paths of cubes or open datasets), arrays, and answers in JSON.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+
+import scenes
+import uses
+from small_cubes import Results
+
+CASES: dict[str, Callable[[Path], Results]] = {
+    name.replace("_", "-"): function
+    for module in (scenes, uses)
+    for name, function in vars(module).items()
+    if inspect.isfunction(function) and function.__module__ == module.__name__
+}
+
+QUICK = ("clear-sky", "night", "window", "layers-averaged-pixels", "plan")
+"""Cases that take a second or less each with the kernels compiled: every run of the tests compares them."""
+
+RANDOM_WALKS = ("fit-dimension", "fit-image", "match")
+"""Cases in which rounding decides between branches, and each branch leads elsewhere: they have no tolerance."""
