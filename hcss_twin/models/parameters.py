@@ -5,6 +5,8 @@ This module imports no heavy packages, so that listing the providers stays fast.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -23,6 +25,16 @@ class TableParameters(BaseModel):
 
 Aerosol = Literal["none", "maritime", "rural", "urban"]
 Season = Literal["spring-summer", "fall-winter"]
+
+
+COEFFICIENTS: Mapping[str, str] = MappingProxyType({"rrtmgp": "band-model-rrtmgp", "lowtran7": "lowtran7-band-model"})
+"""Catalog names of the coefficients of the band model."""
+
+NARROW_CM1 = 60.0
+STRUCTURED_CM1 = ((650.0, 760.0), (2200.0, 2390.0))
+"""Channels narrower than this, in these ranges, depend on the structure inside RRTMGP's bands, which is LOWTRAN7's."""
+
+DEFAULT_COEFFICIENTS = "lowtran7"
 
 
 class BandModelParameters(BaseModel):
@@ -47,7 +59,8 @@ class BandModelParameters(BaseModel):
         description="Radius of the Earth in m; LOWTRAN7 uses 6378390 for tropical and 6356910 for subarctic air.",
     )
     file: str = Field(
-        "lowtran7-band-model", description="Coefficients: a catalog name or a NetCDF file in the same format."
+        COEFFICIENTS[DEFAULT_COEFFICIENTS],
+        description="Coefficients: a catalog name or a NetCDF file in the same format.",
     )
 
 

@@ -33,6 +33,8 @@ class Profile:
         o3, n2o, co, ch4, o2. A gas may be missing.
     notes : tuple of str
         Notes for the user on computed, filled or scaled values; copied into plan and cube.
+    model_gases : frozenset of str
+        Gases that are those of a model atmosphere, not of the user's file.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Profile:
     temperature_K: Array
     mixing_ratio: Mapping[str, Array] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    model_gases: frozenset[str] = frozenset()
 
     def temperature_at(self, altitude_m: Array | float) -> Array:
         """Temperature in kelvin at altitudes, linear between levels.

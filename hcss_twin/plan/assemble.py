@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.additions import build_derived, build_elements
@@ -152,6 +153,13 @@ def _bands(builder: Builder, scenario: Scenario, catalog: Catalog) -> list[Spect
     return bands
 
 
+def _atmosphere_parameters(scenario: Scenario) -> dict[str, Any]:
+    """Return the parameters of the atmosphere provider, with the file of named coefficients."""
+    named = scenario.coefficients
+    file = {} if named is None else {"file": COEFFICIENTS[named]}
+    return {**scenario.atmosphere.parameters, **file}
+
+
 def _atmosphere(
     builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]
 ) -> tuple[Surroundings | None, TransmittanceProvider | None]:
@@ -160,9 +168,10 @@ def _atmosphere(
     atmosphere = scenario.atmosphere
     with builder.collect_problems("atmosphere.provider", atmosphere.parameters):
         name = selected(atmosphere, "provider")
-        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
+        parameters = _atmosphere_parameters(scenario)
+        around = surroundings(scenario, catalog, builder.bound_profile(name, parameters, catalog))
         inputs = AtmosphereInputs(around.profile, catalog)
-        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, parameters)
         owner = f"atmosphere provider '{name}'"
         _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)

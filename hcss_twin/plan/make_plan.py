@@ -15,6 +15,7 @@ from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
+from hcss_twin.plan.narrow_bands import narrow_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
@@ -26,7 +27,6 @@ from hcss_twin.plan.surroundings import air_unlike_sea
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
-from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -173,14 +173,7 @@ def _notes(
 ) -> tuple[str, ...]:
     """Notes on the limits of the providers that this scene uses."""
     radiance, names = wants_radiance(variables), {spec.name for spec in variables}
-    resolution = assembly.transmittance.declares.resolution_cm1
-    atmosphere = assembly.entries[str(Kind.ATMOSPHERE)].name
-    narrow = (
-        f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{atmosphere}' knows means over "
-        f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
-        for band in assembly.bands
-        if radiance and band.width_cm1 < resolution
-    )
+    narrow = narrow_notes(assembly, scenario.coefficients) if radiance else ()
     of_providers = assembly.notes(
         air="cloud_top_temperature" in names,
         particles=radiance or "cloud_optical_thickness" in names,

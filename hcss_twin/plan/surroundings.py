@@ -10,6 +10,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
 from hcss_twin.models.atmosphere.cloud_top import climatological_cloud_top
+from hcss_twin.models.atmosphere.gases import MEANS, amount_note, factor_of, means_of_year, with_factors
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
 from hcss_twin.models.atmosphere.profile_file import calendar_model, closest_model, load_profile
 from hcss_twin.physics.profile import Profile
@@ -61,7 +62,8 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     """
     climatology = Climatology(catalog)
     filled: list[FilledIn] = []
-    profile = _scaled(scenario, _profile(scenario, catalog, climatology, bound, filled), bound)
+    profile = _profile(scenario, catalog, climatology, bound, filled)
+    profile = _with_gases(scenario, _scaled(scenario, profile, bound), bound, filled)
     temperature, wind = scenario.sea.temperature, scenario.sea.wind_speed
     problems: list[Problem] = []
     if temperature is None:
@@ -142,17 +144,47 @@ def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Prof
         return profile
     field = f"atmosphere.{'water_vapour_column' if factor is None else 'water_vapour_scale'}"
     if bound is not None:
-        raise ScenarioError(
-            [
-                Problem(
-                    field,
-                    f"provider '{atmosphere.provider}' supports only the profile '{bound.name}' with its water vapour; "
-                    "allowed: omit the key, or choose a provider that supports any profile",
-                )
-            ]
-        )
+        _refuse_bound(scenario, bound, [field], "water vapour")
     with attribute_to_field(field):
         return with_water_vapour(profile, factor=factor, column_kg_m2=column)
+
+
+def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, filled: list[FilledIn]) -> Profile:
+    """Return the profile with the given amounts of gases, and with the means of the scene's year."""
+    section, field = scenario.atmosphere.gases, "atmosphere.gases"
+    given = section.given()
+    if bound is not None:
+        _refuse_bound(scenario, bound, [f"{field}.{gas.upper()}" for gas in given], "gases")
+        return profile
+    factors: dict[str, float] = {}
+    for gas, amount in given.items():
+        with attribute_to_field(f"{field}.{gas.upper()}"):
+            factors[gas] = factor_of(profile, gas, amount)
+    if factors:
+        profile = with_factors(profile, factors)
+        profile = replace(profile, notes=(*profile.notes, amount_note(profile, factors)))
+    if section.others == "profile":
+        return profile
+    year = scenario.time.astimezone(UTC).year
+    means = {gas: each for gas, each in means_of_year(year).items() if gas in profile.model_gases - set(given)}
+    if not means:
+        return profile
+    factors = {gas: each / float(profile.mixing_ratio[gas][0]) for gas, each in means.items()}
+    known = min(max(year, min(MEANS)), max(MEANS))
+    why = f"global means of {known}" + ("" if known == year else f", the year closest to {year} with known means")
+    values = ", ".join(f"{gas.upper()} {1e6 * each:.4g}" for gas, each in means.items()) + " ppm"
+    filled.append(FilledIn(field, values, f"{why}, NOAA"))
+    return with_factors(profile, factors)
+
+
+def _refuse_bound(scenario: Scenario, bound: Profile, fields: list[str], what: str) -> None:
+    """Raise an error if keys change the only profile that a provider supports."""
+    if fields:
+        message = (
+            f"provider '{scenario.atmosphere.provider}' supports only the profile '{bound.name}' with its {what}; "
+            "allowed: omit the key, or choose a provider that supports any profile"
+        )
+        raise ScenarioError([Problem(field, message) for field in fields])
 
 
 def _from_climatology(

@@ -15,6 +15,7 @@ from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.bands import ResponseBand as ResponseBand
+from hcss_twin.scenario.former_defaults import BAND_MODEL
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
@@ -34,6 +35,7 @@ from hcss_twin.scenario.units import (
     Angle,
     Duration,
     Fraction,
+    GasAmount,
     Length,
     Number,
     ParticleRadius,
@@ -139,10 +141,38 @@ class MotionSection(ScenarioSection):
     )
 
 
+class GasesSection(ScenarioSection):
+    """Amounts of gases: a factor on the profile, or text with ppm or ppb (at the surface) or DU (the column)."""
+
+    CO2: GasAmount | None = Field(None, description='Carbon dioxide, for example `"420 ppm"`.')
+    CH4: GasAmount | None = Field(None, description='Methane, for example `"1.9 ppm"`.')
+    N2O: GasAmount | None = Field(None, description='Nitrous oxide, for example `"335 ppb"`.')
+    O3: GasAmount | None = Field(None, description='Ozone, for example `"300 DU"`.')
+    CO: GasAmount | None = Field(None, description="Carbon monoxide, for example `1.5`.")
+    others: Literal["year", "profile"] = Field(
+        "year",
+        description='Gases that are not given: "year": CO2, CH4 and N2O of model atmospheres are the means of the '
+        'scene\'s year; "profile": as in the profile (1986).',
+    )
+
+    def given(self) -> dict[str, float | str]:
+        """Return the given amounts by the names of profiles."""
+        amounts = {name: getattr(self, name) for name in type(self).model_fields if name != "others"}
+        return {name.lower(): amount for name, amount in amounts.items() if amount is not None}
+
+
 class Atmosphere(ScenarioSection):
     """Gas and aerosol between sea, clouds and sensor."""
 
     provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
+    coefficients: Literal["rrtmgp", "lowtran7"] | None = Field(
+        None,
+        description='Of `band-model`: "lowtran7" (the default), or "rrtmgp", fitted to RRTMGP\'s gas optics; '
+        "excludes its parameter `file`.",
+    )
+    gases: GasesSection = Field(
+        default_factory=lambda: GasesSection.model_validate({}), description="Amounts of gases other than water vapour."
+    )
     profile: str | None = Field(
         None,
         description="Catalog name, or CSV or NetCDF file; default: the provider's profile, or the model atmosphere for "
@@ -168,6 +198,16 @@ class Atmosphere(ScenarioSection):
             raise PydanticCustomError(
                 "water_vapour", "water_vapour_scale given with water_vapour_column; allowed: one of them"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _coefficients_of_band_model(self) -> Self:
+        if self.coefficients is not None and self.provider not in BAND_MODEL:
+            raise PydanticCustomError(
+                "coefficients", f"coefficients given with provider '{self.provider}'; allowed: with 'band-model'"
+            )
+        if self.coefficients is not None and "file" in self.parameters:
+            raise PydanticCustomError("coefficients", "coefficients given with parameters.file; allowed: one of them")
         return self
 
 
@@ -383,6 +423,9 @@ class ScenarioModel(ScenarioSection):
     """A whole scenario file."""
 
     title: str = Field("", max_length=200, description="Title of the cube.")
+    defaults: Literal["0.1"] | None = Field(
+        None, description='"0.1": keys that are not given have the defaults of version 0.1, where they have changed.'
+    )
     seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
     accuracy: Accuracy = Field(
         1e-3,

@@ -14,7 +14,9 @@ from pydantic import PrivateAttr, ValidationError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.scenario.former_defaults import applies, with_former_defaults
 from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
 from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
@@ -68,6 +70,13 @@ class Scenario(ScenarioModel):
         """Origin, for messages."""
         return self._origin
 
+    @property
+    def coefficients(self) -> str | None:
+        """Name of the coefficients of the band model; None for other providers, and with a file."""
+        if not applies("atmosphere.coefficients", self.atmosphere.model_dump()):
+            return None
+        return self.atmosphere.coefficients or DEFAULT_COEFFICIENTS
+
     def field_as_typed(self, field: str) -> str:
         """Convert a field path to the user's notation: ``clouds.KEY`` for a single layer in short form."""
         return _short_fields(self._short, {})(field)
@@ -118,6 +127,7 @@ class Scenario(ScenarioModel):
         if UNCERTAIN in raw:
             raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
+        data = with_former_defaults(data)
         fill_bands(data, Catalog(base=base))
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
@@ -148,10 +158,16 @@ class Scenario(ScenarioModel):
 
     @classmethod
     def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
-        """Read the scenario of a cube; relative paths are resolved against ``base``."""
+        """Read the scenario of a cube; relative paths are resolved against ``base``.
+
+        Cubes store all keys; what a cube of version 0.1 lacks has the defaults of that version.
+        """
         from hcss_twin.cube.reader import scenario_text
 
-        return cls.from_dict(json.loads(scenario_text(path)), overrides, base=base, origin=str(path))
+        raw = json.loads(scenario_text(path))
+        if "gases" not in raw.get("atmosphere", {}):
+            raw["defaults"] = "0.1"
+        return cls.from_dict(raw, overrides, base=base, origin=str(path))
 
     def to_json(self) -> str:
         """Serialise with every default filled in; :meth:`load` reads it from a ``.json`` file.
@@ -163,6 +179,12 @@ class Scenario(ScenarioModel):
         for name in ("surfaces", "sensor"):
             if getattr(self, name) is None:
                 del data[name]
+        if self.defaults is None:
+            del data["defaults"]
+        atmosphere = data["atmosphere"]
+        atmosphere["coefficients"] = self.coefficients
+        data["atmosphere"] = {key: value for key, value in atmosphere.items() if (key, value) != ("coefficients", None)}
+        data["atmosphere"]["gases"] = {key: value for key, value in atmosphere["gases"].items() if value is not None}
         if not self.elements:
             del data["elements"]
         if not self.output.derived:

@@ -135,6 +135,22 @@ def _plain(kind: str) -> Callable[[object], object]:
     return parse
 
 
+def _gas_amount(value: object) -> object:
+    _refuse_bool(value, "gas_amount")
+    allowed = 'allowed: a factor above 0 to 100, or text with ppm, ppb or DU, for example "420 ppm"'
+    if isinstance(value, str):
+        match = _QUANTITY.fullmatch(value)
+        if match is None or match.group(2) not in ("ppm", "ppb", "DU") or not float(match.group(1)) > 0.0:
+            raise PydanticCustomError("gas_amount", f"{shown(value)} is not an amount of a gas; {allowed}")
+        return f"{match.group(1)} {match.group(2)}"
+    if not isinstance(value, int | float) or not 0.0 < value <= 100.0:
+        raise PydanticCustomError("gas_amount", f"{shown(value)} is not an amount of a gas; {allowed}")
+    return float(value)
+
+
+GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
+"""A factor on the amount in the profile, or text with an amount."""
+
 Number = Annotated[float, BeforeValidator(_plain("float_type"))]
 """A number without unit; no text or boolean."""
 

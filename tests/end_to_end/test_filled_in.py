@@ -71,7 +71,7 @@ def filled(plan):
 def test_place_and_date_are_enough():
     plan = make_plan(Scenario.from_toml(CLEAR, SMALL))
     told = filled(plan)
-    assert set(told) == {"atmosphere.profile", "sea.temperature", "sea.wind_speed"}
+    assert set(told) == {"atmosphere.profile", "atmosphere.gases", "sea.temperature", "sea.wind_speed"}
     # April in the Kuroshio extension: 17 to 18 degC, fresh winds.
     assert 289.5 < plan.assembly.sea_temperature_K < 291.5
     assert told["sea.temperature"].value == f"{plan.assembly.sea_temperature_K:.2f} K"

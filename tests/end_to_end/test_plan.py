@@ -103,7 +103,12 @@ def test_what_was_filled_in_is_told():
     plan = make_plan(
         Scenario.from_toml("time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}", TINY)
     )
-    assert {item.field for item in plan.filled_in} == {"atmosphere.profile", "sea.temperature", "sea.wind_speed"}
+    assert {item.field for item in plan.filled_in} == {
+        "atmosphere.profile",
+        "atmosphere.gases",
+        "sea.temperature",
+        "sea.wind_speed",
+    }
     assert any("no cloud" in item.why for item in plan.omissions)
     assert describe(plan)["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)
 

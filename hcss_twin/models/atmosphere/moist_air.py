@@ -79,12 +79,18 @@ def water_vapour_column_kg_m2(profile: Profile) -> float:
     CatalogError
         If the profile has no water vapour.
     """
-    density = _vapour(profile) * profile.pressure_Pa / (BOLTZMANN_J_K * profile.temperature_K)
+    _vapour(profile)
+    return column_m2(profile, "h2o") * MOLAR_MASS_WATER / AVOGADRO
+
+
+def column_m2(profile: Profile, gas: str) -> float:
+    """Return the number of molecules of a gas above 1 m2; density is exponential in altitude between levels."""
+    density = profile.mixing_ratio[gas] * profile.pressure_Pa / (BOLTZMANN_J_K * profile.temperature_K)
     below, above = density[:-1], density[1:]
     ratio = np.log(np.maximum(below, 1e-300) / np.maximum(above, 1e-300))
     even = np.abs(ratio) < 1e-6
     mean = np.where(even, 0.5 * (below + above), (below - above) / np.where(even, 1.0, ratio))
-    return float(np.sum(mean * np.diff(profile.altitude_m)) * MOLAR_MASS_WATER / AVOGADRO)
+    return float(np.sum(mean * np.diff(profile.altitude_m)))
 
 
 def largest_factor(profile: Profile) -> float:

@@ -6,6 +6,7 @@ The module also selects one of the six AFGL model atmospheres for a place and da
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -145,6 +146,7 @@ def build_profile(sounding: Sounding, model: Callable[[], Profile]) -> Profile:
     columns = {name: columns[name] for name in ("altitude", "pressure", "temperature", *GASES) if name in columns}
     columns = _down_to_the_sea(sounding, columns, notes)
     columns = thinned(columns, sounding.name, notes)
+    model_gases = set(GASES) - set(columns)
     columns = _with_gases(sounding, columns, model, notes)
     columns = _up_to_space(sounding, columns, model, notes)
     return Profile(
@@ -154,6 +156,7 @@ def build_profile(sounding: Sounding, model: Callable[[], Profile]) -> Profile:
         columns["temperature"],
         {gas: columns[gas] for gas in GASES if gas in columns},
         tuple(notes),
+        frozenset(model_gases & set(columns)),
     )
 
 
@@ -346,7 +349,11 @@ def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
 
         return build_profile(read_sounding(catalog.find(above, "atmospheres", ".csv"), above), incomplete)
 
-    return build_profile(read_sounding(catalog.find(name, "atmospheres", ".csv"), name), model)
+    path = catalog.find(name, "atmospheres", ".csv")
+    profile = build_profile(read_sounding(path, name), model)
+    if path.is_relative_to(catalog.root):
+        return replace(profile, model_gases=frozenset(profile.mixing_ratio))
+    return profile
 
 
 SURFACE_TEMPERATURE_K: Mapping[str, float] = MappingProxyType(

@@ -22,7 +22,9 @@ from hcss_twin.models.atmosphere.band_model.aerosol import (
 )
 
 FORMAT = "hcss-band-model"
-FORMAT_VERSION = 1
+FORMAT_VERSIONS = (1, 2)
+"""1: LOWTRAN7's numbers, one channel of a gas at a wavenumber; 2: optical depth per amount^a of every channel."""
+
 CONTINUA = (
     "nitrogen",
     "water_self",
@@ -87,7 +89,7 @@ def read_coefficients(path: Path) -> BandModelCoefficients:
     CatalogError
         If the file is not in this format, a variable is missing, or a number is missing or not finite.
     """
-    with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
+    with open_format(path, FORMAT, *FORMAT_VERSIONS) as dataset:
         try:
             return _from_dataset(path, dataset)
         except (KeyError, AttributeError, IndexError) as error:
@@ -109,11 +111,14 @@ def _from_dataset(path: Path, dataset: Any) -> BandModelCoefficients:
     if not (wavenumber[0] > 0.0 and np.all(np.diff(wavenumber) > 0.0)):
         raise CatalogError(f"{path}: wavenumber_cm1 must be above 0 and ascend")
     gases = tuple(dataset.channel_gas.split())
-    channel = np.ma.filled(dataset.variables["band_channel"][:], 0)
-    # Channels that no wavenumber uses have no exponent; their matrix rows are zero.
-    used = np.isin(np.arange(1, len(gases) + 1), channel)
-    exponent = np.where(used, sparse("channel_exponent", used), 1.0)
-    bands = _band_absorption(sparse("band_strength", channel > 0), channel, exponent)
+    if dataset.format_version == 1:
+        channel = np.ma.filled(dataset.variables["band_channel"][:], 0)
+        # Channels that no wavenumber uses have no exponent; their matrix rows are zero.
+        used = np.isin(np.arange(1, len(gases) + 1), channel)
+        exponent = np.where(used, sparse("channel_exponent", used), 1.0)
+        bands = _band_absorption(sparse("band_strength", channel > 0), channel, exponent)
+    else:
+        exponent, bands = values("channel_exponent"), values("channel_absorption")
     continua = np.stack([values(f"continuum_{name}") for name in CONTINUA])
     model = dataset.models.split().index(DEFAULT_MODEL)
     defaults = {gas: values(f"{gas}_ppmv")[model] * 1e-6 for gas in MAIN_GASES}

@@ -1,4 +1,4 @@
-"""Transmittance provider ``band-model``: LOWTRAN7's band model for any profile."""
+"""Transmittance provider ``band-model``: LOWTRAN7's band model for any profile, with its or newer coefficients."""
 
 from __future__ import annotations
 
@@ -17,16 +17,23 @@ from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
 from hcss_twin.models.model_errors import from_table
-from hcss_twin.models.parameters import BandModelParameters
+from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
 
 Nodes = NDArray[np.intp]
 
 _MAX_ZENITH_DEG = 88.0
 _RAYS_AT_ONCE = 2
 """Number of rays whose transmittances at every level are held in memory together."""
+
+_OWN_ERRORS = {
+    "lowtran7": "band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg",
+    "rrtmgp": "band model: transmittances of whole RRTMGP bands within about 0.01 of RRTMGP; structure inside them is "
+    "LOWTRAN7's: channels narrower than about 60 cm-1 near 650-760 and 2200-2390 cm-1 by 1 to 4 K",
+}
+"""By the name of the coefficients."""
 
 
 class BandModelTransmittance:
@@ -53,8 +60,6 @@ class BandModelTransmittance:
     gases are used at the profile's own levels; only the wavenumber is interpolated.
     """
 
-    model_errors = from_table(__file__, "band-model")
-
     def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
         catalog = inputs.catalog
         coefficients = catalog.shelf.parsed(catalog.find(parameters.file, "atmospheres", ".nc"), read_coefficients)
@@ -72,6 +77,7 @@ class BandModelTransmittance:
         if missing:
             named = ", ".join(sorted(missing))
             notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
+        self._named = next((name for name, file in COEFFICIENTS.items() if file == parameters.file), None)
         self._window = lru_cache(maxsize=8)(self._make_window)
         self.declares = AtmosphereDeclaration(
             valid={
@@ -81,8 +87,13 @@ class BandModelTransmittance:
             native_grid_cm1=self._wavenumber,
             resolution_cm1=coefficients.resolution_cm1,
             notes=tuple(notes),
-            own_errors=("band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg",),
+            own_errors=() if self._named is None else (_OWN_ERRORS[self._named],),
         )
+
+    def model_errors(self) -> tuple[ModelError, ...]:
+        """Return how far the provider is from the best references known; of gas nothing for a file of the user."""
+        gas = () if self._named is None else from_table(__file__, f"band-model {self._named}")()
+        return (*gas, *from_table(__file__, "band-model")())
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths.
