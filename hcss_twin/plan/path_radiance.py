@@ -8,6 +8,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.atmosphere.path_radiance import emission_of_layers
 from hcss_twin.physics.paths import SPACE, Path, to_space
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import FewColumns, few_columns
@@ -49,6 +50,10 @@ def unused_path_radiance(assembly: Assembly, sun: Sun | None, accuracy: float) -
     if np.all(np.abs(more) < 0.5 * accuracy * _clear(assembly, few_columns(assembly), sun)):
         return ()  # the plan has computed these few columns before
     clear = _clear(assembly, columns, sun)
+    if provider.declares.legs != "to_space":
+        layers = emission_of_layers(provider, assembly.profile, wavenumber, ground_m, assembly.view.zenith_deg)
+        if np.all(np.abs(columns.weights_cm1 @ (own - layers)) <= accuracy * clear):
+            return ()  # the emission of the same air, with one temperature for each layer
     shares = np.divide(more, clear, out=np.zeros_like(more), where=clear > 0.0)
     changes = [
         f"{100.0 * share:+.2g} % in band '{band.name}'"

@@ -34,12 +34,13 @@ def path_radiance(
     if own is not None:
         result: Array = own(wavenumber_cm1, [to_space(height, zenith_deg) for height in target_m])
         return result
-    return np.stack([_from_layers(provider, profile, wavenumber_cm1, height, zenith_deg) for height in target_m])
+    return np.stack([emission_of_layers(provider, profile, wavenumber_cm1, height, zenith_deg) for height in target_m])
 
 
-def _from_layers(
+def emission_of_layers(
     provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array, target_m: float, zenith_deg: float
 ) -> Array:
+    """Return the path radiance (V,) above an altitude, with one temperature for each layer of the profile."""
     levels = np.concatenate(([target_m], profile.altitude_m[profile.altitude_m > target_m]))
     paths = [to_space(float(level), zenith_deg) for level in levels[:-1]]
     # There is no air above the last level: transmittance 1.
