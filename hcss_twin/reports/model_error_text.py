@@ -27,10 +27,10 @@ def stated_errors(provider: type) -> list[dict[str, Any]] | None:
 
 
 def stated_error_lines(errors: list[dict[str, Any]] | None) -> list[str]:
-    """Format them: each cause and reference once, then a line for each band, path and column."""
+    """Return stated errors as text: each cause and reference once, then a line for each band, path and column."""
     if errors is None:
-        return ["  error against the world: depends on the scene, see hcss plan"]
-    lines = ["  error against the world:"] if errors else []
+        return ["  stated error: depends on the scene, see hcss plan"]
+    lines = ["  stated error:"] if errors else []
     for (name, source, condition, command), own in groupby(
         errors, lambda each: tuple(each[key] for key in ("name", "source", "condition", "command"))
     ):

@@ -89,7 +89,7 @@ sea model ada  [hcss-ada 1.2]
   a sea by Ada
   selected by sea.model = "ada"
   It has no parameters.
-  error against the world: depends on the scene, see hcss plan""",
+  stated error: depends on the scene, see hcss plan""",
         """\
 optics provider ada  [hcss-ada 1.2]
   drops by Ada
@@ -104,7 +104,7 @@ optics provider ada  [hcss-ada 1.2]
         Altitudes.
     file  (text)
         A table.
-  error against the world:
+  stated error:
     particles, against a Mie code
       10 drops; from notes
       3-5 um        2.3 %, 0.51 K     rms             water, with sunlight
