@@ -30,10 +30,6 @@ Season = Literal["spring-summer", "fall-winter"]
 COEFFICIENTS: Mapping[str, str] = MappingProxyType({"rrtmgp": "band-model-rrtmgp", "lowtran7": "lowtran7-band-model"})
 """Catalog names of the coefficients of the band model."""
 
-NARROW_CM1 = 60.0
-STRUCTURED_CM1 = ((650.0, 760.0), (2200.0, 2390.0))
-"""Channels narrower than this, in these ranges, depend on the structure inside RRTMGP's bands, which is LOWTRAN7's."""
-
 DEFAULT_COEFFICIENTS = "lowtran7"
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hcss_twin.models.parameters import NARROW_CM1, STRUCTURED_CM1
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.providers.registry.specs import Kind
+
+NARROW_CM1 = 60.0
+STRUCTURED_CM1 = ((650.0, 760.0), (2200.0, 2390.0))
+"""Channels narrower than this, in these ranges, depend on the structure inside RRTMGP's bands, which is LOWTRAN7's."""
 
 
 def narrow_notes(assembly: Assembly, coefficients: str | None) -> Iterator[str]:
