@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 SCENARIO = """
+defaults = "0.1"
 place = {latitude = 35.0, longitude = 150.0}
 time = 2024-04-20T12:30:00+10:00
 clouds.type = "stratus"
@@ -41,8 +42,9 @@ def folder(tmp_path_factory, compiler):
 
 
 def test_cube_is_that_of_the_shipped_table(folder):
-    # The table interpolates LOWTRAN7 results of the same atmosphere.
-    np.testing.assert_allclose(radiance(folder / "lowtran7.nc"), radiance(folder / "table.nc"), rtol=0.01)
+    # The table interpolates LOWTRAN7 results of the same atmosphere, with LOWTRAN7's own gases: those of 2024
+    # change the radiance by 1 %.
+    np.testing.assert_allclose(radiance(folder / "lowtran7.nc"), radiance(folder / "table.nc"), rtol=0.005)
 
 
 def test_aerosol_changes_the_cube(folder):
