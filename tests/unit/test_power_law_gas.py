@@ -9,8 +9,10 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table import TableTransmittance
 from hcss_twin.models.parameters import TableParameters
+from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
+from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs
 
 CATALOG = Catalog()
@@ -113,3 +115,14 @@ def test_what_a_provider_refuses_for_another_reason_follows_the_fit(table):
     # A few percent from what the table says.
     np.testing.assert_allclose(found, table.transmittance(WAVENUMBER, [SUNLIT]), rtol=0, atol=0.05)
     assert np.all(found != table.transmittance(WAVENUMBER, [SUNLIT]))
+
+
+@pytest.mark.parametrize("zenith", [30.0, 62.5, 88.0])
+def test_light_of_the_air_below_a_path_is_not_that_of_the_thermosphere(gas, zenith):
+    # The highest layer has 360 K and no gas; a share of 1e-3 of its emission at 1.7 um would be most of the light.
+    wavenumber = np.array([5575.0, 5855.0, 6120.0])
+    air = Air(gas, PROFILE, wavenumber)
+    front = air.crossed([[to_space(0.0, 62.5)]])
+    seen = air.leg(front, air.transmittance(front), (zenith,), (0.0,), (SPACE,), downward=False)
+    lowest = planck(wavenumber, float(PROFILE.temperature_K[0]))
+    assert np.all(seen.emission[0] <= (air.transmittance(front) - seen.transmittance)[0] * lowest)

@@ -102,6 +102,7 @@ class Air:
         self._crossing = PathTransmittance(provider, wavenumber_cm1)
         self._profile = profile
         self._sublayers = sublayers
+        self._power_law = provider.declares.legs == "to_space"
         self.wavenumber_cm1 = wavenumber_cm1
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
@@ -217,10 +218,13 @@ class Air:
         if count < 1:
             return self._crossing.of([[Path()] for _ in zenith_deg])
         paths = []
+        # A power law gives a path down to a target and up again to space the provider's own transmittance: its difference
+        # from the sum of layers would be emission of the highest one, which is hot.
+        beyond = SPACE if to_space and not self._power_law else edges[-1]
         for zenith in zenith_deg:
             for n in range(1, count + 1):
                 low, high = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])
-                reach = SPACE if to_space and high == edges[-1] else high
+                reach = beyond if high == edges[-1] else high
                 paths.append([Path((Leg(low, reach, zenith),))])
         return self._crossing.of(paths)
 
