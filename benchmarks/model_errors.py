@@ -308,16 +308,18 @@ def particle_rows() -> Iterator[Row]:
     yield from ice_rows()
 
 
-RAYS: dict[str, Any] = {"ice_phase_function": "diffraction-and-rays"}
-COLUMNS_OF_FU: dict[str, Any] = {**RAYS, "ice_table": "ice-fu-1996", "roughness": "smooth"}
+HENYEY: dict[str, Any] = {"ice_phase_function": "henyey-greenstein"}
+COLUMNS_OF_FU: dict[str, Any] = {"ice_table": "ice-fu-1996", "roughness": "smooth"}
 
 
 def ice_rows() -> Iterator[Row]:
     """Yield the difference of two published sets of crystals, and of two phase functions with one asymmetry."""
-    plain, rays, columns = (totals_of(("cirrus",), **{"optics.parameters": each}) for each in ({}, RAYS, COLUMNS_OF_FU))
+    plain, rays, columns = (
+        totals_of(("cirrus",), **{"optics.parameters": each}) for each in (HENYEY, {}, COLUMNS_OF_FU)
+    )
     shape: dict[str, Any] = {"source": "crystals of Fu (1996) and Fu et al. (1998) against Yang et al. (2013)"}
     pattern: dict[str, Any] = {
-        "source": "diffraction, reflection and rays from inside, with the same asymmetry",
+        "source": "diffraction, reflection and rays from inside against Henyey-Greenstein, with the same asymmetry",
         "needs": "optics.parameters.ice_phase_function = 'diffraction-and-rays'",
     }
     for name, one, values in (("particles", columns, shape), (PHASE_FUNCTION, plain, pattern)):

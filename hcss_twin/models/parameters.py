@@ -183,9 +183,9 @@ class BulkParameters(MieParameters):
         "file in that format",
     )
     ice_phase_function: Literal["henyey-greenstein", "diffraction-and-rays"] = Field(
-        default="henyey-greenstein",
-        description="Phase function of crystals, both with the table's asymmetry: of one shape, or diffraction, "
-        "reflection from outside, and Henyey-Greenstein for light from inside",
+        default="diffraction-and-rays",
+        description="Phase function of crystals, both with the table's asymmetry: diffraction, reflection from "
+        "outside, and Henyey-Greenstein for light from inside; or Henyey-Greenstein for all of it",
     )
     roughness: Literal["smooth", "moderate", "severe"] = Field(
         default="severe", description="Surface roughness of the crystals, one that the table has"

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 
 BAND_MODEL = ("band-model", f"{OWN_DISTRIBUTION}/band-model")
+BULK = ("bulk", f"{OWN_DISTRIBUTION}/bulk")
 
 FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
-    {"0.1": {"atmosphere.coefficients": "lowtran7", "atmosphere.gases.others": "profile"}}
+    {
+        "0.1": {
+            "atmosphere.coefficients": "lowtran7",
+            "atmosphere.gases.others": "profile",
+            "optics.parameters.ice_phase_function": "henyey-greenstein",
+        }
+    }
 )
-"""By version: dotted key and its default."""
+"""By version: dotted key and its default. Keys of ``optics`` hold for the optics of single layers too."""
 
 
 def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -21,21 +28,31 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     version = data.get("defaults")
     filled = dict(data)
     for key, value in (FORMER.get(version, {}) if isinstance(version, str) else {}).items():
-        *sections, last = key.split(".")
-        place = filled
-        for name in sections:
-            inner = place.get(name, {})
-            if not isinstance(inner, Mapping):  # reported as a wrong type
-                break
-            place[name] = place = dict(inner)
-        else:
-            if applies(key, filled.get("atmosphere", {})):
-                place.setdefault(last, value)
+        section, *others = key.split(".")
+        filled[section] = _with_default(section, filled.get(section, {}), others, value)
+        clouds = filled.get("clouds")
+        if section == "optics" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
+            layers = [
+                {**layer, section: _with_default(section, layer[section], others, value)}
+                if isinstance(layer, Mapping) and section in layer
+                else layer
+                for layer in clouds["layers"]
+            ]
+            filled["clouds"] = {**clouds, "layers": layers}
     return filled
 
 
-def applies(key: str, atmosphere: Mapping[str, Any]) -> bool:
-    """Whether a key can be given: coefficients belong to ``band-model`` without a file of its own."""
-    if key != "atmosphere.coefficients":
-        return True
-    return atmosphere.get("provider", "band-model") in BAND_MODEL and "file" not in atmosphere.get("parameters", {})
+def _with_default(section: str, given: Any, keys: Sequence[str], value: str) -> Any:
+    """Return a section with the value of one of its keys, where it has none and can have it."""
+    if not isinstance(given, Mapping) or not applies(f"{section}.{keys[0]}", given):
+        return given  # what is no table is reported as a wrong type
+    key, *deeper = keys
+    inner = given.get(key, {} if deeper else value)
+    return {**given, key: _with_default("", inner, deeper, value) if deeper else inner}
+
+
+def applies(key: str, section: Mapping[str, Any]) -> bool:
+    """Whether a key can be given: it may belong to one provider, and coefficients to one without a file of its own."""
+    if key == "atmosphere.coefficients":
+        return section.get("provider", "band-model") in BAND_MODEL and "file" not in section.get("parameters", {})
+    return key != "optics.parameters" or section.get("provider", "bulk") in BULK

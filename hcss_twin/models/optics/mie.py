@@ -211,9 +211,9 @@ class BulkOptics:
         )
 
     def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known."""
+        """Return how far the provider is from the best references known; two phase functions differ by as much."""
         every = from_table(__file__, "bulk")()
-        return tuple(each for each in every if not (self._rays and each.name == PHASE_FUNCTION))
+        return tuple(replace(each, needs="") if self._rays and each.name == PHASE_FUNCTION else each for each in every)
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return bulk properties at ``wavenumber_cm1`` (V,); for ice 2 moments with Henyey and Greenstein's function.

@@ -178,16 +178,22 @@ class Air:
         distinct = tuple(sorted(set(zenith_deg)))
         # Columns with fewer layers get layers of zero thickness at the far end.
         padded = np.minimum(np.arange(count), np.array([[max(len(own) - 2, 0)] for own in edges]))
-        first, *others = (
-            self._pieces(own, high == SPACE, downward, distinct).take(
-                (np.arange(len(distinct))[:, None] * max(len(own) - 1, 1) + layers).reshape(-1)
-            )
-            for own, high, layers in zip(edges, upper_m, padded, strict=True)
-        )
-        number = np.arange(count)
         place = np.array([distinct.index(zenith) for zenith in zenith_deg])
-        paths = front.take(np.repeat(np.arange(len(front)), count)) + first.beside(others).take(
-            (place[:, None] * count + number).reshape(-1)
+
+        def pieces(to_space: bool) -> CompositePaths:
+            first, *others = (
+                self._pieces(own, to_space and high == SPACE, downward, distinct).take(
+                    (np.arange(len(distinct))[:, None] * max(len(own) - 1, 1) + layers).reshape(-1)
+                )
+                for own, high, layers in zip(edges, upper_m, padded, strict=True)
+            )
+            return first.beside(others)
+
+        # Of a path down to a target and up again to space, a power law returns the provider's own transmittance: its
+        # difference from the sum of layers would be emission of the highest one, which is hot.
+        layered = pieces(not self._power_law)
+        paths = front.take(np.repeat(np.arange(len(front)), count)) + layered.take(
+            (place[:, None] * count + np.arange(count)).reshape(-1)
         )
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
         weights = np.concatenate((front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1)
@@ -199,6 +205,8 @@ class Air:
         )
         emission: Array = np.einsum("pns,ns->ps", weights, sources)
         whole = paths.take(np.arange(count - 1, len(paths), count))
+        if self._power_law and SPACE in upper_m:
+            whole = front + pieces(True).take(place * count + count - 1)
         return LegView(emission, beyond[:, -1], whole)
 
     def near_source(self, lower_m: Heights, upper_m: Heights, downward: bool) -> Array:
@@ -218,9 +226,7 @@ class Air:
         if count < 1:
             return self._crossing.of([[Path()] for _ in zenith_deg])
         paths = []
-        # A power law gives a path down to a target and up again to space the provider's own transmittance: its difference
-        # from the sum of layers would be emission of the highest one, which is hot.
-        beyond = SPACE if to_space and not self._power_law else edges[-1]
+        beyond = SPACE if to_space else edges[-1]
         for zenith in zenith_deg:
             for n in range(1, count + 1):
                 low, high = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])

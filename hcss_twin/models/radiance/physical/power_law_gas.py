@@ -75,8 +75,8 @@ class PowerLawGas:
     def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
         """Return the provider's transmittance (V,) from the sun down to a target and up again; None for other paths.
 
-        No emission is weighted with differences of these (``Air`` ends its legs at the highest level in place of space),
-        so they need not be consistent with the power law.
+        No emission is weighted with differences of these (``Air`` ends those legs at the highest level), so that they
+        need not be consistent with the power law.
         """
         if sum(leg.upper_m == SPACE for leg in path.legs) != 2:
             return None

@@ -1,0 +1,46 @@
+"""Defaults of version 0.1, by name, where a scenario says nothing else."""
+
+import datetime
+import json
+
+import pytest
+
+from hcss_twin import Scenario
+from hcss_twin.scenario.former_defaults import with_former_defaults
+
+GIVEN = {"place": {"latitude": 0.0, "longitude": 0.0}, "time": datetime.datetime(2024, 1, 1, tzinfo=datetime.UTC)}
+PHASE = "ice_phase_function"
+
+
+def optics(defaults=None, **sections):
+    raw = {**GIVEN, **sections} | ({"defaults": defaults} if defaults else {})
+    return with_former_defaults(raw)
+
+
+def test_ice_has_the_phase_function_of_the_version_that_is_named():
+    assert PHASE not in optics().get("optics", {}).get("parameters", {})
+    assert optics("0.1")["optics"]["parameters"][PHASE] == "henyey-greenstein"
+
+
+def test_what_a_scenario_says_stays():
+    kept = optics("0.1", optics={"parameters": {PHASE: "diffraction-and-rays", "roughness": "smooth"}})
+    assert kept["optics"]["parameters"] == {PHASE: "diffraction-and-rays", "roughness": "smooth"}
+
+
+def test_layers_with_optics_of_their_own_have_the_former_defaults_too():
+    layers = [{"type": "cirrus", "optics": {"provider": "bulk"}}, {"type": "stratus"}]
+    first, second = optics("0.1", clouds={"layers": layers})["clouds"]["layers"]
+    assert first["optics"]["parameters"] == {PHASE: "henyey-greenstein"}
+    assert second == {"type": "stratus"}
+
+
+@pytest.mark.parametrize("provider", ["mie", "my-optics"])
+def test_other_providers_are_given_nothing(provider):
+    assert optics("0.1", optics={"provider": provider})["optics"] == {"provider": provider}
+
+
+def test_a_scenario_with_former_defaults_is_read_again_as_it_was():
+    scenario = Scenario.from_dict({**GIVEN, "defaults": "0.1", "clouds": {"type": "cirrus"}})
+    again = Scenario.from_dict(json.loads(scenario.to_json()))
+    assert again.optics.parameters == scenario.optics.parameters
+    assert again.coefficients == scenario.coefficients
