@@ -222,17 +222,13 @@ class Air:
 
         Counted from the near end; a part of zero length if there is no layer.
         """
-        count = len(edges) - 1
-        if count < 1:
+        if len(edges) < 2:
             return self._crossing.of([[Path()] for _ in zenith_deg])
-        paths = []
-        beyond = SPACE if to_space else edges[-1]
-        for zenith in zenith_deg:
-            for n in range(1, count + 1):
-                low, high = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])
-                reach = beyond if high == edges[-1] else high
-                paths.append([Path((Leg(low, reach, zenith),))])
-        return self._crossing.of(paths)
+        parts = self._sublayers
+        ends = (*edges[:-1], SPACE if to_space else edges[-1])
+        ends = ends[::-1] if downward else ends
+        within = [sorted((ends[n - n % parts], ends[n + 1])) for n in range(len(ends) - 1)]
+        return self._crossing.nested([[Leg(low, high, zenith) for low, high in within] for zenith in zenith_deg], parts)
 
     def _edges(self, lower_m: float, upper_m: float, levels: Array) -> tuple[float, ...]:
         """Return the ends of a leg, and of all parts of the layers within it."""

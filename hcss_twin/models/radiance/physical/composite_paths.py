@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.paths import Path
+from hcss_twin.physics.paths import Leg, Path
 from hcss_twin.providers import TransmittanceProvider
 
 Rows = NDArray[np.intp]
@@ -122,6 +122,25 @@ class PathTransmittance:
             return _LegPaths(tuple(tuple(row) for row in paths))
         amounts = self._amounts([path for row in paths for path in row])
         return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
+
+    def nested(self, legs: Sequence[Sequence[Leg]], parts: int) -> CompositePaths:
+        """Return paths (P x N, 1) in one column, from the near end of a row of legs (P, N) to the far end of each.
+
+        Legs begin at the near end of their layer, and every ``parts``-th one crosses it. Columns share the amounts of
+        layers between the same levels. Amounts of parts of a layer do not add up to its own.
+        """
+        if self._amounts is None or self._of_amounts is None:
+            joined = [
+                Leg(min(row[0].lower_m, last.lower_m), max(row[0].upper_m, last.upper_m), last.zenith_deg)
+                for row in legs
+                for last in row
+            ]
+            return _LegPaths(tuple((Path((leg,)),) for leg in joined))
+        amounts = self._amounts([Path((leg,)) for row in legs for leg in row])
+        by_layer = amounts.reshape(len(legs), -1, parts, amounts.shape[1])
+        crossed = np.cumsum(by_layer[:, :, -1], axis=1)
+        by_layer[:, 1:] += crossed[:, :-1, None]
+        return _AbsorberPaths(by_layer.reshape(-1, 1, amounts.shape[1]))
 
     def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, C x V): all wavenumbers of the first column, then of the second, ..."""
