@@ -33,6 +33,9 @@ FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
 FINEST_GRID = 3
 """Finest grid of a scene; the next one is a reference only."""
 
+NARROW_BAND = 100
+"""Number of wavenumbers below which a band is narrow."""
+
 COARSE_GRID_TOLERANCE = 5e-4
 """Coarser grids are tried for larger tolerances only."""
 
@@ -120,18 +123,29 @@ class GridRefinement:
 def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance: float) -> GridRefinement:
     """Return the coarsest spectral grid whose columns are within the tolerance of the next finer one.
 
-    Clear sky decides, and the thinnest and thickest cloud where there is no clear sky, at the coarsest numerical level.
+    Clear sky decides, and the thinnest and thickest cloud where there is no clear sky, at the coarsest numerical level;
+    in narrow bands medium clouds too: optical properties of particles vary between wavenumbers, which averages out over
+    wide ones.
     """
     if not suns:
         return GridRefinement(0, 0.0)
     model = assembly.at_level(0).model
+    narrow = [band for band, own in enumerate(assembly.spectral_grid.nodes) if len(own) < NARROW_BAND]
+    medium = _medium_clouds(assembly)
 
     @cache
     def at(refinement: int) -> Array:
         grid = assembly.refined_grid(refinement)
         columns = FewColumns(grid.wavenumber_cm1, grid.weights_cm1, assembly.extreme_thicknesses_m, True)
         columns = columns.only(np.zeros(1, np.intp)) if assembly.has_clear_sky else replace(columns, clear=False)
-        return columns.total(model, suns[0])
+        total = columns.total(model, suns[0])
+        if not (narrow and medium.size):
+            return total
+        places = np.unique(np.concatenate([grid.nodes[band] for band in narrow]))
+        weights = np.zeros((len(grid.nodes), places.size))
+        weights[narrow] = grid.weights_cm1[narrow][:, places]
+        clouds = FewColumns(grid.wavenumber_cm1[places], weights, medium, False)
+        return np.concatenate((total, clouds.total(model, suns[0])))
 
     def error(refinement: int) -> float:
         return largest_change(at(refinement), at(refinement + 1))
@@ -147,6 +161,11 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
 def _columns(assembly: Assembly) -> FewColumns:
     """Return few columns: those that bound the scene, and medium clouds of each layer alone."""
     columns = few_columns(assembly, PER_BAND)
+    return replace(columns, thickness_m=np.concatenate((columns.thickness_m, _medium_clouds(assembly))))
+
+
+def _medium_clouds(assembly: Assembly) -> Array:
+    """Return the thickness (N, L) of medium clouds of each layer alone."""
     medium = [np.sqrt(layer.thickness_min_m * layer.thickness_max_m) for layer in assembly.layers]
-    alone = np.diag(medium)[np.flatnonzero(assembly.cloudy_layers)]
-    return replace(columns, thickness_m=np.concatenate((columns.thickness_m, alone)))
+    alone: Array = np.diag(medium)[np.flatnonzero(assembly.cloudy_layers)]
+    return alone
