@@ -11,10 +11,11 @@ continua of H2O, N2 and O2 one factor::
 
     tau(v) = s (10^C'(v))^(a/a0) (sum of u (p/p0)^n (T0/T)^m)^a
 
-and in one band a tilt of s across it. An exponent of its own for the contrast between strong and weak wavenumbers made
-whole bands better, but the absorption within them worse against MODTRAN (655-750 and 2250-2390 cm-1).
-Gases that RRTMGP lacks in a band keep LOWTRAN7's coefficients there and take no part in the fit. At the edges of bands
-the optical depths of both sides are blended linearly. Fitted are band means of transmittance, and of radiance to space
+and in the bands of ``STRUCTURED`` also the structure: a tilt of s across the band, and an exponent of C' for the
+contrast between strong and weak wavenumbers. Elsewhere a contrast made whole bands better, but the absorption within
+them worse against MODTRAN (655-750 and 2250-2390 cm-1). Gases that RRTMGP lacks in a band keep LOWTRAN7's coefficients
+there and take no part in the fit. Where fitted coefficients of all gases miss MODTRAN by more (``KEPT_CM1``), all keep
+LOWTRAN7's, and the rest of the band meets its mean. At edges the optical depths of both sides are blended linearly. Fitted are band means of transmittance, and of radiance to space
 above 3.08 um, of the model atmospheres with random perturbations and gases (not those of
 ``gas_evaluation_profiles.py``).
 """
@@ -25,6 +26,7 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from math import exp, log
 from pathlib import Path
 from typing import Any, Final
 
@@ -103,11 +105,11 @@ def thinned(profile: Profile) -> Profile:
     """Return a profile at ``LEVELS_M``: the fit needs many columns rather than fine layers."""
     at = profile.altitude_m
 
-    def log(values: Array) -> Array:
+    def between(values: Array) -> Array:
         return np.exp(np.interp(LEVELS_M, at, np.log(values)))
 
-    ratios = {gas: log(ratio) for gas, ratio in profile.mixing_ratio.items()}
-    return Profile(profile.name, LEVELS_M, log(profile.pressure_Pa), profile.temperature_at(LEVELS_M), ratios)
+    ratios = {gas: between(ratio) for gas, ratio in profile.mixing_ratio.items()}
+    return Profile(profile.name, LEVELS_M, between(profile.pressure_Pa), profile.temperature_at(LEVELS_M), ratios)
 
 
 @dataclass
@@ -210,14 +212,20 @@ def make_paths(emitting: bool, coefficients: BandModelCoefficients, reference: R
     )
 
 
+KEPT_CM1: Final = ((2070, 2105),)
+"""Where all gases keep LOWTRAN7's coefficients; the blend is 10 cm-1 wide."""
+
 KEPT: Final = {1800: ("co2",), 2080: ("co2",)}
 """Gases that keep LOWTRAN7's coefficients, by the lower limit of the band: fitted, CO2 misses MODTRAN by more."""
 
-STEEP: Final = (2250, 2390)
+STEEP: Final = (2250,)
 """Bands where the exponent of CO2 must not grow: steeper wings miss MODTRAN, and make the largest step larger."""
 
-TILTED: Final = (2680,)
-"""Bands whose strengths may tilt: thermal and solar weights differ enough to fix that."""
+STRUCTURED: Final = {1180: 6, 2080: 6, 2250: 6, 2390: 6, 2680: 5}
+"""Bands whose strengths may tilt (5 numbers, see ``Term``) and change their contrast (6)."""
+
+LOWEST_CONTRAST: Final = {2250: float(np.log(0.92))}
+"""With less contrast, the absorption of short paths falls below that of MODTRAN."""
 
 
 @dataclass(frozen=True)
@@ -225,7 +233,7 @@ class Term:
     """One term of a gas in a band, relative to LOWTRAN7's.
 
     Factors on strength and on the exponent of amount; changes of the exponents of pressure and temperature; tilt of
-    ln(strength) across the band.
+    ln(strength) across the band; factor on C' beside that of the exponent of amount.
     """
 
     strength: float = 1.0
@@ -233,23 +241,24 @@ class Term:
     pressure: float = 0.0
     temperature: float = 0.0
     tilt: float = 0.0
+    contrast: float = 1.0
 
     @classmethod
     def from_numbers(cls, numbers: Array) -> Term:
-        """Return the term of logarithms (first two) and plain numbers."""
+        """Return the term of logarithms (of factors) and plain numbers."""
         values = [float(each) for each in numbers]
-        return cls(float(np.exp(values[0])), float(np.exp(values[1])), *values[2:])
+        return cls(float(np.exp(values[0])), float(np.exp(values[1])), *values[2:5], *map(exp, values[5:]))
 
     def numbers(self) -> list[float]:
         """Return the numbers that are fitted."""
-        return [float(np.log(self.strength)), float(np.log(self.amount)), self.pressure, self.temperature, self.tilt]
+        return [*map(log, (self.strength, self.amount)), self.pressure, self.temperature, self.tilt, log(self.contrast)]
 
 
 UNCHANGED: Final = Term()
 
-LOWEST: Final = (-5.0, -1.2, -1.0, -3.0, -1.0)
-HIGHEST: Final = (3.0, 0.0, 1.0, 3.0, 1.0)
-WIDTH: Final = (1.5, 0.4, 0.4, 1.5, 0.4)
+LOWEST: Final = (-5.0, -1.2, -1.0, -3.0, -1.0, -0.7)
+HIGHEST: Final = (3.0, 0.0, 1.0, 3.0, 1.0, 0.9)
+WIDTH: Final = (1.5, 0.4, 0.4, 1.5, 0.4, 0.3)
 """Limits of the fitted numbers, and their usual size."""
 
 PRIOR: Final = 0.03
@@ -262,7 +271,7 @@ class Bands:
     Attributes
     ----------
     gas : list of dict of str to Term
-        By band; a gas that is missing has LOWTRAN7's coefficients.
+        By band, last those of ``KEPT_CM1``; a gas that is missing has LOWTRAN7's coefficients.
     continuum : list of dict of str to float
         Factors by band.
     """
@@ -271,22 +280,30 @@ class Bands:
         self.given = coefficients
         self._kept: dict[Any, list[tuple[Term, Any]]] = {}
         self.wavenumber_cm1 = coefficients.wavenumber_cm1
-        self.bands = list(pairwise(EDGES_CM1))
+        self.fitted = list(pairwise(EDGES_CM1))
+        self.bands = [*self.fitted, *KEPT_CM1]
         self.gas: list[dict[str, Term]] = [{} for _ in self.bands]
         self.continuum: list[dict[str, float]] = [{} for _ in self.bands]
         self.share = self._shares()
-        self.has = [self._gases_of(*band) for band in self.bands]
+        self.has = [self._gases_of(*band) for band in self.fitted]
+        for low, high in KEPT_CM1:
+            self.has.append(next(self.has[k] for k, band in enumerate(self.fitted) if low + high < 2 * band[1]))
 
     def _shares(self) -> Array:
         """Return the weight of each band at each wavenumber, (bands, V); beyond the last band its edge counts."""
         shares = np.zeros((len(self.bands), self.wavenumber_cm1.size))
-        for number, edges in enumerate(self.bands):
+        for number, edges in enumerate(self.fitted):
             ramps = []
             for edge in edges:
                 ramps.append(np.clip((self.wavenumber_cm1 - edge) / BLEND_CM1.get(edge, 25.0) + 0.5, 0.0, 1.0))
             if edges[0] == EDGES_CM1[0]:
                 ramps[0] = np.ones_like(ramps[0])
             shares[number] = ramps[0] - ramps[1]
+        for number, (low, high) in enumerate(KEPT_CM1, len(self.fitted)):
+            inside = np.minimum(self.wavenumber_cm1 - low, high - self.wavenumber_cm1)
+            kept = np.clip(inside / 10.0 + 0.5, 0.0, 1.0)
+            shares *= 1.0 - kept
+            shares[number] = kept
         return shares
 
     def _gases_of(self, low: int, high: int) -> set[str]:
@@ -334,7 +351,7 @@ class Bands:
         low, high = self.bands[number]
         across = np.clip((2.0 * self.wavenumber_cm1 - low - high) / (high - low), -1.0, 1.0)
         given = self.given.absorption[channel]
-        powers = np.where(given > 0.0, given, 1.0) ** term.amount * (given > 0.0)
+        powers = np.where(given > 0.0, given, 1.0) ** (term.amount * term.contrast) * (given > 0.0)
         result: Array = term.strength * powers * np.exp(term.tilt * across) * self.share[number]
         return result
 
@@ -447,12 +464,14 @@ class Fit:
             and given.absorption[first + CONTINUA.index(members[0]), self.nodes].any()
         ]
         terms = [bands.gas[number].get(gas, UNCHANGED) for gas in gases]
-        size = 5 if edge in TILTED else 4
+        size = STRUCTURED.get(edge, 4)
         start = [value for term in terms for value in term.numbers()[:size]]
         start += [np.log(bands.continuum[number].get(name, 1.0)) for name in continua]
         low = [*LOWEST[:size]] * len(gases) + [-2.5] * len(continua)
         high = [*HIGHEST[:size]] * len(gases) + [1.5] * len(continua)
         for k, gas in enumerate(gases):
+            if edge in LOWEST_CONTRAST:
+                low[size * k + 5] = LOWEST_CONTRAST[edge]
             # transmittance of a single gas is no steeper than exponential
             largest = max(given.exponent[row] for row in bands.rows(number)[1] if given.channel_gas[row] == gas)
             high[size * k + 1] = 0.0 if gas == "co2" and edge in STEEP else -float(np.log(min(largest, 0.99)))
@@ -599,7 +618,7 @@ def main() -> None:
     bands = Bands(coefficients)
     fit = Fit(bands, emitting, dark)
     for sweep in range(options.sweeps):
-        for number, (low, high) in enumerate(bands.bands):
+        for number, (low, high) in enumerate(bands.fitted):
             before, after = fit.run(number)
             print(f"sweep {sweep}, {low} to {high} cm-1: {before:.2f} -> {after:.2f}", flush=True)
             for gas, term in bands.gas[number].items():

@@ -30,7 +30,7 @@ Season = Literal["spring-summer", "fall-winter"]
 COEFFICIENTS: Mapping[str, str] = MappingProxyType({"rrtmgp": "band-model-rrtmgp", "lowtran7": "lowtran7-band-model"})
 """Catalog names of the coefficients of the band model."""
 
-DEFAULT_COEFFICIENTS = "lowtran7"
+DEFAULT_COEFFICIENTS = "rrtmgp"
 
 
 class BandModelParameters(BaseModel):

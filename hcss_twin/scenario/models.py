@@ -167,7 +167,7 @@ class Atmosphere(ScenarioSection):
     provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
     coefficients: Literal["rrtmgp", "lowtran7"] | None = Field(
         None,
-        description='Of `band-model`: "lowtran7" (the default), or "rrtmgp", fitted to RRTMGP\'s gas optics; '
+        description='Of `band-model`: "rrtmgp" (the default), fitted to RRTMGP\'s gas optics, or "lowtran7"; '
         "excludes its parameter `file`.",
     )
     gases: GasesSection = Field(

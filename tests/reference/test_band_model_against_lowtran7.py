@@ -16,6 +16,7 @@ if shutil.which("gfortran") is None:
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.providers.registry.registry import Registry
@@ -51,6 +52,8 @@ def on_lowtran7_levels(profile):
 
 def provider(name, profile, **parameters):
     registry, catalog = Registry.discover(), Catalog()
+    if name == "band-model":
+        parameters["file"] = COEFFICIENTS["lowtran7"]
     if parameters["aerosol"] != "none":
         parameters["season"] = "fall-winter" if "winter" in profile else "spring-summer"
     entry = registry.resolve(Kind.ATMOSPHERE, name)

@@ -10,7 +10,7 @@ from printed_tables import PAPER
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.parameters import BandModelParameters
+from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters
 from hcss_twin.models.radiance.spectral_grid import dense_grid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
@@ -19,7 +19,7 @@ from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.scenario.bands import spectral_band
 
 REFERENCE = Path(__file__).parent.parent / "data" / "lowtran7-reference.nc"
-COEFFICIENTS = catalog_root() / "atmospheres" / "lowtran7-band-model.nc"
+LOWTRAN7 = COEFFICIENTS["lowtran7"]
 MODELS = range(6)
 WINTER = (2, 4)
 
@@ -34,7 +34,7 @@ def reference():
 @pytest.fixture(scope="module")
 def band_model(reference):
     """Provider for one of LOWTRAN7's own model atmospheres, at LOWTRAN7's levels."""
-    with netCDF4.Dataset(COEFFICIENTS) as file:
+    with netCDF4.Dataset(catalog_root() / "atmospheres" / f"{LOWTRAN7}.nc") as file:
         file.set_auto_mask(False)
         tables = {name: np.asarray(variable[:], dtype=np.float64) for name, variable in file.variables.items()}
     at = np.searchsorted(tables["altitude_km"], reference["level_altitude_km"])
@@ -54,6 +54,7 @@ def band_model(reference):
             aerosol="maritime" if maritime else "none",
             season="fall-winter" if model in WINTER else "spring-summer",
             earth_radius_m=1e3 * reference["earth_radius_km"][model],
+            file=LOWTRAN7,
         )
         return BandModelTransmittance(AtmosphereInputs(profile, catalog), parameters)
 
@@ -143,7 +144,9 @@ def test_sunlight_scattered_once_is_that_of_the_fortran(reference, band_model):
 def test_clear_air_over_a_black_surface_gives_the_modtran_columns(table_name, row, band, surface_K, tolerance):
     catalog = Catalog()
     profile = load_profile("us-standard-1976", catalog)
-    provider = BandModelTransmittance(AtmosphereInputs(profile, catalog), BandModelParameters(aerosol="none"))
+    provider = BandModelTransmittance(
+        AtmosphereInputs(profile, catalog), BandModelParameters(aerosol="none", file=LOWTRAN7)
+    )
     grid = dense_grid([spectral_band(band, catalog)], provider.declares.native_grid_cm1)
     paths = [to_space(0.0, zenith) for zenith in PAPER["view_zenith_deg"]]
     spectrum = provider.transmittance(grid.wavenumber_cm1, paths) * planck(grid.wavenumber_cm1, surface_K)

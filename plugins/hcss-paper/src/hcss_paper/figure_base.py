@@ -66,6 +66,7 @@ def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenar
         "accuracy": _ACCURACY[model],
         "output.certificate": 0,
         "sea.temperature": fitted("sea temperature"),
+        "atmosphere.coefficients": "lowtran7",
         **_PARTS[model],
     }
     if model == "as-printed":
