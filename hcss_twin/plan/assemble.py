@@ -170,7 +170,7 @@ def _atmosphere(
         name = selected(atmosphere, "provider")
         parameters = _atmosphere_parameters(scenario)
         around = surroundings(scenario, catalog, builder.bound_profile(name, parameters, catalog))
-        inputs = AtmosphereInputs(around.profile, catalog)
+        inputs = AtmosphereInputs(around.profile, catalog, around.sea_wind_speed_m_s)
         transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, parameters)
         owner = f"atmosphere provider '{name}'"
         _require_bands_inside(bands, transmittance.declares.valid, owner)
