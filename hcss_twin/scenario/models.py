@@ -175,7 +175,7 @@ class Atmosphere(ScenarioSection):
     )
     profile: str | None = Field(
         None,
-        description="Catalog name, or CSV or NetCDF file; default: the provider's profile, or the model atmosphere for "
+        description="Catalog name, or CSV or NetCDF file of one place or several; default: the provider's profile, or the model atmosphere for "
         "place and date.",
     )
     profile_above: str = Field(

@@ -15,12 +15,12 @@ HEIGHT_M = 44330.0 * (1.0 - (PRESSURE_PA / 101300.0) ** 0.19)
 SCENE = """
 time = 2024-04-20T00:30:00+10:00
 place = {latitude = 36.0, longitude = 150.0}
-bands = ["lwir"]
+bands = ["swir-2.7-3.0"]
 clouds.layers = []
 sea = {temperature = 291.0, wind_speed = 6.0}
-image = {rows = 9, columns = 3, pixel_size = 90e3}
+image = {rows = 7, columns = 1, pixel_size = 100e3}
 frames = {count = 1}
-accuracy = 0.005
+accuracy = 0.02
 radiance.model = "as-printed"
 """
 
@@ -57,13 +57,13 @@ def clear_radiance(file, tmp_path, name):
 def test_each_pixel_has_the_air_of_its_place(file, tmp_path):
     radiance = clear_radiance(file, tmp_path, "wide.nc")
     assert np.ptp(radiance) > 0.02 * np.mean(radiance)
-    latitude, _ = to_geographic(np.zeros(3), np.array([-4, 0, 4]) * 90e3, 36.0, 150.0)
-    for row, north in zip((0, 4, 8), latitude, strict=True):
+    latitude, _ = to_geographic(np.zeros(3), np.array([-3, 0, 3]) * 100e3, 36.0, 150.0)
+    for row, north in zip((0, 3, 6), latitude, strict=True):
         own = tmp_path / f"own-{row}.csv"
         lines = [f"{p},{t:.9f},{rh:.9f}" for p, t, rh in zip(PRESSURE_PA, *air(north), strict=True)]
         own.write_text("\n".join(["pressure_Pa,temperature_K,relative_humidity_percent", *lines]))
         alone = clear_radiance(own, tmp_path, f"own-{row}.nc")
-        np.testing.assert_allclose(radiance[row, 1], alone[4, 1], rtol=0.005 * 0.2)
+        np.testing.assert_allclose(radiance[row, 0], alone[3, 0], rtol=0.002)
 
 
 def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):
@@ -71,8 +71,8 @@ def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):
     assert plan.views is not None
     assert plan.views.order_y > 0
     rows = {item.what: item for item in plan.omissions}
-    # The file is linear in latitude, and so is the air between its profiles; radiance is not.
-    assert rows["air between the profiles of the file"].bound < 1e-4
+    # The file is linear in latitude, but not the altitudes of its few pressures.
+    assert 0.0 < rows["air between the profiles of the file"].bound < 1e-3
     assert "no key" not in rows["view angles of single pixels"].needs
     keys = [table_key(each) for each in plans_over_views(plan)]
     assert len(set(keys)) == len(keys)
@@ -80,4 +80,4 @@ def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):
 
 def test_profiles_that_do_not_cover_the_image_are_refused(file):
     with pytest.raises(ScenarioError, match=r"atmosphere\.profile.*latitude .* lies outside the profiles"):
-        make_plan(scenario(file, SCENE.replace("rows = 9", "rows = 19")))
+        make_plan(scenario(file, SCENE.replace("rows = 7", "rows = 19")))

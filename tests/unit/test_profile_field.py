@@ -15,12 +15,12 @@ HEIGHT_M = 44330.0 * (1.0 - (PRESSURE_PA / 101300.0) ** 0.19)
 
 def temperature(latitude, longitude=0.0):
     """Linear in both coordinates, at the levels."""
-    return 290.0 - 6.0e-3 * HEIGHT_M - (0.4 + 1e-5 * HEIGHT_M) * (latitude - 35.0) + 0.1 * (longitude - 150.0)
+    return 288.15 - 6.5e-3 * HEIGHT_M - (0.1 + 4e-6 * HEIGHT_M) * (latitude - 35.0) + 0.1 * (longitude - 150.0)
 
 
 def humidity(latitude):
     """Mole fraction, linear in latitude."""
-    return 1e-2 * np.exp(-HEIGHT_M / 2000.0) * (1.0 - 0.02 * (latitude - 35.0))
+    return 1e-2 * np.exp(-HEIGHT_M / 1500.0) * (1.0 - 0.02 * (latitude - 35.0))
 
 
 def write(path, latitude, longitude=None, temperature_of=temperature, names=("latitude", "longitude")):
