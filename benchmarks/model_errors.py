@@ -136,32 +136,51 @@ def modtran_rows(coefficients: str, file: str, kept: Sequence[Row]) -> Iterator[
 OCEANIC_UM = 0.318
 """Mode radius of the lognormal distribution of sea salt at 80 % humidity; its standard deviation is a factor 10^0.4."""
 
+NAVY_WINDS_M_S = (2.0, 5.0, 10.0, 15.0)
+
 AEROSOL_UM = {(2.5, 2.9): (2.7,), (2.9, 5.0): (3.0, 3.39, 3.75, 4.5, 5.0)}
 AEROSOL_DEG = np.array([60.0, 90.0, 120.0, 135.0, 150.0, 165.0, 180.0])
+
+Sizes = tuple[np.ndarray, np.ndarray]
+"""Radii in um, and numbers of particles."""
 
 
 def aerosol_rows() -> Iterator[Row]:
     """Yield the error of sunlight scattered by sea salt, with Henyey and Greenstein's function."""
+    x, weight = np.polynomial.legendre.leggauss(120)
+    deviation = 0.4 * np.log(10.0)
+    salt = (OCEANIC_UM * np.exp(5.0 * deviation * x), weight * np.exp(-12.5 * x**2))
+    yield from scattering_rows("band-model", "maritime aerosol", "sea salt of Shettle and Fenn (1979)", [salt])
+    radius = np.sqrt(0.02 * 40.0) * np.exp(0.5 * np.log(40.0 / 0.02) * x)
+    navy = []
+    for wind in NAVY_WINDS_M_S:
+        amplitude = (2000.0 * 3**2, max(5.866 * (wind - 2.2), 0.5), 10.0 ** (0.06 * wind - 2.8))
+        modes = zip(amplitude, (0.03, 0.24, 2.0), strict=True)
+        navy.append((radius, weight * radius * sum(a * np.exp(-(np.log(radius / um) ** 2)) for a, um in modes)))
+    yield from scattering_rows(
+        "band-model navy-maritime", "navy-maritime aerosol at 2 to 15 m/s", "size modes of Gathman (1983)", navy
+    )
+
+
+def scattering_rows(provider: str, what: str, sizes: str, distributions: Sequence[Sizes]) -> Iterator[Row]:
+    """Yield the largest error of sunlight scattered by droplets of given size distributions, by wavelength."""
     catalog = Catalog()
     water = load_refractive_index(catalog, "water")
     tables = read_coefficients(catalog.find(COEFFICIENTS["lowtran7"], "atmospheres", ".nc")).aerosol
     asymmetry = boundary_optics(tables, "maritime", "asymmetry", np.array([80.0]))[0]
-    x, weight = np.polynomial.legendre.leggauss(120)
-    deviation = 0.4 * np.log(10.0)
-    radius, number = OCEANIC_UM * np.exp(5.0 * deviation * x), weight * np.exp(-12.5 * x**2)
     cosine = np.cos(np.radians(AEROSOL_DEG))
     for um, wavelengths in AEROSOL_UM.items():
         errors = []
-        for wavelength in wavelengths:
+        for (radius, number), wavelength in product(distributions, wavelengths):
             wave, index = 2.0 * np.pi / wavelength, complex(water.at(np.array([1e4 / wavelength]))[0])
             both = np.array([amplitudes(index, wave * each, cosine) for each in radius])
             _, scattering, _ = mie_efficiencies(np.full(radius.size, index), wave * radius)
             exact = 2.0 * number @ np.sum(np.abs(both) ** 2, axis=1) / (number @ (wave**2 * radius**2 * scattering))
             g = float(np.interp(wavelength, tables.wavelength_um, asymmetry))
             errors.append(np.max(np.abs(henyey_greenstein(cosine, g) / exact - 1.0)))
-        yield row("band-model", "phase function of aerosol", um, relative=float(max(errors)), statistic="largest",
-                  path="sun", sunlight=True, column="clear", source="Mie theory, sea salt of Shettle and Fenn (1979)",
-                  condition="sunlight scattered by maritime aerosol by 60 to 180 deg, 80 % humidity")  # fmt: skip
+        yield row(provider, "phase function of aerosol", um, relative=float(max(errors)), statistic="largest",
+                  path="sun", sunlight=True, column="clear", source=f"Mie theory, {sizes}",
+                  condition=f"sunlight scattered by {what} by 60 to 180 deg, 80 % humidity")  # fmt: skip
 
 
 # --- sea ----------------------------------------------------------------------------------

@@ -41,9 +41,11 @@ class Run:
     low_cm1, high_cm1 : float
         First and last wavenumber, multiples of 5.
     haze : int
-        IHAZE: 0 none, 4 maritime.
+        IHAZE: 0 none, 3 Navy maritime, 4 maritime.
     visibility_km : float
         Meteorological range; 0 takes the model's default.
+    wind_m_s, wind_24h_m_s, air_mass_character : float, float, int
+        WSS, WHH and ICSTL of the Navy maritime aerosol.
     ground_albedo : float
         1 makes a black-body ground disappear from the radiance.
     sun_azimuth_deg, sun_zenith_deg : float
@@ -62,6 +64,9 @@ class Run:
     to_space: bool = False
     haze: int = 0
     visibility_km: float = 0.0
+    wind_m_s: float = 0.0
+    wind_24h_m_s: float = 0.0
+    air_mass_character: int = 0
     ground_albedo: float = 1.0
     sun_azimuth_deg: float = 0.0
     sun_zenith_deg: float = 0.0
@@ -72,8 +77,8 @@ class Run:
         first = [self.model, 3 if self.to_space else 2, self.mode, *[0] * 10]
         lines = [
             "".join(f"{value:5d}" for value in first) + f"{0.0:8.3f}{self.ground_albedo:7.2f}",
-            "".join(f"{value:5d}" for value in (self.haze, 0, 0, 0, 0, 0))
-            + "".join(f"{value:10.3f}" for value in (self.visibility_km, 0.0, 0.0, 0.0, 0.0)),
+            "".join(f"{value:5d}" for value in (self.haze, 0, 0, self.air_mass_character, 0, 0))
+            + "".join(f"{value:10.3f}" for value in (self.visibility_km, self.wind_m_s, self.wind_24h_m_s, 0.0, 0.0)),
             "".join(_field(value) for value in (self.observer_km, self.end_km, self.zenith_deg, 0.0, 0.0, 0.0))
             + f"{0:5d}",
         ]

@@ -47,7 +47,8 @@ from hcss_twin.models.atmosphere.band_model.absorption import (
     read_coefficients,
 )
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
-from hcss_twin.models.atmosphere.profile_file import SURFACE_TEMPERATURE_K, load_profile
+from hcss_twin.models.atmosphere.model_choice import SURFACE_TEMPERATURE_K
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE
 from hcss_twin.physics.planck import planck

@@ -24,6 +24,7 @@ from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.numerics import spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind
@@ -227,6 +228,8 @@ def table_key(plan: Plan) -> str:
             if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
         },
     }
+    if isinstance(plan.view, PlacedView):
+        parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
     surface = assembly.surface
     if surface is not None:
         parts["surface"] = [surface.name, surface.temperature_K]

@@ -23,7 +23,9 @@ class TableParameters(BaseModel):
     )
 
 
-Aerosol = Literal["none", "maritime", "rural", "urban"]
+Aerosol = Literal["none", "maritime", "navy-maritime", "rural", "urban"]
+NAVY_MARITIME = "navy-maritime"
+DEFAULT_VISIBILITY_KM = 23.0
 Season = Literal["spring-summer", "fall-winter"]
 
 
@@ -40,10 +42,27 @@ class BandModelParameters(BaseModel):
 
     aerosol: Aerosol = Field(
         "maritime",
-        description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; 'none' omits all aerosol.",
+        description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; sea salt of 'navy-maritime' "
+        "follows sea.wind_speed; 'none' omits all aerosol.",
     )
-    visibility_km: float = Field(
-        23.0, ge=2.0, le=50.0, description="Meteorological range at the surface in km, 2 to 50."
+    visibility_km: float | None = Field(
+        None,
+        ge=2.0,
+        le=50.0,
+        description="Meteorological range at the surface in km, 2 to 50; by default 23, or with 'navy-maritime' that "
+        "of wind and humidity.",
+    )
+    wind_24h_m_s: float | None = Field(
+        None,
+        ge=0.0,
+        le=20.0,
+        description="Mean wind of the last 24 hours, for 'navy-maritime'; by default sea.wind_speed.",
+    )
+    air_mass_character: int | None = Field(
+        None,
+        ge=1,
+        le=10,
+        description="1 (open ocean) to 10 (strong continental influence), for 'navy-maritime'; by default 3.",
     )
     season: Season = Field(
         "spring-summer", description="Season of the aerosol above 2 km: spring-summer or fall-winter."
@@ -58,6 +77,16 @@ class BandModelParameters(BaseModel):
         COEFFICIENTS[DEFAULT_COEFFICIENTS],
         description="Coefficients: a catalog name or a NetCDF file in the same format.",
     )
+
+    @model_validator(mode="after")
+    def _needs_navy_maritime(self) -> Self:
+        for name in ("wind_24h_m_s", "air_mass_character"):
+            if self.aerosol != NAVY_MARITIME and getattr(self, name) is not None:
+                raise ValueError(
+                    f"{name} {getattr(self, name)} has no effect with aerosol '{self.aerosol}'; allowed: "
+                    f"'{NAVY_MARITIME}'"
+                )
+        return self
 
 
 class CoxMunkParameters(BaseModel):

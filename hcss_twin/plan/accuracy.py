@@ -13,7 +13,7 @@ from hcss_twin.models.radiance.spectral_grid import COLDEST_K, HOTTEST_K, Bright
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import few_columns
-from hcss_twin.plan.views import ImageViews
+from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import RadianceModel, Sun
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
@@ -178,13 +178,14 @@ def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
 
 
 def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
-    """Radiance models of the scene viewed from the corners of the image, if the sensor altitude is known."""
-    if assembly.lines_of_sight is None:
+    """Radiance models of the scene viewed from the corners of the image, if views or air differ there."""
+    views = views_over_image(assembly)
+    if views is None:
         return []
     corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     models = []
-    for view in ImageViews(assembly.grid, assembly.lines_of_sight).at(corners):
+    for view in views.at(corners):
         # A view that the providers do not support is skipped and listed under the omissions.
         with suppress(ProviderError, ScenarioError):
             if low <= view.zenith_deg <= high:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
+from hcss_twin.physics.geodesy import to_geographic
+from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.additions import build_derived, build_elements
+from hcss_twin.plan.air_over_field import Air, AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import Builder, attribute_to_field
 from hcss_twin.plan.clouds import assemble_clouds
@@ -41,6 +46,9 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SceneSurfaces
+
+AIRS = 4
+"""Places of the image whose air is kept."""
 
 MODELS = 8
 """Radiance models of one scene that are kept."""
@@ -96,15 +104,23 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         wind_from_deg=scenario.sea.wind_from,
     )
     radiance = scenario.radiance
+    over_field = None
+    with attribute_to_field("atmosphere.profile"):
+        over_field = _air_over_field(builder, scenario, catalog, around, Air(around.profile, transmittance))
 
-    def new_model(sea: SeaModel, view: View, sea_temperature_K: float, level: int) -> RadianceModel:
+    def new_model(
+        sea: SeaModel, view: View, sea_temperature_K: float, level: int, air: Air | None = None
+    ) -> RadianceModel:
         other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, numerical_level=level)
+        if over_field is not None:
+            air = air or over_field.of(view)
+            other = replace(other, profile=air.profile, transmittance=air.transmittance)
         chosen = selected(radiance, "model")
         model: RadianceModel = builder.build(Kind.RADIANCE, chosen, other, radiance.parameters)
         return model
 
     # The same model serves the tables and the certificate, which share its solutions.
-    model_of = cast(Callable[[SeaModel, View, float, int], RadianceModel], lru_cache(maxsize=MODELS)(new_model))
+    model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
     with attribute_to_field("radiance.model", radiance.parameters):
         model = model_of(sea, slant.view, around.sea_temperature_K, 0)
     return Assembly(
@@ -138,6 +154,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         elements=elements,
         derived=derived,
         surfaces=surfaces,
+        air_over_field=over_field,
         built=builder.built,
     )
 
@@ -170,12 +187,49 @@ def _atmosphere(
         name = selected(atmosphere, "provider")
         parameters = _atmosphere_parameters(scenario)
         around = surroundings(scenario, catalog, builder.bound_profile(name, parameters, catalog))
-        inputs = AtmosphereInputs(around.profile, catalog)
+        inputs = AtmosphereInputs(around.profile, catalog, around.sea_wind_speed_m_s)
         transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, parameters)
         owner = f"atmosphere provider '{name}'"
         _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)
     return around, transmittance
+
+
+def _air_over_field(
+    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, centre: Air
+) -> AirOverField | None:
+    """Return the air at all places of the image; None for one profile.
+
+    Raises
+    ------
+    CatalogError
+        If the profiles do not cover the image, or one that it needs is not valid.
+    """
+    field, place, grid = around.field, scenario.place, scenario.image
+    if field is None:
+        return None
+    name, parameters = selected(scenario.atmosphere, "provider"), _atmosphere_parameters(scenario)
+
+    def with_provider(profile: Profile) -> Air:
+        inputs = AtmosphereInputs(around.finished(profile), catalog, around.sea_wind_speed_m_s)
+        return Air(inputs.profile, builder.build(Kind.ATMOSPHERE, name, inputs, parameters))
+
+    @lru_cache(maxsize=AIRS)
+    def at(latitude_deg: float, longitude_deg: float) -> Air:
+        if (latitude_deg, longitude_deg) == centre_deg:
+            return centre
+        return with_provider(field.at(latitude_deg, longitude_deg))
+
+    def left_out() -> Iterator[tuple[float, Air, Air]]:
+        for factor, exact, guess in field.left_out(*centre_deg):
+            yield factor, with_provider(exact), with_provider(guess)
+
+    centre_deg = place.latitude, place.longitude
+    x, y = (0.5 * grid.pixel_size * count * np.array([-1.0, 0.0, 1.0]) for count in (grid.columns, grid.rows))
+    east, north = (each.ravel() for each in np.meshgrid(x, y))
+    for latitude, longitude in zip(*(each.tolist() for each in to_geographic(east, north, *centre_deg)), strict=True):
+        field.at(latitude, longitude)
+    return AirOverField(centre_deg, cast(Callable[[float, float], Air], at), left_out)
 
 
 def _sea(

@@ -13,6 +13,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.air_over_field import Air, AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn
@@ -50,7 +51,7 @@ class Assembly:
     optics_of_layers : tuple of Optics (L,)
         The provider of each layer; ``optics`` asks the right one for any particles.
     model_of : callable
-        Builds the radiance model of the same scene for another sea, view, sea temperature or numerical level.
+        Builds the radiance model of the same scene for another sea, view, sea temperature, numerical level or air.
     sea_of : callable
         Builds the sea model for another temperature.
     built : mapping of str to Built
@@ -65,6 +66,8 @@ class Assembly:
         Surface that takes the place of the scenario's sea; None for that sea.
     numerical_level : int
         That of the radiance model.
+    air_over_field : AirOverField or None
+        Air at other places of the image; None for one profile everywhere.
     """
 
     entries: Mapping[str, Entry]
@@ -82,7 +85,7 @@ class Assembly:
     optics: Optics
     optics_of_layers: tuple[Optics, ...]
     model: RadianceModel
-    model_of: Callable[[SeaModel, View, float, int], RadianceModel]
+    model_of: Callable[..., RadianceModel]
     sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
@@ -96,6 +99,7 @@ class Assembly:
     surfaces: SceneSurfaces | None = None
     surface: SurfaceState | None = None
     numerical_level: int = 0
+    air_over_field: AirOverField | None = None
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
@@ -111,9 +115,17 @@ class Assembly:
         """Return the radiance model of the same scene for another view."""
         return self.model_of(self.sea, view, self.sea_temperature_K, self.numerical_level)
 
+    def model_in(self, air: Air) -> RadianceModel:
+        """Return the radiance model of the same scene in other air."""
+        return self.model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level, air)
+
     def toward(self, view: View) -> Assembly:
-        """Return the same scene in orthographic view from another direction."""
-        return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+        """Return the same scene in orthographic view from another direction, with the air of its place."""
+        toward = replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+        if self.air_over_field is None:
+            return toward
+        air = self.air_over_field.of(view)
+        return replace(toward, profile=air.profile, transmittance=air.transmittance)
 
     def at_level(self, level: int) -> Assembly:
         """Return the same scene with the radiance model at another numerical level."""

@@ -180,5 +180,8 @@ def _notes(
         radiance=radiance,
         sunlight=sunlight,
     )
+    centre: tuple[str, ...] = ()
+    if assembly.air_over_field is not None and (assembly.elements or "cloud_top_temperature" in names):
+        centre = ("cloud_top_temperature, and the air before elements, are those of the profile at the image centre",)
     unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
-    return (*narrow, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))
+    return (*narrow, *centre, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))

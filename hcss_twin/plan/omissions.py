@@ -197,11 +197,7 @@ def list_omissions(
     known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}
     yield from low_sun(assembly, columns, known)
     yield from one_direction(assembly, columns, sun.track, known, views)
-    yield Omission(
-        "changes of air and sea over image and frames",
-        "the scenario has one profile, one temperature of the sea and one wind",
-        0.0,
-    )
+    yield from _changes_of_air(assembly, columns, known)
     # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
     typical = typical_contrast(list(known.values()))
@@ -212,6 +208,37 @@ def list_omissions(
         needs = "image.samples_per_pixel = 2 or more"
         yield Omission("clouds within the footprint of a pixel", why, contrast, typical / 3.0, crossed, needs)
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)
+
+
+def _changes_of_air(
+    assembly: Assembly, columns: FewColumns, known: Mapping[tuple[float, Sun | None], Mapping[str, Array]]
+) -> Iterator[Omission]:
+    """Yield what changes over the image, and the error of interpolation between several profiles.
+
+    The error is that of the radiance with a profile interpolated without one of the file, reduced to the distance
+    between two profiles.
+    """
+    what, air = "changes of air and sea over image and frames", assembly.air_over_field
+    if air is None:
+        yield Omission(what, "the scenario has one profile, one temperature of the sea and one wind", 0.0)
+        return
+    yield Omission(
+        what,
+        "the scenario has one temperature of the sea and one wind; the air is that of the first frame's place",
+        0.0,
+    )
+    ends, largest = columns.only(columns.ends), 0.0
+    for factor, *pair in air.left_out():
+        exact, guess = (assembly.model_in(each) for each in pair)
+        for _, sun in known:
+            largest = max(largest, factor * largest_change(ends.total(guess, sun), ends.total(exact, sun)))
+    yield Omission(
+        "air between the profiles of the file",
+        "interpolated; the bound is the effect of leaving out a profile near the image centre, reduced to the "
+        "distance between two (with only two, the whole difference)",
+        SAFETY_FACTOR * largest,
+        needs="a finer grid of profiles: no key computes it",
+    )
 
 
 def _sunlight(sun: SunFrames, radiance: bool, faint: float | None) -> Iterator[Omission]:
@@ -263,8 +290,8 @@ def one_direction(
     ends = columns.ends
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
     columns = columns.only(ends)
-    if not own_views:
-        yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()})
+    if not own_views or assembly.lines_of_sight is None:
+        yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
     if lit:
         bound = _bound_of_suns(assembly, columns, lit)
@@ -277,34 +304,37 @@ def one_direction(
         )
 
 
-def _one_view(assembly: Assembly, columns: FewColumns, track: SunTrack, known: Mapping[Sun | None, Array]) -> Omission:
-    views, apart = corner_views(assembly, track)
+def _one_view(
+    assembly: Assembly, columns: FewColumns, track: SunTrack, known: Mapping[Sun | None, Array], own_air: bool
+) -> Omission:
+    views, apart = corner_views(assembly, track, own_air)
     bound = _bound_of_views(assembly, columns, views, known)
-    lines = assembly.lines_of_sight
+    lines, air = assembly.lines_of_sight, assembly.air_over_field
     altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
     corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
     return Omission(
         "view angles of single pixels",
-        "rays are parallel, one direction for the whole image; "
+        f"rays are parallel, one direction{'' if air is None or own_air else ' and one air'} for the whole image; "
         + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
         bound,
         needs="platform.altitude" if lines is None else "an atmosphere that knows these angles",
     )
 
 
-def corner_views(assembly: Assembly, track: SunTrack) -> tuple[tuple[View, ...], float]:
+def corner_views(assembly: Assembly, track: SunTrack, own_air: bool = False) -> tuple[tuple[View, ...], float]:
     """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
 
     To first order the opposite corners differ equally in the opposite sense. The corner with the larger change of
-    zenith angle is first.
+    zenith angle is first. ``own_air``: whether the air of the image centre is used, as each pixel has its own anyway.
     """
-    lines = assembly.lines_of_sight
+    lines, air = assembly.lines_of_sight, assembly.air_over_field
     if lines is None:
         view = assembly.view
         lines = LinesOfSight(
             track.latitude_deg, track.longitude_deg, view.zenith_deg, view.azimuth_deg, SENSOR_ALTITUDE_M
         )
-    views = ImageViews(assembly.grid, lines).at(_CORNERS)
+    centre = None if own_air or air is None else air.centre_deg
+    views = ImageViews(assembly.grid, lines, centre_deg=centre).at(_CORNERS)
     apart = max(_between_deg(view, assembly.view) for view in views)
     return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC
 
@@ -11,8 +12,10 @@ from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
 from hcss_twin.models.atmosphere.cloud_top import climatological_cloud_top
 from hcss_twin.models.atmosphere.gases import MEANS, amount_note, factor_of, means_of_year, with_factors
+from hcss_twin.models.atmosphere.model_choice import calendar_model, closest_model
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
-from hcss_twin.models.atmosphere.profile_file import calendar_model, closest_model, load_profile
+from hcss_twin.models.atmosphere.profile_field import ProfileField
+from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.providers import CloudLayer
@@ -39,12 +42,18 @@ class Surroundings:
     ----------
     filled_in : tuple of FilledIn
         Defaults for values that the scenario omits.
+    field : ProfileField or None
+        Profiles at several places, as they are in the file; None for one profile.
+    finished : callable
+        Returns a profile of the field with the water vapour and gases of the scenario.
     """
 
     profile: Profile
     sea_temperature_K: float
     sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
+    field: ProfileField | None
+    finished: Callable[[Profile], Profile]
 
 
 def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) -> Surroundings:
@@ -62,8 +71,12 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     """
     climatology = Climatology(catalog)
     filled: list[FilledIn] = []
-    profile = _profile(scenario, catalog, climatology, bound, filled)
+    profile, field = _profile(scenario, catalog, climatology, bound, filled)
     profile = _with_gases(scenario, _scaled(scenario, profile, bound), bound, filled)
+
+    def finished(profile: Profile) -> Profile:
+        return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
+
     temperature, wind = scenario.sea.temperature, scenario.sea.wind_speed
     problems: list[Problem] = []
     if temperature is None:
@@ -74,7 +87,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
         wind = _from_climatology(scenario, climatology, "sea.wind_speed", "wind_speed", filled, problems)
     if problems:
         raise ScenarioError(problems)
-    return Surroundings(profile, temperature, wind, tuple(filled))
+    return Surroundings(profile, temperature, wind, tuple(filled), field, finished)
 
 
 def air_unlike_sea(profile: Profile, sea_temperature_K: float) -> tuple[str, ...]:
@@ -111,15 +124,21 @@ def with_climatological_top(
 
 def _profile(
     scenario: Scenario, catalog: Catalog, climatology: Climatology, bound: Profile | None, filled: list[FilledIn]
-) -> Profile:
+) -> tuple[Profile, ProfileField | None]:
+    """Return the profile at the image centre, and those of other places if there are several."""
     atmosphere, field = scenario.atmosphere, "atmosphere.profile"
     with attribute_to_field(field):
         if atmosphere.profile is not None:
-            return load_profile(atmosphere.profile, catalog, atmosphere.profile_above)
+            given = load_profiles(atmosphere.profile, catalog, atmosphere.profile_above)
+            if isinstance(given, ProfileField):
+                centre = scenario.place.latitude, scenario.place.longitude
+                given = given.with_levels_near(*centre)
+                return given.at(*centre), given
+            return given, None
         if bound is not None:
             why = f"the profile that provider '{atmosphere.provider}' belongs to"
             filled.append(FilledIn(field, bound.name, why))
-            return bound
+            return bound, None
         latitude = scenario.place.latitude
         try:
             climate = climatology.look_up("air_temperature", latitude, scenario.place.longitude, scenario.time)
@@ -134,7 +153,7 @@ def _profile(
                 f"{_source(scenario, climate)}"
             )
         filled.append(FilledIn(field, name, why))
-        return load_profile(name, catalog)
+        return load_profile(name, catalog), None
 
 
 def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Profile:

@@ -14,7 +14,9 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics import quadrature
+from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
 from hcss_twin.providers import Grid, Sun, View
@@ -59,10 +61,18 @@ class ImageViews:
     ----------
     grid : Grid
         The image, in pixels.
+    lines : LinesOfSight or None
+        Lines of sight of single pixels; None for parallel ones.
+    parallel : View or None
+        The view of all pixels; needed without lines of sight.
+    centre_deg : (float, float) or None
+        Latitude and longitude of the image centre, if the air differs over the image.
     """
 
     grid: Grid
-    lines: LinesOfSight
+    lines: LinesOfSight | None
+    parallel: View | None = None
+    centre_deg: tuple[float, float] | None = None
 
     def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
         """Return the view from positions (x, y), -1 to 1 from edge to edge.
@@ -71,16 +81,33 @@ class ImageViews:
         """
         x, y = np.array(list(places), dtype=np.float64).reshape(-1, 2).T
         size = 0.5 * self.grid.pixel_size_m
-        seen = self.lines.from_points(x * size * self.grid.columns, y * size * self.grid.rows)
+        east, north = x * size * self.grid.columns, y * size * self.grid.rows
+        if self.lines is None:
+            assert self.parallel is not None
+            views = [self.parallel] * x.size
+        else:
+            seen = self.lines.from_points(east, north)
+            angles = zip(seen.zenith_deg.tolist(), seen.plane_azimuth_deg.tolist(), strict=True)
+            views = [View(zenith, azimuth) for zenith, azimuth in angles]
+        if self.centre_deg is None:
+            return views
+        places = zip(*(each.tolist() for each in to_geographic(east, north, *self.centre_deg)), strict=True)
         return [
-            View(zenith, azimuth)
-            for zenith, azimuth in zip(seen.zenith_deg.tolist(), seen.plane_azimuth_deg.tolist(), strict=True)
+            PlacedView(view.zenith_deg, view.azimuth_deg, *place) for view, place in zip(views, places, strict=True)
         ]
 
     def of_pixels(self, row: Sequence[int], column: Sequence[int]) -> list[View]:
         """Return the view from the centres of pixels."""
         x, y = _centres(self.grid.columns)[list(column)], _centres(self.grid.rows)[list(row)]
         return self.at(zip(x.tolist(), y.tolist(), strict=True))
+
+
+def views_over_image(assembly: Assembly) -> ImageViews | None:
+    """Return the views of single pixels; None if they share one view and one air."""
+    air = assembly.air_over_field
+    if assembly.lines_of_sight is None and air is None:
+        return None
+    return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, None if air is None else air.centre_deg)
 
 
 Values = Callable[[float, float], Array]
@@ -161,6 +188,12 @@ def _centres(count: int) -> Array:
 MAX_ORDER = 16
 """Maximum order along either axis."""
 
+AIR_SHARE = 6.0
+"""Error that is accepted where the air differs, relative to the tolerance of views (30 % of the accuracy in all).
+
+With the air, radiance has kinks, such as those of aerosol with humidity: polynomials follow them slowly.
+"""
+
 MAX_NODES = 200
 """Maximum number of views; each has its own tables."""
 
@@ -170,8 +203,8 @@ def choose_views(
 ) -> ViewAxis | None:
     """Choose the views with tables; None if the view of the image centre suffices.
 
-    It suffices if the sensor altitude is unknown, if the change over the image is within the tolerance, or if
-    providers support no other views, which is listed under the omissions.
+    It suffices if the sensor altitude is unknown and there is one profile, if the change over the image is within the
+    tolerance, or if providers support no other views, which is listed under the omissions.
 
     Parameters
     ----------
@@ -185,9 +218,9 @@ def choose_views(
     ScenarioError
         If view angles must vary over the image but a selected option does not support that.
     """
-    if assembly.lines_of_sight is None or not suns:
+    views = views_over_image(assembly)
+    if views is None or not suns:
         return None
-    views = ImageViews(assembly.grid, assembly.lines_of_sight)
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
     if not all(low <= view.zenith_deg <= high for view in corners):
@@ -201,8 +234,9 @@ def choose_views(
         return None
     if x == y == 0:
         return None
-    _refuse_beside(scenario, tolerance)
+    _refuse_beside(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
+    tolerance *= 1.0 if assembly.air_over_field is None else AIR_SHARE
     if error > tolerance or nodes > MAX_NODES:
         many = f"{x + 1} x {y + 1} views"
         limit = (
@@ -213,7 +247,8 @@ def choose_views(
             f"{MAX_NODES} views"
         )
         message = (
-            f"{scenario.accuracy}: the view changes over the image: {limit}, with a lower accuracy or a smaller image"
+            f"{scenario.accuracy}: the {_what_varies(assembly)} changes over the image: {limit}, with a lower accuracy "
+            "or a smaller image"
         )
         raise ScenarioError([Problem("accuracy", message)])
     return ViewAxis(x, y, error)
@@ -247,7 +282,11 @@ def _few(assembly: Assembly) -> FewColumns:
     return replace(columns, thickness_m=np.concatenate((columns.thickness_m, np.array(middling))))
 
 
-def _refuse_beside(scenario: Scenario, tolerance: float) -> None:
+def _what_varies(assembly: Assembly) -> str:
+    return "view" if assembly.air_over_field is None else "air or the view"
+
+
+def _refuse_beside(scenario: Scenario, assembly: Assembly, tolerance: float) -> None:
     """Reject options that support only one view for all pixels."""
     beside = {
         "slant.shadows": (scenario.slant.shadows, "false"),
@@ -257,9 +296,9 @@ def _refuse_beside(scenario: Scenario, tolerance: float) -> None:
     problems = [
         Problem(
             field,
-            "supports one view only, but the pixels need individual views: the view changes the radiance over the "
-            f"image by more than {tolerance:.1e}; allowed: {allowed}, a smaller image, a lower accuracy, or no "
-            "platform.altitude",
+            f"supports one view only, but the pixels need individual views: the {_what_varies(assembly)} changes the "
+            f"radiance over the image by more than {tolerance:.1e}; allowed: {allowed}, a smaller image, a lower "
+            "accuracy, or no platform.altitude" + ("" if assembly.air_over_field is None else " and one profile"),
         )
         for field, (wanted, allowed) in beside.items()
         if wanted

@@ -24,10 +24,13 @@ class AtmosphereInputs:
         The air at its levels; ``Profile.airmass(path)`` sums slant over vertical thickness per layer over legs.
     catalog : Catalog
         Reader of data files.
+    wind_speed_m_s : float or None
+        At 10 m above the sea; None where it is unknown.
     """
 
     profile: Profile
     catalog: Catalog
+    wind_speed_m_s: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

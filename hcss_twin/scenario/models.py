@@ -175,8 +175,8 @@ class Atmosphere(ScenarioSection):
     )
     profile: str | None = Field(
         None,
-        description="Catalog name, or CSV or NetCDF file; default: the provider's profile, or the model atmosphere for "
-        "place and date.",
+        description="Catalog name, or CSV or NetCDF file of one place or several; default: the provider's profile, or "
+        "the model atmosphere for place and date.",
     )
     profile_above: str = Field(
         STANDARD, description="Profile that adds to a file the air above its last level and missing gases."

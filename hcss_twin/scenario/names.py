@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, HcssError, Problem, ScenarioError, closest
 from hcss_twin.cube.requested_variables import expand
-from hcss_twin.models.atmosphere.profile_file import STANDARD, load_profile
+from hcss_twin.models.atmosphere.profile_file import STANDARD, load_profile, load_profiles
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
@@ -265,7 +265,7 @@ def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterat
     yield from problems
     profile = atmosphere.get("profile")
     if isinstance(profile, str) and not problems:
-        yield from _file_problems("atmosphere.profile", partial(load_profile, profile, catalog, above))
+        yield from _file_problems("atmosphere.profile", partial(load_profiles, profile, catalog, above))
 
 
 def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count: int) -> Iterator[Problem]:

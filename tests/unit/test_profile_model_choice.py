@@ -3,13 +3,8 @@
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.atmosphere.profile_file import (
-    SURFACE_TEMPERATURE_K,
-    calendar_model,
-    candidates,
-    closest_model,
-    load_profile,
-)
+from hcss_twin.models.atmosphere.model_choice import SURFACE_TEMPERATURE_K, calendar_model, candidates, closest_model
+from hcss_twin.models.atmosphere.profile_file import load_profile
 
 
 def test_the_surface_temperatures_are_those_of_the_catalog():

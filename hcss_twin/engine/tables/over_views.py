@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import ImageViews, ViewAxis
+from hcss_twin.plan.views import ImageViews, ViewAxis, views_over_image
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Grid, View
 
@@ -24,16 +24,22 @@ def plan_toward(plan: Plan, view: View) -> Plan:
 
 
 def image_views(plan: Plan) -> ImageViews:
-    """Return the views over the image of a plan in which view angles vary over the image."""
-    assert plan.assembly.lines_of_sight is not None
-    return ImageViews(plan.grid, plan.assembly.lines_of_sight)
+    """Return the views over the image of a plan in which views or air vary over the image."""
+    views = views_over_image(plan.assembly)
+    assert views is not None
+    return views
 
 
-def plans_over_views(plan: Plan) -> tuple[Plan, ...]:
-    """Return a plan for each view with tables, or the plan itself if one view is used for all pixels."""
+def plans_over_views(plan: Plan) -> Iterator[Plan]:
+    """Yield a plan for each view with tables, or the plan itself if one view is used for all pixels.
+
+    One at a time, as each may have air of its own, whose providers keep some 60 MB.
+    """
     if plan.views is None:
-        return (plan,)
-    return tuple(plan_toward(plan, view) for view in image_views(plan).at(plan.views.places))
+        yield plan
+        return
+    for view in image_views(plan).at(plan.views.places):
+        yield plan_toward(plan, view)
 
 
 def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:

@@ -15,7 +15,8 @@ import numpy as np
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.climatology import Climatology
-from hcss_twin.models.atmosphere.profile_file import closest_model, load_profile
+from hcss_twin.models.atmosphere.model_choice import closest_model
+from hcss_twin.models.atmosphere.profile_file import load_profile
 
 HIGHEST_M = 10_000.0
 

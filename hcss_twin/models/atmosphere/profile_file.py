@@ -1,13 +1,10 @@
-"""Profiles from files or the catalog: check levels, complete them from the sea to space, and thin them.
-
-The module also selects one of the six AFGL model atmospheres for a place and date.
-"""
+"""Profiles from files or the catalog: check levels, and complete them from the sea to space."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from types import MappingProxyType
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,74 +21,11 @@ from hcss_twin.models.atmosphere.moist_air import (
     geometric_altitude,
     pressure_beyond,
     relative_humidity,
-    saturation_pressure_Pa,
 )
-from hcss_twin.models.atmosphere.sounding import Sounding, read_sounding
+from hcss_twin.models.atmosphere.profile_field import ProfileField, SoundingGrid
+from hcss_twin.models.atmosphere.sounding import NETCDF_SUFFIXES, Sounding, read_sounding
+from hcss_twin.models.atmosphere.thinning import thinned
 from hcss_twin.physics.profile import GASES, Profile
-
-FEW_LEVELS = 150
-"""Profiles with at most this many levels are not thinned."""
-
-TOLERANCES = {"temperature": 0.2, "relative_humidity": 0.02, "ln_pressure": 2e-4}
-"""Maximum deviation (K, 1, 1) of a dropped level from the line between the remaining levels."""
-
-
-def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str, Array]:
-    """Drop levels that interpolation between other levels reproduces, and add a note.
-
-    The method keeps the level farthest from the line and repeats on both halves (D. H. Douglas and T. K. Peucker,
-    Cartographica 10, 112 (1973)); temperature, relative humidity and the logarithm of pressure are taken as linear in
-    altitude.
-
-    Parameters
-    ----------
-    columns : dict of str to ndarray (L,)
-        Including altitude, pressure, temperature and h2o.
-    name : str
-        Name of the profile, for the note.
-    notes : list of str
-        Receives a note if levels are dropped.
-
-    Returns
-    -------
-    dict of str to ndarray (K,)
-    """
-    altitude = columns["altitude"]
-    if altitude.size <= FEW_LEVELS:
-        return columns
-    # Above 332 K the saturation formula is not valid, and there is no humidity to preserve.
-    saturation = saturation_pressure_Pa(np.clip(columns["temperature"], 123.0, 332.0))
-    scaled = np.stack(
-        (
-            columns["temperature"] / TOLERANCES["temperature"],
-            columns["h2o"] * columns["pressure"] / saturation / TOLERANCES["relative_humidity"],
-            np.log(columns["pressure"]) / TOLERANCES["ln_pressure"],
-        )
-    )
-    keep = np.zeros(altitude.size, dtype=bool)
-    keep[[0, -1]] = True
-    pending = [(0, altitude.size - 1)]
-    while pending:
-        low, high = pending.pop()
-        if high - low < 2:
-            continue
-        share = (altitude[low : high + 1] - altitude[low]) / (altitude[high] - altitude[low])
-        line = scaled[:, [low]] + share * (scaled[:, [high]] - scaled[:, [low]])
-        away = np.max(np.abs(scaled[:, low : high + 1] - line), axis=0)
-        farthest = int(np.argmax(away))
-        if away[farthest] > 1.0:
-            middle = low + farthest
-            keep[middle] = True
-            pending += [(low, middle), (middle, high)]
-    if keep.all():
-        return columns
-    notes.append(
-        f"profile '{name}': {int(keep.sum())} of {altitude.size} levels kept; the others lie within "
-        f"{TOLERANCES['temperature']:g} K and {100 * TOLERANCES['relative_humidity']:g} % relative humidity of the "
-        "lines between them"
-    )
-    return {column: values[keep] for column, values in columns.items()}
-
 
 Columns = dict[str, Array]
 
@@ -321,6 +255,9 @@ def _log_interpolated(at: Array, altitude: Array, ratio: Array) -> Array:
     return np.exp(np.interp(at, altitude, np.log(ratio)))
 
 
+PLACES = 1024
+"""Profiles of one file that are kept."""
+
 STANDARD = "us-standard-1976"
 """Model that completes profiles by default."""
 
@@ -342,68 +279,34 @@ def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
     CatalogError
         If a file is missing or malformed, or its levels are not physical; the message names the line or level.
     """
-
-    def model() -> Profile:
-        def incomplete() -> Profile:
-            raise CatalogError(f"'{above}' cannot complete '{name}': it has gaps itself; allowed: complete profiles")
-
-        return build_profile(read_sounding(catalog.find(above, "atmospheres", ".csv"), above), incomplete)
-
     path = catalog.find(name, "atmospheres", ".csv")
-    profile = build_profile(read_sounding(path, name), model)
+    profile = build_profile(read_sounding(path, name), _model(name, catalog, above))
     if path.is_relative_to(catalog.root):
         return replace(profile, model_gases=frozenset(profile.mixing_ratio))
     return profile
 
 
-SURFACE_TEMPERATURE_K: Mapping[str, float] = MappingProxyType(
-    {
-        "tropical": 299.7,
-        "midlatitude-summer": 294.2,
-        "us-standard-1976": 288.2,
-        "subarctic-summer": 287.2,
-        "midlatitude-winter": 272.2,
-        "subarctic-winter": 257.2,
-    }
-)
-"""Surface temperature of each model (AFGL-TR-86-0110, tables 1a to 1f)."""
+def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile | ProfileField:
+    """Read a profile like :func:`load_profile`, or the profiles of a NetCDF file with several latitudes or longitudes.
 
-TROPIC_DEG = 23.5
-SUBARCTIC_DEG = 50.0
-
-WARM_MONTHS = range(4, 10)
-"""April to September: the warm half of the year in the northern hemisphere."""
-
-
-def candidates(latitude_deg: float) -> tuple[str, ...]:
-    """Return the model atmospheres that apply in a latitude belt.
-
-    Up to 23.5 degrees: tropical and midlatitude summer; up to 50: all except the subarctic models; above: all except
-    tropical and midlatitude summer.
+    Raises
+    ------
+    CatalogError
+        As :func:`load_profile`; one of several profiles is checked when it is used.
     """
-    if abs(latitude_deg) <= TROPIC_DEG:
-        return ("tropical", "midlatitude-summer")
-    if abs(latitude_deg) <= SUBARCTIC_DEG:
-        return ("tropical", "midlatitude-summer", "us-standard-1976", "midlatitude-winter")
-    return ("us-standard-1976", "subarctic-summer", "midlatitude-winter", "subarctic-winter")
+    path = catalog.find(name, "atmospheres", ".csv")
+    if path.suffix.lower() in NETCDF_SUFFIXES:
+        grid = SoundingGrid.read(path, name)
+        if grid is not None:
+            model = _model(name, catalog, above)
+            return ProfileField(grid, lru_cache(PLACES)(lambda *place: build_profile(grid.node(*place), model)))
+    return load_profile(name, catalog, above)
 
 
-def closest_model(latitude_deg: float, air_temperature_K: float) -> str:
-    """Return the candidate of the latitude belt whose surface temperature is closest to the air temperature."""
-    return min(candidates(latitude_deg), key=lambda name: abs(SURFACE_TEMPERATURE_K[name] - air_temperature_K))
+def _model(name: str, catalog: Catalog, above: str) -> Callable[[], Profile]:
+    """Return what reads the profile that completes another."""
 
+    def incomplete() -> Profile:
+        raise CatalogError(f"'{above}' cannot complete '{name}': it has gaps itself; allowed: complete profiles")
 
-def calendar_model(latitude_deg: float, month: int) -> str:
-    """Return the model for a latitude and half-year, for places without a climatological air temperature.
-
-    Parameters
-    ----------
-    latitude_deg : float
-    month : int
-        1 to 12.
-    """
-    if abs(latitude_deg) <= TROPIC_DEG:
-        return "tropical"
-    warm = (month in WARM_MONTHS) == (latitude_deg >= 0)
-    belt = "midlatitude" if abs(latitude_deg) <= SUBARCTIC_DEG else "subarctic"
-    return f"{belt}-{'summer' if warm else 'winter'}"
+    return lambda: build_profile(read_sounding(catalog.find(above, "atmospheres", ".csv"), above), incomplete)

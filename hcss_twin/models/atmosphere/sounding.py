@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,8 +65,15 @@ def read_sounding(path: Path, name: str) -> Sounding:
         If the file is malformed, a quantity is missing, or a value is missing or impossible; the message names the line
         or level.
     """
-    read = _read_netcdf if path.suffix.lower() in NETCDF_SUFFIXES else _read_csv
-    where, columns = read(path, name)
+    if path.suffix.lower() in NETCDF_SUFFIXES:
+        with open_netcdf(path, name) as dataset:
+            variables = profile_variables(dataset, name)
+            return sounding_of(name, variables, [_one_column(each.data, each.label, name) for each in variables])
+    return _finished(name, *_read_csv(path, name))
+
+
+def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array]) -> Sounding:
+    """Return the sounding of a file's columns, with one humidity and one height."""
     for required in ("pressure", "temperature"):
         if required not in columns:
             quantity = QUANTITIES[required]
@@ -136,48 +144,92 @@ def _number(text: str, head: str, place: str) -> float:
 _REMEDY = "leave out the level, or end the profile below it (levels above are completed from a model)"
 
 
-def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
+@dataclass(frozen=True)
+class ProfileVariable:
+    """A variable of a NetCDF file that belongs to a profile, as long as the file is open."""
+
+    quantity: ProfileQuantity
+    unit: Unit
+    label: str
+    data: Any
+
+
+@contextmanager
+def open_netcdf(path: Path, name: str) -> Iterator[Any]:
+    """Open a NetCDF file of profiles.
+
+    Raises
+    ------
+    CatalogError
+        If it is not readable.
+    """
     import netCDF4
 
     try:
         dataset = netCDF4.Dataset(path)
     except OSError as error:
         raise CatalogError(f"{name}: not a readable NetCDF file: {error}") from error
-    used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
-    arrays: dict[str, Array] = {}
     with dataset:
-        for index, (label, variable) in enumerate(dataset.variables.items()):
-            quantity = named((str(getattr(variable, "standard_name", "")), label))
-            if quantity is None:
-                continue
-            _refuse_twice(used, quantity, label, name)
-            try:
-                unit = unit_of(quantity, str(getattr(variable, "units", "")), label)
-            except ValueError as error:
-                raise CatalogError(f"{name}: {error}") from error
-            used[index] = (quantity, unit, label)
-            arrays[label] = _one_column(variable, label, name)
-    sizes = {label: array.size for label, array in arrays.items()}
+        yield dataset
+
+
+def profile_variables(dataset: Any, name: str) -> list[ProfileVariable]:
+    """Return the variables of a file that belong to a profile.
+
+    Raises
+    ------
+    CatalogError
+        If a unit is unknown, or two variables hold one quantity.
+    """
+    used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
+    variables = []
+    for index, (label, variable) in enumerate(dataset.variables.items()):
+        quantity = named((str(getattr(variable, "standard_name", "")), label))
+        if quantity is None:
+            continue
+        _refuse_twice(used, quantity, label, name)
+        try:
+            unit = unit_of(quantity, str(getattr(variable, "units", "")), label)
+        except ValueError as error:
+            raise CatalogError(f"{name}: {error}") from error
+        used[index] = (quantity, unit, label)
+        variables.append(ProfileVariable(quantity, unit, label, variable))
+    return variables
+
+
+def sounding_of(name: str, variables: Sequence[ProfileVariable], arrays: Sequence[Array]) -> Sounding:
+    """Return the sounding of the variables' values (L,) at one place.
+
+    Raises
+    ------
+    CatalogError
+        As :func:`read_sounding`.
+    """
+    sizes = {each.label: array.size for each, array in zip(variables, arrays, strict=True)}
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{label} {size}" for label, size in sizes.items())
         raise CatalogError(f"{name}: the variables have different numbers of levels: {listed}")
-    if not sizes:
-        return (), {}  # the caller reports what is missing
-    levels = next(iter(sizes.values()))
-    if not 2 <= levels <= MAX_LEVELS:
+    levels = next(iter(sizes.values()), 0)
+    if sizes and not 2 <= levels <= MAX_LEVELS:
         raise CatalogError(f"{name}: {levels} levels; at least 2 are needed and {MAX_LEVELS} are allowed")
     where = tuple(f"level {number}" for number in range(1, levels + 1))
     columns = {}
-    for quantity, unit, label in used.values():
-        bad = np.flatnonzero(~np.isfinite(arrays[label]))
+    for each, array in zip(variables, arrays, strict=True):
+        bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
-            raise CatalogError(f"{name}, {where[bad[0]]}: {label} is missing; {_REMEDY}")
-        columns[quantity.name] = _in_si(arrays[label], quantity, unit, label, where, name)
-    return where, columns
+            raise CatalogError(f"{name}, {where[bad[0]]}: {each.label} is missing; {_REMEDY}")
+        columns[each.quantity.name] = _in_si(array, each.quantity, each.unit, each.label, where, name)
+    return _finished(name, where, columns)
+
+
+def values_of(variable: Any) -> Array:
+    """Return the values of a variable; missing ones are NaN."""
+    filled: Array = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), np.nan)
+    return filled
 
 
 def _one_column(variable: Any, label: str, name: str) -> Array:
-    values = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), np.nan)
+    values = values_of(variable)
     squeezed: Array = np.squeeze(values)
     if squeezed.ndim != 1:
         raise CatalogError(

@@ -10,7 +10,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorption import BandModelCoefficients
 from hcss_twin.models.atmosphere.band_model.aerosol import haze_m1
-from hcss_twin.models.parameters import BandModelParameters
+from hcss_twin.models.parameters import DEFAULT_VISIBILITY_KM, BandModelParameters
 from hcss_twin.physics.profile import Profile
 
 STANDARD_PRESSURE_PA = 101_325.0
@@ -86,7 +86,6 @@ def level_state(profile: Profile, coefficients: BandModelCoefficients, parameter
     """Return the densities of all absorbers at the profile levels."""
     pressure = profile.pressure_Pa / STANDARD_PRESSURE_PA
     cold = ZERO_CELSIUS_K / profile.temperature_K
-    molecules_cm3 = LOSCHMIDT_CM3 * pressure * cold
 
     def ratio(gas: str) -> Array:
         return mixing_ratio(gas, profile, coefficients)
@@ -95,7 +94,7 @@ def level_state(profile: Profile, coefficients: BandModelCoefficients, parameter
         result: Array = ratio(gas) * pressure * cold * _ATM_CM_PER_KM
         return result
 
-    water_g_m3 = _WATER_G_M3_PER_MOLECULE_CM3 * ratio("h2o") * molecules_cm3
+    water_g_m3 = _water_g_m3(profile, coefficients)
     scaling = pressure[:, None] ** coefficients.pressure_exponent * cold[:, None] ** coefficients.temperature_exponent
     gases = {gas: atm_cm(gas) for gas in set(coefficients.channel_gas) - {"h2o"}}
     gases["h2o"] = 0.1 * water_g_m3  # g cm-2 km-1
@@ -131,6 +130,19 @@ def level_state(profile: Profile, coefficients: BandModelCoefficients, parameter
     )
 
 
+def _water_g_m3(profile: Profile, coefficients: BandModelCoefficients) -> Array:
+    molecules_cm3 = (
+        LOSCHMIDT_CM3 * (profile.pressure_Pa / STANDARD_PRESSURE_PA) * (ZERO_CELSIUS_K / profile.temperature_K)
+    )
+    result: Array = _WATER_G_M3_PER_MOLECULE_CM3 * mixing_ratio("h2o", profile, coefficients) * molecules_cm3
+    return result
+
+
+def surface_humidity_percent(profile: Profile, coefficients: BandModelCoefficients) -> float:
+    """Return the relative humidity at the lowest level, in percent."""
+    return float(relative_humidity(_water_g_m3(profile, coefficients), profile.temperature_K)[0])
+
+
 def relative_humidity(water_g_m3: Array, temperature_K: Array) -> Array:
     """Relative humidity over water in percent, at most 100, with LOWTRAN7's saturation density."""
     cold = ZERO_CELSIUS_K / temperature_K
@@ -145,7 +157,8 @@ def _aerosol(
     """Aerosol columns (L, 5)."""
     if parameters.aerosol == "none":
         return np.zeros((profile.altitude_m.size, AEROSOL_COLUMNS))
-    haze = 1e3 * haze_m1(coefficients.aerosol, profile.altitude_m, parameters.visibility_km, parameters.season)
+    visibility_km = parameters.visibility_km or DEFAULT_VISIBILITY_KM
+    haze = 1e3 * haze_m1(coefficients.aerosol, profile.altitude_m, visibility_km, parameters.season)
     ln_dryness = np.log(100.0 - np.minimum(humidity_percent, 99.0))
     return np.concatenate((haze, haze[:, :1] * ln_dryness[:, None]), axis=1)
 

@@ -21,6 +21,7 @@ REGION_TOPS_M = (2_000.0, 10_000.0, 30_000.0)
 QUANTITIES = ("extinction", "absorption", "asymmetry")
 UPPER_REGIONS = ("troposphere", "stratosphere", "upper")
 _MAX_HUMIDITY = 99.0
+_NO_HAZE_M1 = 1e-30
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def read_aerosol(values: Callable[[str], Array]) -> AerosolTables:
 def haze_m1(tables: AerosolTables, altitude_m: Array, visibility_km: float, season: str) -> Array:
     """Return the extinction at 0.55 um by region (LOWTRAN7's AERPRF).
 
-    Interpolation is linear in 1 / visibility and exponential in altitude.
+    Interpolation is linear in 1 / visibility, beyond 50 km too, and exponential in altitude.
 
     Returns
     -------
@@ -84,11 +85,13 @@ def haze_m1(tables: AerosolTables, altitude_m: Array, visibility_km: float, seas
         m-1; each altitude belongs to one region only.
     """
     inverse = 1.0 / visibility_km
+    weight = min((inverse - 1.0 / 50.0) / (1.0 / 23.0 - 1.0 / 50.0), 1.0)
     low = np.array([np.interp(inverse, 1.0 / tables.visibility_km, row) for row in tables.boundary_haze_m1])
+    low += min(weight, 0.0) * (tables.boundary_haze_m1[:, 1] - tables.boundary_haze_m1[:, 0])
     clear, hazy = tables.upper_haze_m1[season]
-    weight = np.clip((inverse - 1.0 / 50.0) / (1.0 / 23.0 - 1.0 / 50.0), 0.0, 1.0)
     above = clear + weight * (hazy - clear)
     profile = np.where(tables.haze_altitude_m <= REGION_TOPS_M[0], low, above)
+    profile = np.maximum(profile, _NO_HAZE_M1)
     haze = np.exp(np.interp(altitude_m, tables.haze_altitude_m, np.log(profile)))
     haze[altitude_m > tables.haze_altitude_m[-1]] = 0.0
     region = np.searchsorted(REGION_TOPS_M, altitude_m, side="left")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,13 +12,18 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.atmosphere.band_model.absorber_density import level_state
-from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absorption, read_coefficients
+from hcss_twin.models.atmosphere.band_model.absorber_density import level_state, surface_humidity_percent
+from hcss_twin.models.atmosphere.band_model.absorption import (
+    TRACE_GASES,
+    Absorption,
+    BandModelCoefficients,
+    read_coefficients,
+)
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
 from hcss_twin.models.model_errors import from_table
-from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters
+from hcss_twin.models.parameters import COEFFICIENTS, DEFAULT_VISIBILITY_KM, NAVY_MARITIME, BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
@@ -51,7 +57,7 @@ class BandModelTransmittance:
     CatalogError
         If the coefficients cannot be read.
     ProviderError
-        If the profile has no water vapour.
+        If the profile has no water vapour, or the wind is unknown to or beyond the aerosol that follows it.
 
     Notes
     -----
@@ -63,6 +69,10 @@ class BandModelTransmittance:
     def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
         catalog = inputs.catalog
         coefficients = catalog.shelf.parsed(catalog.find(parameters.file, "atmospheres", ".nc"), read_coefficients)
+        sea_air, self._of_wind = "", parameters.aerosol == NAVY_MARITIME
+        if self._of_wind:
+            coefficients, visibility_km, sea_air = _of_the_wind(inputs, coefficients, parameters)
+            parameters = parameters.model_copy(update={"visibility_km": visibility_km})
         state = level_state(inputs.profile, coefficients, parameters)
         self._air = LayeredAir(state, parameters.earth_radius_m)
         self._absorption = Absorption(coefficients, parameters.aerosol)
@@ -73,7 +83,8 @@ class BandModelTransmittance:
         missing = set(coefficients.channel_gas) - set(TRACE_GASES) - set(inputs.profile.mixing_ratio)
         notes = [f"band model: {coefficients.source}, aerosol {parameters.aerosol}"]
         if parameters.aerosol != "none":
-            notes[0] += f" (visibility {parameters.visibility_km:g} km, {parameters.season})"
+            visibility_km = parameters.visibility_km or DEFAULT_VISIBILITY_KM
+            notes[0] += f" ({sea_air}visibility {visibility_km:.4g} km, {parameters.season})"
         if missing:
             named = ", ".join(sorted(missing))
             notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
@@ -93,7 +104,8 @@ class BandModelTransmittance:
     def model_errors(self) -> tuple[ModelError, ...]:
         """Return how far the provider is from the best references known; of gas nothing for a file of the user."""
         gas = () if self._named is None else from_table(__file__, f"band-model {self._named}")()
-        return (*gas, *from_table(__file__, "band-model")())
+        aerosol = "band-model navy-maritime" if self._of_wind else "band-model"
+        return (*gas, *from_table(__file__, aerosol)())
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths.
@@ -233,6 +245,32 @@ class BandModelTransmittance:
         humidity = np.tile(self._absorption.humidity_percent(cumulative[-1]), count)
         factors = self._absorption.factors(cumulative.reshape(count * rays, columns), humidity)
         return self._absorption.transmittance(factors, nodes).reshape(count, rays, -1)
+
+
+def _of_the_wind(
+    inputs: AtmosphereInputs, coefficients: BandModelCoefficients, parameters: BandModelParameters
+) -> tuple[BandModelCoefficients, float, str]:
+    """Return the coefficients with the Navy maritime aerosol, its visibility in km, and its state for the note."""
+    from hcss_twin.models.atmosphere.band_model import navy_maritime  # only for scenes that use it
+
+    wind = inputs.wind_speed_m_s
+    if wind is None:
+        raise ProviderError(f"band model: aerosol '{NAVY_MARITIME}' needs a wind speed; allowed without: 'maritime'")
+    profile, catalog, day = inputs.profile, inputs.catalog, parameters.wind_24h_m_s
+    humidity = surface_humidity_percent(profile, coefficients)
+    character = parameters.air_mass_character or navy_maritime.DEFAULT_CHARACTER
+    air = navy_maritime.SeaAir(wind, wind if day is None else day, humidity, character)
+    tables = navy_maritime.read_navy_maritime(catalog.find(navy_maritime.FILE, "atmospheres", ".nc"))
+    aerosol, visibility_km = navy_maritime.with_navy_maritime(
+        coefficients.aerosol, tables, air, parameters.visibility_km
+    )
+    low, high = tables.humidity_percent[[0, -1]]
+    beyond = "" if low <= humidity <= high else f", for which the model takes {min(max(humidity, low), high):g} %"
+    state = (
+        f"wind {air.wind_m_s:.3g} m/s, mean of 24 h {air.wind_24h_m_s:.3g} m/s, character {character}, humidity "
+        f"{humidity:.0f} %{beyond}; "
+    )
+    return replace(coefficients, aerosol=aerosol), visibility_km, state
 
 
 def _check(leg: Leg) -> None:

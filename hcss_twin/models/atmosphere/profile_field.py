@@ -1,0 +1,260 @@
+"""Profiles at several places, from one NetCDF file, and the profile of any place between them.
+
+Each profile of the file is checked and completed, and brought to the altitudes of the one nearest to the image centre.
+There, temperature, the logarithm of pressure and the gases are interpolated: linearly between two places, by monotone
+cubics (PCHIP) in latitude and longitude between more. Values stay between those of the neighbours, as linear ones do,
+and change without the kinks and steps that polynomials through the views of an image could not follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.sounding import (
+    ProfileVariable,
+    Sounding,
+    open_netcdf,
+    profile_variables,
+    sounding_of,
+    values_of,
+)
+from hcss_twin.physics.profile import Profile
+
+PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"latitude": ("latitude", "lat"), "longitude": ("longitude", "lon")}
+)
+"""Names of the coordinates of a place in a file."""
+
+
+@dataclass(frozen=True)
+class SoundingGrid:
+    """Soundings on latitudes and longitudes.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file as the user gave it, for messages.
+    latitude_deg, longitude_deg : ndarray (N,), (M,)
+        Ascending; a single value stands for all.
+    variables : tuple of ProfileVariable
+        Closed: for their labels and units.
+    values : tuple of ndarray (N or 1, M or 1, L)
+        Of the variables, in the units of the file.
+    """
+
+    name: str
+    latitude_deg: Array
+    longitude_deg: Array
+    variables: tuple[ProfileVariable, ...]
+    values: tuple[Array, ...]
+
+    @classmethod
+    def read(cls, path: Path, name: str) -> Self | None:
+        """Read a file; None if it holds only one place.
+
+        Raises
+        ------
+        CatalogError
+            If it is not readable, a coordinate does not ascend or descend, or a variable has other dimensions.
+        """
+        with open_netcdf(path, name) as dataset:
+            axes = [_axis(dataset, name, place) for place in PLACES]
+            if axes == [None, None]:
+                return None
+            variables = profile_variables(dataset, name)
+            values = [_by_place(each, name, [axis and axis[0] for axis in axes]) for each in variables]
+        degrees = []
+        for place, axis in enumerate(axes):
+            given = np.zeros(1) if axis is None else axis[1]
+            order = np.argsort(given)
+            degrees.append(given[order])
+            values = [each if each.shape[place] == 1 else np.take(each, order, axis=place) for each in values]
+        return cls(name, degrees[0], degrees[1], tuple(replace(each, data=None) for each in variables), tuple(values))
+
+    def node(self, row: int, column: int) -> Sounding:
+        """Return the sounding of the file at one of its places.
+
+        Raises
+        ------
+        CatalogError
+            If it is incomplete or impossible; the message names place and level.
+        """
+        place = [
+            f"{degrees[index]:g} {unit}"
+            for degrees, index, unit in ((self.latitude_deg, row, "N"), (self.longitude_deg, column, "E"))
+            if degrees.size > 1
+        ]
+        own = [each[min(row, each.shape[0] - 1), min(column, each.shape[1] - 1)] for each in self.values]
+        return sounding_of(f"{self.name} at {' '.join(place)}", self.variables, own)
+
+    def eastward(self, longitude_deg: float) -> float:
+        """Return a longitude as the file counts it."""
+        return longitude_deg + 360.0 * float(np.ceil((self.longitude_deg[0] - longitude_deg) / 360.0))
+
+
+@dataclass(frozen=True)
+class ProfileField:
+    """Profiles of the air at any place of a grid of soundings.
+
+    Attributes
+    ----------
+    grid : SoundingGrid
+    built : callable
+        Returns the checked and complete profile of the file at a row and column of the grid.
+    altitude_m : ndarray (K,) or None
+        Levels of the interpolated profiles; None before :meth:`with_levels_near`.
+    """
+
+    grid: SoundingGrid
+    built: Callable[[int, int], Profile]
+    altitude_m: Array | None = None
+
+    def with_levels_near(self, latitude_deg: float, longitude_deg: float) -> ProfileField:
+        """Return the field with the levels of the profile nearest to a place."""
+        return replace(self, altitude_m=self.built(*self._nearest(latitude_deg, longitude_deg)).altitude_m)
+
+    def at(self, latitude_deg: float, longitude_deg: float) -> Profile:
+        """Return the profile at a place.
+
+        Raises
+        ------
+        CatalogError
+            If the place lies outside the grid, or a profile around it is incomplete or not physical.
+        """
+        return self._interpolated((latitude_deg, longitude_deg), (None, None))
+
+    def left_out(self, latitude_deg: float, longitude_deg: float) -> Iterator[tuple[float, Profile, Profile]]:
+        """Yield, for each axis, a profile of the file near a place and what interpolation gives there without it.
+
+        The first value is a factor from their difference to the error between the places of the file: linear
+        interpolation errs in proportion to curvature and to the product of the distances to both ends. With two places
+        on an axis nothing is known of curvature: the factor is 1, and the difference is that of the two profiles.
+        """
+        axes = self.grid.latitude_deg, self.grid.longitude_deg
+        for number, axis in enumerate(axes):
+            if axis.size == 1:
+                continue
+            own = self._nearest(latitude_deg, longitude_deg)
+            own[number] = int(np.clip(own[number], 1, max(axis.size - 2, 1)))
+            omitted = [own[each] if each == number else None for each in (0, 1)]
+            steps = np.diff(axis[own[number] - 1 : own[number] + 2])
+            factor = float(np.max(steps) ** 2 / (4.0 * np.prod(steps))) if steps.size == 2 else 1.0
+            place = float(axes[0][own[0]]), float(axes[1][own[1]])
+            yield factor, self._resampled(self.built(*own)), self._interpolated(place, omitted)
+
+    def _nearest(self, latitude_deg: float, longitude_deg: float) -> list[int]:
+        place = latitude_deg, self.grid.eastward(longitude_deg)
+        axes = self.grid.latitude_deg, self.grid.longitude_deg
+        return [int(np.argmin(np.abs(axis - at))) for axis, at in zip(axes, place, strict=True)]
+
+    def _interpolated(self, place_deg: tuple[float, float], omitted: Sequence[int | None]) -> Profile:
+        place = place_deg[0], self.grid.eastward(place_deg[1])
+        axes = self.grid.latitude_deg, self.grid.longitude_deg
+        around = [
+            _around(axis, at, each, f"{self.grid.name}: {which}")
+            for axis, at, each, which in zip(axes, place, omitted, PLACES, strict=True)
+        ]
+        profiles = [[self._resampled(self.built(int(row), int(column))) for column in around[1]] for row in around[0]]
+
+        def mean(read: Callable[[Profile], Array]) -> Array:
+            values = np.array([[read(each) for each in row] for row in profiles])
+            for axis, at, own in zip(axes, place, around, strict=True):
+                values = _along(axis[own], values, at)
+            return values
+
+        def of_gas(gas: str) -> Array:
+            return mean(lambda each: each.mixing_ratio[gas])
+
+        first = profiles[0][0]
+        return replace(
+            first,
+            name=f"{self.grid.name} at {place_deg[0]:.4g} N {place_deg[1]:.4g} E",
+            pressure_Pa=np.exp(mean(lambda each: np.log(each.pressure_Pa))),
+            temperature_K=mean(lambda each: each.temperature_K),
+            mixing_ratio={gas: of_gas(gas) for gas in first.mixing_ratio},
+        )
+
+    def _resampled(self, profile: Profile) -> Profile:
+        """Return a profile at the levels of the field: of gases, the logarithm is linear in altitude."""
+        levels = self.altitude_m
+        assert levels is not None
+        if levels[-1] > profile.altitude_m[-1]:
+            raise CatalogError(
+                f"{profile.name} ends at {profile.altitude_m[-1] / 1e3:g} km; allowed: {levels[-1] / 1e3:g} km, as at "
+                "the image centre"
+            )
+        gases = {
+            gas: np.exp(np.interp(levels, profile.altitude_m, np.log(ratio)))
+            if np.all(ratio > 0.0)
+            else np.interp(levels, profile.altitude_m, ratio)
+            for gas, ratio in profile.mixing_ratio.items()
+        }
+        return replace(
+            profile,
+            altitude_m=levels,
+            pressure_Pa=profile.pressure_at(levels),
+            temperature_K=profile.temperature_at(levels),
+            mixing_ratio=gases,
+        )
+
+
+def _axis(dataset: Any, name: str, place: str) -> tuple[str, Array] | None:
+    """Return the dimension and the values of a coordinate; None if the file has one value or none."""
+    for label in PLACES[place]:
+        variable = dataset.variables.get(label)
+        if variable is None or variable.ndim != 1 or variable.size < 2:
+            continue
+        degrees = values_of(variable)
+        steps = np.diff(degrees)
+        if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+            raise CatalogError(f"{name}: {label} does not ascend or descend; allowed: each {place} once, in order")
+        return variable.dimensions[0], degrees
+    return None
+
+
+def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) -> Array:
+    """Return the values of a variable (latitude, longitude, level); an axis that it lacks has one element."""
+    values, dimensions = values_of(variable.data), list(variable.data.dimensions)
+    levels = [each for each, size in zip(dimensions, values.shape, strict=True) if each not in places and size > 1]
+    if len(levels) != 1:
+        raise CatalogError(
+            f"{name}: '{variable.label}' has the dimensions {', '.join(dimensions)}; allowed: levels, latitude and "
+            "longitude (select one time)"
+        )
+    wanted = [*places, levels[0]]
+    kept = [each for each in wanted if each in dimensions]
+    order = [dimensions.index(each) for each in kept]
+    others = tuple(index for index in range(values.ndim) if index not in order)
+    ordered = np.transpose(values, (*order, *others)).reshape([values.shape[index] for index in order])
+    result: Array = np.expand_dims(ordered, [axis for axis, each in enumerate(wanted) if each not in dimensions])
+    return result
+
+
+def _around(degrees: Array, at: float, omitted: int | None, what: str) -> NDArray[np.intp]:
+    """Return the places whose values determine those at another: two on either side, if there are as many."""
+    kept = np.arange(degrees.size) if omitted is None else np.delete(np.arange(degrees.size), omitted)
+    if kept.size == 1:
+        return kept
+    own = degrees[kept]
+    if not own[0] <= at <= own[-1]:
+        raise CatalogError(f"{what} {at:.5g} lies outside the profiles; allowed: {own[0]:g} to {own[-1]:g} degrees")
+    low = int(np.clip(np.searchsorted(own, at, side="right") - 1, 0, own.size - 2))
+    return kept[max(low - 1, 0) : low + 3]
+
+
+def _along(degrees: Array, values: Array, at: float) -> Array:
+    """Interpolate values (N, ...) on places (N,) along the first axis."""
+    if degrees.size == 1:
+        return np.asarray(values[0])
+    from scipy.interpolate import PchipInterpolator  # only for several profiles
+
+    return np.asarray(PchipInterpolator(degrees, values, axis=0)(at))

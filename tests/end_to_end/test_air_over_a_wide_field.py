@@ -1,0 +1,83 @@
+"""A scene under several profiles, against scenes that have the profile of one place everywhere."""
+
+import netCDF4
+import numpy as np
+import pytest
+
+from hcss_twin import Scenario, make_plan, simulate
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.tables.over_views import plans_over_views
+from hcss_twin.physics.geodesy import to_geographic
+
+PRESSURE_PA = np.array([101300.0, 95000.0, 90000.0, 85000.0, 70000.0, 50000.0, 30000.0, 20000.0, 10000.0])
+HEIGHT_M = 44330.0 * (1.0 - (PRESSURE_PA / 101300.0) ** 0.19)
+SCENE = """
+time = 2024-04-20T00:30:00+10:00
+place = {latitude = 36.0, longitude = 150.0}
+bands = ["swir-2.7-3.0"]
+clouds.layers = []
+sea = {temperature = 291.0, wind_speed = 6.0}
+image = {rows = 7, columns = 1, pixel_size = 100e3}
+frames = {count = 1}
+accuracy = 0.02
+radiance.model = "as-printed"
+"""
+
+
+def air(latitude):
+    """Temperature (K) and relative humidity (%), linear in latitude."""
+    return 289.0 - 6.3e-3 * HEIGHT_M - 0.5 * (latitude - 36.0), 70.0 - HEIGHT_M / 300.0 - 1.5 * (latitude - 36.0)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path, latitude = tmp_path_factory.mktemp("air") / "air.nc", np.array([30.0, 34.0, 38.0, 42.0])
+    with netCDF4.Dataset(path, "w") as dataset:
+        for name, values in (("latitude", latitude), ("pressure_level", PRESSURE_PA)):
+            dataset.createDimension(name, values.size)
+            dataset.createVariable(name, "f8", (name,))[:] = values
+        dataset["pressure_level"].units = "Pa"
+        for row, (name, units) in enumerate((("t", "K"), ("rh", "percent"))):
+            variable = dataset.createVariable(name, "f8", ("pressure_level", "latitude"))
+            variable.units, variable[:] = units, np.array([air(each)[row] for each in latitude]).T
+    return path
+
+
+def scenario(profile, text=SCENE):
+    return Scenario.from_toml(text, {"atmosphere.profile": str(profile)})
+
+
+def clear_radiance(file, tmp_path, name):
+    simulate(scenario(file), output=tmp_path / name)
+    with netCDF4.Dataset(tmp_path / name) as cube:
+        return np.asarray(cube["radiance"][0, 0])
+
+
+def test_each_pixel_has_the_air_of_its_place(file, tmp_path):
+    radiance = clear_radiance(file, tmp_path, "wide.nc")
+    assert np.ptp(radiance) > 0.02 * np.mean(radiance)
+    latitude, _ = to_geographic(np.zeros(3), np.array([-3, 0, 3]) * 100e3, 36.0, 150.0)
+    for row, north in zip((0, 3, 6), latitude, strict=True):
+        own = tmp_path / f"own-{row}.csv"
+        lines = [f"{p},{t:.9f},{rh:.9f}" for p, t, rh in zip(PRESSURE_PA, *air(north), strict=True)]
+        own.write_text("\n".join(["pressure_Pa,temperature_K,relative_humidity_percent", *lines]))
+        alone = clear_radiance(own, tmp_path, f"own-{row}.nc")
+        np.testing.assert_allclose(radiance[row, 0], alone[3, 0], rtol=0.002)
+
+
+def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):
+    plan = make_plan(scenario(file))
+    assert plan.views is not None
+    assert plan.views.order_y > 0
+    rows = {item.what: item for item in plan.omissions}
+    # The file is linear in latitude, but not the altitudes of its few pressures.
+    assert 0.0 < rows["air between the profiles of the file"].bound < 1e-3
+    assert "no key" not in rows["view angles of single pixels"].needs
+    keys = [table_key(each) for each in plans_over_views(plan)]
+    assert len(set(keys)) == len(keys)
+
+
+def test_profiles_that_do_not_cover_the_image_are_refused(file):
+    with pytest.raises(ScenarioError, match=r"atmosphere\.profile.*latitude .* lies outside the profiles"):
+        make_plan(scenario(file, SCENE.replace("rows = 7", "rows = 19")))
