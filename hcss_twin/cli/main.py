@@ -98,7 +98,7 @@ def run(
     with announce_compilation(partial(click.echo, err=True)):
         plan = make_plan(loaded)
         shown = partial(progress, context.ensure_object(Stop))
-        run_plan(plan, output, shown, found.append, workers, scheduler)
+        run_plan(plan, output, shown, found.append, workers, scheduler, force)
     if as_json:
         told = {
             "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,

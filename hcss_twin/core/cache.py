@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, remove_orphans
 from hcss_twin.core.result_cache import ResultCache
 
 TABLES = ("tables", ".npz")
@@ -167,6 +167,7 @@ class Store:
             return
         with contextlib.suppress(OSError, CacheError):
             self.folder.mkdir(parents=True, exist_ok=True)
+            remove_orphans(self.folder)
             with atomic_write(self.folder / f"{key}{self._suffix}", CacheError) as draft:
                 write(draft)
             total = 0
