@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import OPTICS, cache_root
+from hcss_twin.core.cache import OPTICS, cache_root, in_use
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
@@ -102,7 +102,7 @@ def write_if_possible(table: BulkTable, path: Path) -> bool:
     If it cannot be written (full or read-only disk), the next run computes it again.
     """
     with suppress(CatalogError, OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
         with suppress(CatalogError):
             read_into(table, path)
         write(table, path)
@@ -165,7 +165,7 @@ class TableStore:
         return self._shipped
 
     def _cached(self, table: BulkTable) -> Path | None:
-        folder = None if isinstance(self._catalog, SecludedCatalog) else cache_folder()
+        folder = None if isinstance(self._catalog, SecludedCatalog) else in_use(cache_folder())
         return None if folder is None else folder / f"{table.key}{SUFFIX}"
 
 
