@@ -158,7 +158,9 @@ class Catalog:
             raise CatalogError(f"'{path}': {error}") from error
 
     def _record(self, path: Path) -> Path:
-        inside = path.is_relative_to(self.root)
+        inside = path.is_relative_to(self.root) and ".." not in path.relative_to(self.root).parts
+        if not inside and not self.shelf.may_read(path):
+            raise CatalogError(f"{path}: not read, because it is not under the cube's folder; name it with --data")
         key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
         if key not in self._used:
             self._used[key] = self.shelf.sha256(path)
