@@ -83,7 +83,8 @@ def limit_bytes() -> int:
 def in_use(folder: Path | None) -> Path | None:
     """Return a folder of the cache if results may be read from it and stored in it; None if there is none.
 
-    Results decide the numbers of cubes, so that nobody else may be able to replace them. With a limit of 0 none is read.
+    Results decide the numbers of cubes, so that nobody else may be able to replace them. With a limit of 0 none is
+    read.
 
     Raises
     ------

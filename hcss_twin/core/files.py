@@ -17,7 +17,6 @@ from typing import Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
 
-
 REMEDY = "give another name with -o, or --force"
 
 
