@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.reading import reading
 from hcss_twin.core.result_cache import ResultCache
 
 
@@ -180,10 +181,8 @@ def _is_file(path: Path) -> bool:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Parse a TOML file; raises :class:`CatalogError`."""
-    try:
+    with reading(path, CatalogError, "not valid TOML"):
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: not valid TOML: {error}") from error
 
 
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -194,10 +193,8 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     CatalogError
         If a row is not numeric, not finite, or has another number of fields than the header.
     """
-    try:
+    with reading(path, CatalogError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark
-    except UnicodeDecodeError as error:
-        raise CatalogError(f"{path}: not a text file: {error}") from error
     header: list[str] | None = None
     rows: list[list[float]] = []
     for number, line in enumerate(io.StringIO(text), start=1):

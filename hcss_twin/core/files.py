@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
+from hcss_twin.core.reading import open_netcdf
 
 REMEDY = "give another name with -o, or --force"
 
@@ -155,13 +156,7 @@ def open_format(path: Path, name: str, *versions: int) -> Iterator[Any]:
     CatalogError
         If it is not NetCDF or has another format.
     """
-    import netCDF4
-
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
-    with dataset:
+    with open_netcdf(path, CatalogError, "not a readable NetCDF file") as dataset:
         actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
         if actual[0] != name or actual[1] not in versions:
             allowed = " or ".join(map(str, versions))

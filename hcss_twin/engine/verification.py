@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
+from hcss_twin.core.reading import reads
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
@@ -111,6 +112,7 @@ class Verification:
         }
 
 
+@reads(CubeError)
 def verify_cube(
     path: str | os.PathLike[str],
     base: Path | None = None,

@@ -12,6 +12,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import open_netcdf, reading
 from hcss_twin.models.atmosphere.profile_columns import (
     HUMIDITIES,
     QUANTITIES,
@@ -78,10 +79,8 @@ def read_sounding(path: Path, name: str) -> Sounding:
 
 
 def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
-    try:
+    with reading(path, CatalogError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CatalogError(f"{name}: not a text file: {error}") from error
     lines = _lines(text)
     number, header = next(lines, (0, None))
     if header is None:
@@ -137,15 +136,9 @@ _REMEDY = "leave out the level, or end the profile below it (levels above are co
 
 
 def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
-    import netCDF4
-
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise CatalogError(f"{name}: not a readable NetCDF file: {error}") from error
     used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     arrays: dict[str, Array] = {}
-    with dataset:
+    with open_netcdf(path, CatalogError, "not a readable NetCDF file") as dataset:
         for index, (label, variable) in enumerate(dataset.variables.items()):
             quantity = named((str(getattr(variable, "standard_name", "")), label))
             if quantity is None:

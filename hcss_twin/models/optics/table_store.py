@@ -48,12 +48,9 @@ def read_into(table: BulkTable, path: Path) -> None:
     with open_format(path, FORMAT, VERSION) as dataset:
         if getattr(dataset, "key", None) != table.key:
             raise CatalogError(f"{path}: holds another table than {table.key[:12]}")
-        try:
-            for name, _ in _GROUPS:
-                dataset[name].set_auto_mask(False)
-                stored[name] = np.asarray(dataset[name][:], dtype=np.float64)
-        except (IndexError, OSError, RuntimeError) as error:
-            raise CatalogError(f"{path}: damaged: {error}") from error
+        for name, _ in _GROUPS:
+            dataset[name].set_auto_mask(False)
+            stored[name] = np.asarray(dataset[name][:], dtype=np.float64)
     for name, values in stored.items():
         part = getattr(table, name)
         if values.shape != part.values.shape:
