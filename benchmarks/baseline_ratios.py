@@ -121,7 +121,7 @@ def compiling(rounds: int, folder: Path) -> Measured:
 def process(rounds: int, folder: Path) -> Measured:
     """(d) What ``hcss run`` takes beyond the run in a process that is warm."""
     cube = folder / "cube.nc"
-    command = ["-m", "hcss_twin.cli", "run", SCENE, "--set", "output.certificate=0", "-o", str(cube), "--force"]
+    command = ["-m", "hcss_twin", "run", SCENE, "--set", "output.certificate=0", "-o", str(cube), "--force"]
     calls = {
         "hcss run": lambda: subprocess.run([sys.executable, *command], check=True, capture_output=True),
         "scene": lambda: run(make_plan(scenario()), cube),

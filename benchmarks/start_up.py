@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 
-HCSS = [sys.executable, "-m", "hcss_twin.cli"]
+HCSS = [sys.executable, "-m", "hcss_twin"]
 SCENE = """
 import sys, time
 from hcss_twin.cli import main

@@ -31,7 +31,7 @@ import psutil
 from hcss_twin import Scenario, simulate, sweep
 from hcss_twin.reports.benchmark import private_cache
 
-HCSS = [sys.executable, "-m", "hcss_twin.cli"]
+HCSS = [sys.executable, "-m", "hcss_twin"]
 MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 TINY = MODELS | {"image.rows": 16, "image.columns": 16, "frames.count": 1}
 MANY = 200

@@ -119,7 +119,7 @@ def environment(folder: Path) -> dict[str, str]:
     (site / "borrowed.pth").write_text("\n".join(sorted(borrowed)) + "\n", encoding="utf-8")
     offline = "--no-index --no-deps --no-build-isolation"
     for name, command in {
-        "hcss": f'"{python}" -m hcss_twin.cli "$@"',
+        "hcss": f'"{python}" -m hcss_twin "$@"',
         "pip": f'"{sys.executable}" -m pip --python "{python}" "$@" {offline}',
     }.items():
         script = home / "bin" / name

@@ -168,9 +168,12 @@ def _nested(assignments: dict[str, Any]) -> dict[str, Any]:
 @click.argument("cube", type=EXISTING)
 @click.option("--frames", type=click.IntRange(min=1), help="Number of frames to check, spread evenly; default: all.")
 @click.option("--base", type=EXISTING_FOLDER, help="Base folder of relative scenario paths; default: as recorded.")
+@click.option("--data", multiple=True, type=EXISTING, help="File or folder outside CUBE's that may be read; repeat.")
 @json_option
 @click.pass_context
-def verify(context: click.Context, cube: Path, frames: int | None, base: Path | None, as_json: bool) -> None:
+def verify(
+    context: click.Context, cube: Path, frames: int | None, base: Path | None, data: tuple[Path, ...], as_json: bool
+) -> None:
     """Recompute CUBE from its provenance, all afresh without the cache, and compare.
 
     Exit code 0: identical bits, or equal within 1e-6. 1: different (where, and the likely cause), or not computable.
@@ -182,7 +185,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     if sys.stderr.isatty():
         click.echo("recomputing the radiance ...", err=True)
     with announce_compilation(partial(click.echo, err=True)):
-        result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)))
+        result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)), data)
     click.echo(json.dumps(result.as_dict()) if as_json else verification_text(result))
     if not result.passed:
         sys.exit(EXIT_DIFFERENT)

@@ -98,7 +98,7 @@ def run(
     with announce_compilation(partial(click.echo, err=True)):
         plan = make_plan(loaded)
         shown = partial(progress, context.ensure_object(Stop))
-        run_plan(plan, output, shown, found.append, workers, scheduler)
+        run_plan(plan, output, shown, found.append, workers, scheduler, force)
     if as_json:
         told = {
             "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,
@@ -278,10 +278,22 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
     try:
-        cli.main(prog_name="hcss", standalone_mode=False, obj=stop)
-    except click.exceptions.Abort:
+        _run(stop)
+    except BaseException:
+        # A library may have turned the interrupt into another error, for example of an import.
+        if not stop.signal:
+            raise
         click.echo("interrupted", err=True)
+        # If exec() was interrupted, as in a library that makes classes, Python ends by SIGINT unless it runs once more.
+        exec("")
         sys.exit(EXIT_TERMINATED if stop.signal == signal.SIGTERM else EXIT_INTERRUPTED)
+
+
+def _run(stop: Stop) -> None:
+    try:
+        cli.main(prog_name="hcss", standalone_mode=False, obj=stop)
+    except click.exceptions.Abort:  # at a prompt
+        sys.exit(EXIT_INTERRUPTED)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)

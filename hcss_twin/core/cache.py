@@ -10,6 +10,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, remove_orphans
 from hcss_twin.core.result_cache import ResultCache
 
 TABLES = ("tables", ".npz")
@@ -44,7 +45,7 @@ _T = TypeVar("_T")
 
 
 class CacheError(HcssError):
-    """The cache settings are invalid."""
+    """The cache settings are invalid, or other users could have written what is in the cache."""
 
 
 def cache_root() -> Path | None:
@@ -79,6 +80,29 @@ def limit_bytes() -> int:
     return int(megabytes * 1e6)
 
 
+def in_use(folder: Path | None) -> Path | None:
+    """Return a folder of the cache if results may be read from it and stored in it; None if there is none.
+
+    Results decide the numbers of cubes, so that nobody else may be able to replace them. With a limit of 0 none is
+    read.
+
+    Raises
+    ------
+    CacheError
+        If the folder belongs to another user, or all users may write to it.
+    """
+    if folder is None or limit_bytes() == 0:
+        return None
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        about = folder.stat()
+        remedy = "set HCSS_CACHE_DIR to a folder of your own, or HCSS_CACHE_MB to 0"
+        if os.name != "nt" and about.st_uid not in (os.getuid(), 0):
+            raise CacheError(f"the cache folder {folder} belongs to another user (number {about.st_uid}); {remedy}")
+        if os.name != "nt" and about.st_mode & stat.S_IWOTH:
+            raise CacheError(f"all users may write to the cache folder {folder}; remove that permission, or {remedy}")
+    return folder
+
+
 def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
     """Return a hash of the inputs of a result and of the versions of this package and its libraries."""
     code = {"format": FORMAT, "libraries": memory.versions(), "engine": memory.fingerprint(__name__)}
@@ -109,16 +133,17 @@ def recall_or_compute(
     path = store.find(key)
     if path is not None:
         with contextlib.suppress(Exception):  # if the file is unusable, the result is recomputed
-            base, names, digests, kept = read_record(path, classes)
+            kept_key, base, names, digests, kept = read_record(path, classes)
             files = dict(zip(names, digests, strict=True))
             # A scenario in another folder refers to other files.
-            if isinstance(kept, classes[0]) and base in ("", folder) and catalog.unchanged(files):
+            if kept_key == key and isinstance(kept, classes[0]) and base in ("", folder) and catalog.unchanged(files):
                 result: _T = kept  # type: ignore[assignment]
                 return result
     result = compute()
     read = {name: digest for name, digest in catalog.used.items() if name not in before}
     base = folder if any(Path(name).is_absolute() for name in read) else ""
-    store.keep(key, lambda draft: write_record(draft, (base, tuple(read), tuple(read.values()), result), classes))
+    record = (key, base, tuple(read), tuple(read.values()), result)
+    store.keep(key, lambda draft: write_record(draft, record, classes))
     return result
 
 
@@ -148,9 +173,10 @@ class Store:
 
     def find(self, key: str) -> Path | None:
         """Return the file of a key and mark it as used now; None if there is none."""
-        if self.folder is None:
+        folder = in_use(self.folder)
+        if folder is None:
             return None
-        path = self.folder / f"{key}{self._suffix}"
+        path = folder / f"{key}{self._suffix}"
         try:
             os.utime(path)
         except OSError:
@@ -162,12 +188,13 @@ class Store:
 
         A cache that cannot be written only costs time; several processes may write at once.
         """
-        limit = limit_bytes()
-        if self.folder is None or limit == 0:
+        folder, limit = in_use(self.folder), limit_bytes()
+        if folder is None:
             return
         with contextlib.suppress(OSError, CacheError):
-            self.folder.mkdir(parents=True, exist_ok=True)
-            with atomic_write(self.folder / f"{key}{self._suffix}", CacheError) as draft:
+            folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+            remove_orphans(folder)
+            with atomic_write(folder / f"{key}{self._suffix}", CacheError) as draft:
                 write(draft)
             total = 0
             for each in self.kept():

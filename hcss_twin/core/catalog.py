@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.reading import reading
 from hcss_twin.core.result_cache import ResultCache
 
 
@@ -158,7 +159,9 @@ class Catalog:
             raise CatalogError(f"'{path}': {error}") from error
 
     def _record(self, path: Path) -> Path:
-        inside = path.is_relative_to(self.root)
+        inside = path.is_relative_to(self.root) and ".." not in path.relative_to(self.root).parts
+        if not inside and not self.shelf.may_read(path):
+            raise CatalogError(f"{path}: not read, because it is not under the cube's folder; name it with --data")
         key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
         if key not in self._used:
             self._used[key] = self.shelf.sha256(path)
@@ -178,10 +181,8 @@ def _is_file(path: Path) -> bool:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Parse a TOML file; raises :class:`CatalogError`."""
-    try:
+    with reading(path, CatalogError, "not valid TOML"):
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: not valid TOML: {error}") from error
 
 
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -192,10 +193,8 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     CatalogError
         If a row is not numeric, not finite, or has another number of fields than the header.
     """
-    try:
+    with reading(path, CatalogError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark
-    except UnicodeDecodeError as error:
-        raise CatalogError(f"{path}: not a text file: {error}") from error
     header: list[str] | None = None
     rows: list[list[float]] = []
     for number, line in enumerate(io.StringIO(text), start=1):

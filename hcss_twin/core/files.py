@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import os
+import platform
+import re
 import secrets
+import shutil
+import time
+import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
+from hcss_twin.core.reading import open_netcdf
+
+REMEDY = "give another name with -o, or --force"
 
 
 @contextlib.contextmanager
@@ -34,7 +42,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
     """
     if path.is_dir():
         raise error(f"cannot write {path}: it is a folder")
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    draft = draft_of(path)
     try:
         yield draft
         with draft.open("rb+") as file:
@@ -45,6 +53,67 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
     finally:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError):
             draft.unlink()
+
+
+def draft_of(path: Path) -> Path:
+    """Return a new hidden name beside a file: of its time, this machine and this process, and ending in .partial."""
+    about = f"{time.time_ns():016x}-{secrets.token_hex(2)}-{_machine()}-{os.getpid()}"
+    return path.with_name(f".{path.name}.{about}.partial")
+
+
+_DRAFT = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}-[0-9a-f]{4}-(?P<machine>[0-9a-f]{8})-(?P<process>[0-9]+)\.partial")
+
+
+def remove_orphans(folder: Path) -> None:
+    """Remove the drafts of killed processes of this machine from a folder."""
+    for path in folder.glob(".*.partial"):
+        about = _DRAFT.fullmatch(path.name)
+        if about and about["machine"] == _machine() and not _is_running(int(about["process"])):
+            shutil.rmtree(path, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+
+def require_first(draft: Path, path: Path, error: type[HcssError]) -> None:
+    """Refuse to write a file that another process has begun before ``draft``; raises ``error``."""
+    for each in path.parent.glob(".*.partial"):
+        about = _DRAFT.fullmatch(each.name)
+        if about and about["name"] == path.name and each.name < draft.name:
+            raise error(f"cannot write {path}: process {about['process']} is writing it; {REMEDY}")
+
+
+def publish(draft: Path, path: Path, error: type[HcssError], replace: bool = True) -> None:
+    """Give a finished file its final name; raises ``error`` if another file has it and must not be replaced."""
+    if not replace:
+        try:
+            os.link(draft, path)
+        except OSError:  # also of file systems without links
+            if path.exists():
+                raise error(f"cannot write {path}: another process has written it; {REMEDY}") from None
+    os.replace(draft, path)  # does nothing to two links to one file
+    with contextlib.suppress(FileNotFoundError):
+        draft.unlink()
+
+
+def _machine() -> str:
+    """Return a hash of the machine; of the container, if processes have numbers of their own there."""
+    try:
+        container = os.stat("/proc/self/ns/pid").st_ino
+    except OSError:
+        container = 0
+    return f"{zlib.crc32(f'{platform.node()} {container}'.encode()):08x}"
+
+
+def _is_running(process: int) -> bool:
+    if os.name == "nt":  # where signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        pass  # another user's
+    return True
 
 
 def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError]) -> None:
@@ -87,13 +156,7 @@ def open_format(path: Path, name: str, *versions: int) -> Iterator[Any]:
     CatalogError
         If it is not NetCDF or has another format.
     """
-    import netCDF4
-
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
-    with dataset:
+    with open_netcdf(path, CatalogError, "not a readable NetCDF file") as dataset:
         actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
         if actual[0] != name or actual[1] not in versions:
             allowed = " or ".join(map(str, versions))

@@ -6,7 +6,7 @@ import hashlib
 import importlib.util
 import os
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,10 +20,33 @@ MAX = 512
 
 
 class ResultCache:
-    """Results, by keys that contain everything a result depends on; they are shared and must not be modified."""
+    """Results, by keys that contain everything a result depends on; they are shared and must not be modified.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    within : iterable of Path, optional
+        The user's files, or their folders, that may be read for these results; by default all. A scenario that comes
+        with a file of somebody else must not read the rest.
+
+    Attributes
+    ----------
+    own_files : set of Path
+        The user's files that were read, if they are restricted.
+    """
+
+    def __init__(self, within: Iterable[Path] | None = None) -> None:
         self._results: OrderedDict[Hashable, Any] = OrderedDict()
+        self._within = None if within is None else tuple(path.resolve() for path in within)
+        self.own_files: set[Path] = set()
+
+    def may_read(self, path: Path) -> bool:
+        """Whether a file of the user may be read; it is then one of ``own_files``."""
+        if self._within is None:
+            return True
+        if any(path.resolve().is_relative_to(each) for each in self._within):
+            self.own_files.add(path)
+            return True
+        return False
 
     def get_or_compute(self, name: Hashable, compute: Callable[[], _T]) -> _T:
         """Return the result of a key, computed on first use."""

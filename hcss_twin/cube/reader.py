@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.reading import reading, reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
@@ -70,18 +71,20 @@ class ZarrCube:
 @contextmanager
 def stored_arrays(path: str | os.PathLike[str]) -> Iterator[Any]:
     """Open a cube as a ``netCDF4.Dataset``, or a Zarr store as an object with the same interface."""
-    if is_zarr(path):
-        yield ZarrCube(path)
-        return
-    with netCDF4.Dataset(path) as file:
-        file.set_auto_mask(False)
-        yield file
+    with reading(path, CubeError):
+        if is_zarr(path):
+            yield ZarrCube(path)
+            return
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_mask(False)
+            yield file
 
 
 _SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 """First bytes of NetCDF-4 files and of older formats."""
 
 
+@reads(CubeError)
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file on access.
 
@@ -106,7 +109,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         # with its cache, xarray would reuse the open file after a new one has replaced it
         dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
-    except (OSError, ValueError, RuntimeError, KeyError) as error:
+    except Exception as error:  # of a library that trusts what the file says about itself
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
     version = dataset.attrs.get(FORMAT_ATTRIBUTE)
     if version != FORMAT_VERSION:
@@ -141,6 +144,7 @@ def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
     return "it is not a NetCDF file; a cube is needed, as `hcss run` writes it"
 
 
+@reads(CubeError)
 def scenario_text(path: str | os.PathLike[str]) -> str:
     """Return the scenario of a cube as text.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import secrets
 import shutil
 from abc import ABC, abstractmethod
 from collections import deque
@@ -22,6 +21,7 @@ from typing import Any, ClassVar, Self
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.files import draft_of, remove_orphans, require_first
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, Attribute, CubeHeader, check_attributes
@@ -44,6 +44,8 @@ class StreamedWriter(ABC):
         zlib level 1 to 9; None: uncompressed.
     tile : (int, int), optional
         Rows and columns of the tiles in which frames will be written; also the chunk size.
+    replace : bool, optional
+        Whether to replace an older cube, or one that another process writes meanwhile.
 
     Raises
     ------
@@ -64,6 +66,7 @@ class StreamedWriter(ABC):
         *,
         compression: int | None = None,
         tile: tuple[int, int] | None = None,
+        replace: bool = True,
     ) -> None:
         if compression is not None and not 1 <= compression <= 9:
             raise CubeError(f"compression: {compression}; a zlib level from 1 to 9, or none, is allowed")
@@ -71,7 +74,8 @@ class StreamedWriter(ABC):
         self.header = header
         self.compression = compression
         self.tile = tile
-        self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
+        self.replace = replace
+        self._partial = draft_of(self.path)
         self._geometry = PixelGeometry(header)
         self._written = WrittenFrames(header)
         self._turn = RLock()
@@ -161,11 +165,18 @@ class StreamedWriter(ABC):
         if not self.path.parent.is_dir():
             raise CubeError(f"cannot write {self.path}: there is no folder {self.path.parent}")
         self._require_replaceable()
+        remove_orphans(self.path.parent)
         try:
             free = shutil.disk_usage(self.path.parent).free
             self._create()
         except OSError as error:
             raise CubeError(f"cannot write {self.path}: {error.strerror}") from error
+        if not self.replace:
+            try:
+                require_first(self._partial, self.path, CubeError)
+            except CubeError:
+                self._discard()
+                raise
         needed = self._plain_bytes()
         if self.compression is None and needed > free:
             self._discard()

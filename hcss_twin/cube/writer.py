@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import flush
+from hcss_twin.core.files import flush, publish
 from hcss_twin.cube.coordinates import (
     BOUND,
     COORDINATES,
@@ -167,7 +167,7 @@ class CubeWriter(StreamedWriter):
         self._dataset.setncattr(FORMAT_ATTRIBUTE, np.int32(FORMAT_VERSION))
         self._dataset.close()
         flush(self._partial)
-        os.replace(self._partial, self.path)
+        publish(self._partial, self.path, CubeError, self.replace)
         flush(self.path.parent)
 
     def _discard(self) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import flush
+from hcss_twin.core.files import REMEDY, flush
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
 from hcss_twin.cube.metadata import global_attributes
@@ -172,6 +172,8 @@ class ZarrWriter(StreamedWriter):
     def _replace(self) -> None:
         """Rename the store; an older one is moved aside first, and moved back if renaming fails."""
         old = self._partial.with_suffix(".old")
+        if self.path.exists() and not self.replace:
+            raise CubeError(f"cannot write {self.path}: another process has written it; {REMEDY}")
         if self.path.exists():
             os.replace(self.path, old)
         try:

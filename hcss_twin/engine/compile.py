@@ -13,6 +13,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.shadows import compile_shadows
 from hcss_twin.engine.tables.columns import BandColumns
@@ -36,6 +37,7 @@ LONGEST_TIME_STEP_S = 3600.0
 """Maximum interval between time nodes if the motion of the sun matters."""
 
 
+@in_one_thread
 def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance as a function of thickness, and of time if the motion of the sun matters.
 

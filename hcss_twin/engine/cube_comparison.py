@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.reading import reading
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.geometry_variables import GEOMETRY
@@ -219,10 +220,8 @@ class CubeComparison:
         corner: tuple[int, int] = (0, 0),
     ) -> None:
         """Compare part of a variable, of a ``frame`` if it has frames, starting at row and column ``corner``."""
-        try:
+        with reading(self._path, CubeError):
             cube = np.asarray(self._file[name][index])
-        except (OSError, RuntimeError, IndexError) as error:
-            raise CubeError(f"cannot read {self._path}: {error}") from error
         for axis, dim in enumerate(dims):
             if dim in self._common:
                 theirs, own = self._common[dim]

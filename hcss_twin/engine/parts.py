@@ -23,6 +23,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
+from hcss_twin.core.processes import end_with_parent
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.compile import tables_of
@@ -94,7 +95,7 @@ def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Ex
     else:
         # A fork would copy locks held by threads; a new process has none.
         context = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_signals_to_the_parent)
+        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_follow_the_parent)
         try:
             yield pool, workers
         finally:
@@ -118,8 +119,10 @@ def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
         yield client.get_executor(), count
 
 
-def _leave_signals_to_the_parent() -> None:
+def _follow_the_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
 
 
 AHEAD = 2

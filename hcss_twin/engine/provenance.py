@@ -14,6 +14,7 @@ import numpy as np
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.environment import installed_version, versions
 from hcss_twin.core.errors import CubeError, ProviderError
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.description import describe_particles, describe_providers
@@ -146,7 +147,8 @@ class FileChange:
     name : str
         Catalog name or path, as recorded in the cube.
     state : str
-        ``changed``, ``missing``, ``no longer read`` or ``not read before``.
+        ``changed``, ``missing``, ``no longer read``, ``not read before``, or ``not read`` because it is not under the
+        folders named.
     recorded_sha256, now_sha256 : str or None
         None if there is no such file.
     now_at : str
@@ -249,13 +251,15 @@ class Recorded:
             changes.append(Change(kind, f"{name} of {distribution} {recorded['version']}", now))
         return tuple(each for each in changes if each.now != each.recorded)
 
-    def file_changes(self, used: Mapping[str, str] | None) -> tuple[FileChange, ...]:
+    def file_changes(self, used: Mapping[str, str] | None, shelf: ResultCache) -> tuple[FileChange, ...]:
         """Return the files that differ from those used for the cube.
 
         Parameters
         ----------
         used : mapping of str to str or None
             SHA-256 of the files that the recomputation read, by name; None if unknown.
+        shelf : ResultCache
+            Knows which of the user's files may be read.
         """
         new = {name: digest for name, digest in (used or {}).items() if name not in self.files}
         changes = []
@@ -265,7 +269,9 @@ class Recorded:
             alike = [each for each in new if Path(each).is_absolute() and Path(each).name == Path(name).name]
             if now is None and Path(name).is_absolute() and len(alike) == 1:
                 at, now = alike[0], new.pop(alike[0])
-            if now is None:
+            if now is None and Path(name).is_absolute() and not shelf.may_read(Path(name)):
+                state = "not read, because it is not under the cube's folder; name it with --data"
+            elif now is None:
                 now = _digest(name)
                 state = "missing" if now is None else state if used is None else "no longer read"
             if now != recorded or state != "changed":

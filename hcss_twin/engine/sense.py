@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
+from hcss_twin.core.reading import reads
 from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
@@ -112,6 +113,7 @@ def _write_measured(
             pair.write_frame(index, measure(index, pair.radiance(index)))
 
 
+@reads(CubeError)
 def sense_file(
     clean_path: str | os.PathLike[str],
     section: SensorSection,
@@ -163,6 +165,7 @@ def sense_file(
     return path
 
 
+@reads(CubeError)
 def sense(
     cube: str | os.PathLike[str] | xr.Dataset,
     sensor: str | os.PathLike[str] | Mapping[str, Any] | SensorSection | Scenario,

@@ -67,6 +67,7 @@ def run(
     report: Callable[[Certificate], None] | None = None,
     workers: int = 1,
     scheduler: str | None = None,
+    replace: bool = True,
 ) -> Path:
     """Compute a planned scene and write its cube with certificate and, with a sensor, the sensor cube.
 
@@ -86,6 +87,8 @@ def run(
         Number of processes that compute frames, or tiles of large frames; the cube does not depend on it.
     scheduler : str, optional
         Address of a Dask cluster that computes them instead.
+    replace : bool
+        Whether to replace an older cube, or one that another process writes meanwhile.
 
     Returns
     -------
@@ -102,7 +105,7 @@ def run(
     if plan.scenario.sensor is not None:
         require_netcdf(output)
     _require_no_input(plan, output)
-    certificate, tables = _write_clean(plan, output, progress, workers, scheduler)
+    certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace)
     if plan.sensor is not None:
         sense_run(plan, tables, output, progress)
     if certificate is not None:
@@ -116,6 +119,7 @@ def _write_clean(
     progress: Progress[Any] | None = None,
     workers: int = 1,
     scheduler: str | None = None,
+    replace: bool = True,
 ) -> tuple[Certificate | None, RadianceTables | None]:
     """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
@@ -126,7 +130,7 @@ def _write_clean(
     _require_no_input(plan, output)  # again, with the files read for the tables
     with (
         executor_of(workers, scheduler) as (executor, count),
-        writer_of(output, header, compression=compression, tile=tile_shape(plan)) as writer,
+        writer_of(output, header, compression=compression, tile=tile_shape(plan), replace=replace) as writer,
     ):
         parts: Iterable[Part] = stream_parts(plan, tables, sample, executor, count)
         if progress is not None:

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
+from hcss_twin.core.reading import reads
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.provider_variables import INPUTS
@@ -110,13 +112,21 @@ class Verification:
         }
 
 
+@reads(CubeError)
 def verify_cube(
-    path: str | os.PathLike[str], base: Path | None = None, frames: int | None = None, progress: Progress | None = None
+    path: str | os.PathLike[str],
+    base: Path | None = None,
+    frames: int | None = None,
+    progress: Progress | None = None,
+    data: Iterable[Path] = (),
 ) -> Verification:
     """Recompute a cube from its scenario alone, and compare.
 
     A sensor cube is recomputed together with its clean cube. Cached results of earlier runs, such as tables or cloud
     optics, are not used, and nothing is written.
+
+    The cube may come from anybody, so that its scenario reads only files under the folder of the cube and those named
+    here; problems with their content are not quoted. Rows and columns are compared before anything is computed.
 
     Parameters
     ----------
@@ -129,6 +139,8 @@ def verify_cube(
         Number of frames to check, spread from the first to the last; by default all.
     progress : callable, optional
         Wraps the iterable of frames, given their number.
+    data : iterable of Path, optional
+        Further files, or folders of files, that the scenario may read; ``base`` is one, if given.
 
     Returns
     -------
@@ -143,28 +155,52 @@ def verify_cube(
     with open_cube(path) as dataset:
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
         axes = {name: dataset[name].to_numpy() for name in ("time", "band", LAYER) if name in dataset.coords}
+        size = dataset.sizes.get("y", 0), dataset.sizes.get("x", 0)
     if axes.get("time", np.empty(0)).dtype.kind != "M":
         raise CubeError(f"cannot read {os.fspath(path)}: it has no frame times (coordinate time)")
+    shelf = ResultCache(within=[Path(path).absolute().parent, *([] if base is None else [base]), *data])
     base = recorded.base if base is None else base
     outcome = Verification(os.fspath(path), str(base), axes["time"].size, versions=recorded.version_changes())
     plan: Plan | None = None
     try:
-        plan = make_plan(Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path)), keeps_results=False)
-        if SENSOR_ATTRIBUTE in recorded.attributes:
-            plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
-        outcome = _compare(outcome, plan, recorded, axes, frames, progress)
+        scenario = Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path), shelf=shelf)
+        outcome = replace(outcome, layout=_other_size(size, scenario))
+        if not outcome.layout:
+            plan = make_plan(scenario, keeps_results=False, shelf=shelf)
+            if SENSOR_ATTRIBUTE in recorded.attributes:
+                plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
+            outcome = _compare(outcome, plan, recorded, axes, frames, progress)
     except CubeError:
         raise
     except ScenarioError as error:
-        outcome = replace(outcome, problems=tuple(map(str, error.problems)))
+        problems = (replace(each, message=_unquoted(each.message, shelf)) for each in error.problems)
+        outcome = replace(outcome, problems=tuple(map(str, problems)))
     except HcssError as error:
-        outcome = replace(outcome, problems=(str(error),))
+        outcome = replace(outcome, problems=(_unquoted(str(error), shelf),))
     # Files are read on demand, so a failed plan may not have read all of them.
     return replace(
         outcome,
-        files=recorded.file_changes(None if plan is None or outcome.problems else plan.catalog.used),
+        files=recorded.file_changes(None if plan is None or outcome.problems else plan.catalog.used, shelf),
         providers=recorded.provider_changes(None if plan is None else plan.assembly.entries),
     )
+
+
+def _other_size(size: tuple[int, int], scenario: Scenario) -> tuple[Change, ...]:
+    """Return the dimensions of the cube's images that differ from those of its scenario."""
+    image = scenario.image
+    shape = (image.rows, image.columns)
+    if image.window is not None:
+        shape = tuple(each.stop - each.start for each in image.window.slices(*shape))
+    pairs = zip(("rows", "columns"), size, shape, strict=True)
+    return tuple(Change(name, str(cube), str(ours)) for name, cube, ours in pairs if cube != ours)
+
+
+def _unquoted(message: str, shelf: ResultCache) -> str:
+    """Return a message that does not quote the user's files, of which it could be about any."""
+    if not shelf.own_files:
+        return message
+    files = ", ".join(sorted(map(str, shelf.own_files)))
+    return f"a problem with a file of the scenario, which is not quoted here; `hcss validate` says more ({files})"
 
 
 def _compare(

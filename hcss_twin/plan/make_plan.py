@@ -9,6 +9,7 @@ import numpy as np
 
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
@@ -36,6 +37,7 @@ EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
 
 
+@in_one_thread
 def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCache | None = None) -> Plan:
     """Resolve a scenario and decide what to compute.
 

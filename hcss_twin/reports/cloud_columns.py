@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reads
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.reader import open_cube
@@ -79,6 +80,7 @@ class CloudColumns:
         return bool(np.all(np.isnan(self.top_m)))
 
 
+@reads(CubeError)
 def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
     """Read base and top of the cloud in every pixel of a frame.
 

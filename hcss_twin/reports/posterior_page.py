@@ -12,6 +12,7 @@ import numpy as np
 from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
+from hcss_twin.core.reading import open_netcdf
 from hcss_twin.reports import posterior_figures as figures
 from hcss_twin.reports.figures import drawing
 from hcss_twin.reports.page import Block, Page, Section, badge, beside, element, folded, note, paragraph
@@ -71,16 +72,11 @@ def read_contents(path: Path) -> PosteriorContents:
     PosteriorError
         If it is not a posterior, has not converged or is damaged.
     """
-    import netCDF4
-
     posterior = read_posterior(path)
-    try:
-        with netCDF4.Dataset(path) as file:
-            file.set_auto_mask(False)
-            attributes = {name: _attributes(file[name]) for name in posterior.chains}
-            return PosteriorContents(posterior, attributes, _traces(file), _variogram(file))
-    except (OSError, RuntimeError, IndexError) as error:
-        raise PosteriorError(f"cannot read {path}: damaged: {error}") from error
+    with open_netcdf(path, PosteriorError) as file:
+        file.set_auto_mask(False)
+        attributes = {name: _attributes(file[name]) for name in posterior.chains}
+        return PosteriorContents(posterior, attributes, _traces(file), _variogram(file))
 
 
 def _attributes(variable: Any) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, CubeError, choose_from
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reads
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.reports.colour_scale import MISSING
@@ -44,6 +45,7 @@ _FRAMES_ANIMATED = 200
 _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
 
 
+@reads(CubeError)
 def draw_preview(
     cube: str | Path,
     folder: str | Path,

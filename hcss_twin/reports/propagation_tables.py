@@ -13,6 +13,7 @@ import numpy as np
 
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.json_numbers import json_value
+from hcss_twin.core.reading import reads
 from hcss_twin.reports.provenance import json_attribute
 from hcss_twin.reports.tables import Table, number
 from hcss_twin.sweeps.propagation.dataset import open_propagation
@@ -89,6 +90,7 @@ class PropagationContents:
         return f"{name.replace('_', ' ')} ({self.dataset[name].attrs.get('units', '')})"
 
 
+@reads(PropagationError)
 def read_contents(path: Path) -> PropagationContents:
     """Read a propagation.
 
@@ -101,11 +103,8 @@ def read_contents(path: Path) -> PropagationContents:
         missing = [name for name in _NEEDED if name not in opened.variables]
         if missing:
             raise PropagationError(f"cannot read {path}: damaged: it has no {', '.join(missing[:3])}")
-        try:
-            # only the maps of the first frame are shown, and those of all may be large
-            return PropagationContents(opened.isel(time=slice(1), missing_dims="ignore").load())
-        except (OSError, RuntimeError) as error:
-            raise PropagationError(f"cannot read {path}: damaged: {error}") from error
+        # only the maps of the first frame are shown, and those of all may be large
+        return PropagationContents(opened.isel(time=slice(1), missing_dims="ignore").load())
 
 
 def with_error(value: float, error: float) -> str:

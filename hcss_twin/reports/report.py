@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 from hcss_twin.core.errors import HcssError
+from hcss_twin.core.reading import reading
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.reports.page import write_page
@@ -60,7 +61,9 @@ def report(
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
     # imported when needed, because pages import matplotlib
     page = getattr(import_module(f"hcss_twin.reports.{name}"), name)
-    write_page(target, page(path))
+    with reading(path, HcssError):
+        contents = page(path)
+    write_page(target, contents)
     return target
 
 
@@ -82,7 +85,7 @@ def _page_of(path: Path) -> str:
     try:
         with netCDF4.Dataset(path) as file:
             names = set(file.ncattrs())
-    except (OSError, RuntimeError) as error:
+    except Exception as error:  # a damaged file of any kind
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error
     for mark, page in PAGES.items():
         if mark in names:

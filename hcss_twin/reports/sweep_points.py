@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import HcssError, SweepError
+from hcss_twin.core.reading import reading
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
 from hcss_twin.reports.provenance import json_attribute, versions_text
@@ -95,10 +96,8 @@ def opened(path: Path) -> Iterator[Sweep]:
 
 
 def _index(path: Path) -> dict[str, Any]:
-    try:
+    with reading(path, SweepError):
         index = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise SweepError(f"{path} cannot be read: {error}") from error
     if not isinstance(index, dict) or index.get("format") != FORMAT or not isinstance(index.get("points"), list):
         raise SweepError(f"{path} is not a sweep index of this version")
     return index

@@ -128,7 +128,9 @@ class Scenario(ScenarioModel):
             raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
         data = with_former_defaults(data)
-        fill_bands(data, Catalog(base=base))
+        catalog = Catalog(base=base)
+        catalog.shelf = shelf or catalog.shelf
+        fill_bands(data, catalog)
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
         try:
@@ -139,8 +141,6 @@ class Scenario(ScenarioModel):
             problems += viewing_problems(scenario)
         reported = {problem.field for problem in problems}
         # Names are checked even if other keys are invalid, so that the user sees all problems at once.
-        catalog = Catalog(base=base)
-        catalog.shelf = shelf or catalog.shelf
         registry = catalog.shelf.get_or_compute("registry", Registry.discover)
         names = name_problems(data, registry, catalog)
         problems += [problem for problem in names if problem.field not in reported]

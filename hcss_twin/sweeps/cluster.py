@@ -15,7 +15,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
+from multiprocessing import resource_tracker
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 
@@ -73,11 +75,11 @@ class Cluster:
     """
 
     def __init__(self, client: Any, is_ours: bool) -> None:
-        self._client, self._is_ours = client, is_ours
+        self._client = client
+        client.register_plugin(PointWorker(is_ours))
 
     def compute(self, schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
         """Yield the outcome of each point in order of completion."""
-        self._client.register_plugin(PointWorker(self._is_ours))
         under_way: dict[Any, tuple[int, PointTask]] = {}
         suspects: list[tuple[int, PointTask]] = []
         alone = False
@@ -152,7 +154,8 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     Raises SweepError if the processes do not start.
     """
     with ExitStack() as stack:
-        stack.enter_context(dask.config.set(_OF_OUR_PROCESSES))
+        scratch = stack.enter_context(TemporaryDirectory(prefix="hcss-sweep-", ignore_cleanup_errors=True))
+        stack.enter_context(dask.config.set({**_OF_OUR_PROCESSES, "temporary-directory": scratch}))
         try:
             with _undisturbed():
                 processes = stack.enter_context(
@@ -166,12 +169,13 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
                         silence_logs=logging.CRITICAL,
                     )
                 )
+                cluster = Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
         except (OSError, RuntimeError, TimeoutError) as error:
             raise SweepError(
                 f"{workers} worker processes cannot be started: {error} (a Python script that starts them needs "
                 "'if __name__ == \"__main__\":' around its own code)"
             ) from error
-        yield Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
+        yield cluster
 
 
 @contextmanager
@@ -208,15 +212,27 @@ def _require_answer(scheduler: str) -> None:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Ignore Ctrl-C while processes start, when they cannot be stopped cleanly; they inherit this setting."""
+    """Put off signals while processes start, when they cannot be stopped cleanly.
+
+    The processes inherit that Ctrl-C is blocked: this process stops them.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    resource_tracker.ensure_running()  # which would unblock Ctrl-C if it were started with the processes
+    late: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda got, _frame: late.append(got)) for number in numbers]
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        if blocked is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+        if late:
+            signal.raise_signal(late[0])
 
 
 def _outcome(future: Any, task: PointTask) -> PointOutcome | None:

@@ -6,6 +6,7 @@ import json
 import os
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
@@ -31,6 +33,7 @@ MARK = "hcss_sweep"
 """Global attribute of a dataset, with the hash of the sweep."""
 
 
+@reads(CubeError)
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are loaded from the file on use.
 
@@ -43,10 +46,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 
     if not os.path.isfile(path):
         raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
-    try:
-        dataset = xr.open_dataset(path, engine="netcdf4", decode_coords="all", cache=False)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise CubeError(f"cannot read {os.fspath(path)}: {error}") from error
+    dataset = xr.open_dataset(path, engine="netcdf4", decode_coords="all", cache=False)
     if MARK not in dataset.attrs:
         dataset.close()
         raise CubeError(f"cannot read {os.fspath(path)}: it is not a sweep dataset; open_cube reads cubes")
@@ -78,11 +78,9 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
         raise SweepError(f"cannot write {path}: it is a folder")
     if not path.exists() or force:
         return
-    try:
-        with netCDF4.Dataset(path) as old:
-            known = getattr(old, MARK, None)
-    except (OSError, RuntimeError):
-        known = None
+    known = None
+    with suppress(Exception), netCDF4.Dataset(path) as old:  # a file of any kind
+        known = getattr(old, MARK, None)
     if known != digest:
         raise SweepError(f"{path} exists and is not the dataset of this sweep; allowed: another name, or --force")
 

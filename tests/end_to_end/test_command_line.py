@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from hcss_twin.cli.main import cli, main
 from hcss_twin.core.environment import COMPILING
 
-HCSS = [sys.executable, "-m", "hcss_twin.cli"]
+HCSS = [sys.executable, "-m", "hcss_twin"]
 SMALL = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2", *CHEAP_OPTIONS]
 
 

@@ -11,8 +11,10 @@ from example_cube import example_frame, example_header
 
 import hcss_twin
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.files import draft_of
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.cube.zarr_writer import cube_writer
 
 SETUP = """
 import sys
@@ -145,6 +147,7 @@ def test_a_file_that_can_grow_no_further_is_an_error_that_names_path_and_space(t
     script = """
 import resource
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.files import draft_of
 path, limit, compression = sys.argv[1], int(sys.argv[2]), eval(sys.argv[3])
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 header = example_header(rows=100, columns=100)
@@ -225,3 +228,40 @@ print(peak_memory_mb())
         peak[frames] = float(output)
     assert (tmp_path / "200.nc").stat().st_size > 100e6
     assert peak[200] - peak[8] < 30
+
+
+@pytest.mark.parametrize("name", ["c.nc", "c.zarr"])
+def test_the_later_of_two_writers_of_a_new_cube_is_refused(tmp_path, name):
+    if name.endswith("zarr"):
+        pytest.importorskip("zarr")
+    path, header = tmp_path / name, example_header()
+
+    def writer(replace=False):
+        return cube_writer(path)(path, header, replace=replace)
+
+    def fill(opened):
+        for index in range(header.frames):
+            opened.write_frame(index, example_frame(header, index))
+
+    with writer() as first:
+        with pytest.raises(CubeError, match="is writing it"), writer():
+            pass
+        fill(first)
+    path.rename(tmp_path / "aside")
+    with pytest.raises(CubeError, match="another process has written it"), writer() as first:
+        fill(first)
+        (tmp_path / "aside").rename(path)  # as one that began before on another machine
+    assert [each.name for each in tmp_path.iterdir()] == [name]
+    open_cube(path).close()
+
+
+def test_the_next_run_removes_the_drafts_of_ended_processes_only(tmp_path):
+    with subprocess.Popen([sys.executable, "-c", ""]) as ended:
+        pass
+    ours = draft_of(tmp_path / "d.nc").name
+    names = [ours.replace(f"-{os.getpid()}.", f"-{process}.") for process in (ended.pid, os.getppid())]
+    elsewhere = names[0].replace(ours.split("-")[2], "00000000")
+    for each in (ours, *names, elsewhere, ".other.partial"):
+        (tmp_path / each).touch()
+    write(tmp_path / "c.nc", example_header())
+    assert {each.name for each in tmp_path.iterdir()} == {"c.nc", ours, names[1], elsewhere, ".other.partial"}

@@ -276,7 +276,7 @@ def _die(*_):
 
 @pytest.mark.long
 def test_the_command_line_takes_windows_and_workers(tmp_path):
-    command = [sys.executable, "-m", "hcss_twin.cli", "run", "stratus", *CHEAP_OPTIONS]
+    command = [sys.executable, "-m", "hcss_twin", "run", "stratus", *CHEAP_OPTIONS]
     command += ["--set", "image.window={rows=[10, 30], columns=[5, 45]}", "--set", "bands=['lwir']"]
     for workers in ("1", "2"):
         done = subprocess.run(

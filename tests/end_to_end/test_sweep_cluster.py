@@ -14,9 +14,11 @@ import psutil
 import pytest
 from cheap import CHEAP_OPTIONS
 
+from hcss_twin.sweeps.cluster import _undisturbed
+
 pytestmark = [pytest.mark.long, pytest.mark.skipif(os.name == "nt", reason="POSIX signals")]
 
-HCSS = [sys.executable, "-m", "hcss_twin.cli"]
+HCSS = [sys.executable, "-m", "hcss_twin"]
 SMALL = [
     *CHEAP_OPTIONS,
     *("--set", "image.rows=8", "--set", "image.columns=8", "--set", "frames.count=1"),
@@ -173,9 +175,10 @@ def usual_port():
 
 
 def test_an_interrupt_ends_the_workers_and_says_nothing_else_nor_of_a_port_in_use(tmp_path, environment, usual_port):
-    folder = tmp_path / "sweep"
+    folder, temporary = tmp_path / "sweep", tmp_path / "temporary"
+    temporary.mkdir()
     process = subprocess.Popen(
-        command(folder, "--workers", "2"), env=environment, start_new_session=True,
+        command(folder, "--workers", "2"), env=environment | {"TMPDIR": str(temporary)}, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     wait_for(folder, 2, process)
@@ -189,6 +192,26 @@ def test_an_interrupt_ends_the_workers_and_says_nothing_else_nor_of_a_port_in_us
     index = json.loads((folder / "index.json").read_text())
     assert index["states"]["done"] == len(computed(folder)) == len(bytes_of(folder))
     assert not list(folder.glob(".*"))
+    assert not list(temporary.iterdir())
+
+
+def test_a_signal_takes_effect_when_the_workers_have_started():
+    started = []
+
+    def stop(*_):
+        assert started
+        raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        for number in before:
+            started.clear()
+            with pytest.raises(KeyboardInterrupt), _undisturbed():
+                signal.raise_signal(number)
+                started.append(number)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_a_scheduler_elsewhere_makes_the_same_bytes(tmp_path, environment):

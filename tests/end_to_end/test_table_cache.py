@@ -109,6 +109,15 @@ def test_a_damaged_file_is_made_again(folder):
     assert kept.stat().st_size > 1000
 
 
+def test_the_tables_of_another_scene_under_this_name_are_not_taken(folder):
+    first = tables_of(plan())
+    tables_of(plan(sea__temperature=291.5))
+    [kept] = folder.glob(f"{table_key(plan())}*")
+    [other] = set(folder.iterdir()) - {kept}
+    kept.write_bytes(other.read_bytes())
+    assert tables_of(plan()).tables[0].clear.tobytes() == first.tables[0].clear.tobytes()
+
+
 def test_a_file_that_changed_since_makes_them_anew(folder, monkeypatch, no_compiler):
     tables_of(plan())
     monkeypatch.setattr("hcss_twin.core.catalog.Catalog.unchanged", lambda self, used: False)

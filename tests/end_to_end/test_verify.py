@@ -1,5 +1,6 @@
 """A cube against what its own provenance makes today."""
 
+import hashlib
 import json
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.engine import verification
 from hcss_twin.engine.cube_comparison import TOLERANCE
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
@@ -92,7 +94,6 @@ def test_computed_cloud_optics_are_neither_kept_nor_taken(tmp_path, monkeypatch)
     """Particles that no shipped table has; a poisoned table of an earlier run would be told as a difference."""
     folder = tmp_path / "cache" / "optics"
     monkeypatch.setenv("HCSS_CACHE_DIR", str(folder.parent))
-    monkeypatch.setenv("HCSS_CACHE_MB", "0")
     cube = simulated(tmp_path / "cube.nc", SMALL | {"clouds.effective_radius": 9.0, "bands": ["mwir-3.7"]})
     [kept] = folder.iterdir()
     with netCDF4.Dataset(kept, "a") as table:
@@ -256,6 +257,35 @@ def test_a_file_that_changed_since_is_named_with_both_hashes(tmp_path, monkeypat
     assert [each.state for each in found.files] == ["missing"]
     assert "--base" in command(cube).output
     assert command(cube, "--base", moved).exit_code == 0
+
+
+def test_a_hostile_cube_reads_only_what_the_user_named_and_quotes_nothing(masks, tmp_path_factory):
+    secret = tmp_path_factory.mktemp("private") / "secret.csv"
+    secret.write_text("wavelength_um,response\npassword,hunter2\n")
+    digest = hashlib.sha256(secret.read_bytes()).hexdigest()
+    name = {"name": "mine", "response": str(secret)}
+    edit_json(masks, "hcss_scenario", lambda scenario: scenario.update(bands=[name]))
+    edit_json(masks, "hcss_files_sha256", lambda table: table.update({str(secret): "0" * 64}))
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.NOT_RECOMPUTED
+    assert "it is not under the cube's folder; name it with --data" in found.problems[0]
+    assert [(each.name, each.now_sha256) for each in found.files] == [(str(secret), None)]
+    for data in ((), ("--data", str(secret)), ("--data", str(secret.parent))):
+        answer = command(masks, *data)
+        assert answer.exit_code == 1
+        assert not [word for word in ("password", "hunter2") if word in answer.output]
+        assert (digest in answer.output) == bool(data)
+
+
+def test_images_of_another_size_are_different_without_a_plan(masks, monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("planned")
+
+    edit_json(masks, "hcss_scenario", lambda scenario: scenario["image"].update(rows=10**5, columns=10**5))
+    monkeypatch.setattr(verification, "make_plan", refuse)
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.DIFFERENT
+    assert [(each.what, each.recorded) for each in found.layout] == [("rows", "16"), ("columns", "16")]
 
 
 def test_a_file_that_changed_without_effect_is_told_of_an_identical_cube(tmp_path):

@@ -59,6 +59,50 @@ def test_a_limit_of_zero_keeps_nothing(monkeypatch, folder):
     assert not folder.exists()
 
 
+def test_with_a_limit_of_zero_nothing_kept_is_read(monkeypatch):
+    keep("a", 10)
+    monkeypatch.setenv("HCSS_CACHE_MB", "0")
+    assert store().find("a") is None
+
+
+@pytest.mark.skipif(os.name == "nt", reason="owners and permissions of POSIX")
+def test_a_folder_into_which_others_may_write_is_refused(monkeypatch, folder):
+    keep("a", 10)
+    folder.chmod(0o777)
+    with pytest.raises(CacheError, match=r"all users may write to the cache folder .*things; remove that permission"):
+        store().find("a")
+    folder.chmod(0o775)  # a group may share its cache
+    assert store().find("a")
+    monkeypatch.setattr(os, "getuid", lambda: folder.stat().st_uid + 1)
+    if folder.stat().st_uid:
+        with pytest.raises(CacheError, match="belongs to another user"):
+            keep("b", 10)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+def test_a_new_folder_is_writable_by_its_owner_only(folder):
+    before = os.umask(0)
+    try:
+        keep("a", 10)
+    finally:
+        os.umask(before)
+    assert folder.stat().st_mode & 0o777 == 0o755
+
+
+def test_a_changed_byte_of_a_record_is_noticed(tmp_path):
+    path, record = tmp_path / "record.npz", (np.arange(5.0), "text", 1.5)
+    write_record(path, record, ())
+    whole = path.read_bytes()
+    for position in range(0, len(whole), 7):
+        path.write_bytes(whole[:position] + bytes([whole[position] ^ 0x10]) + whole[position + 1 :])
+        try:
+            array, *rest = read_record(path, ())
+        except Exception:
+            continue
+        assert array.tobytes() == record[0].tobytes()
+        assert rest == list(record[1:])
+
+
 def test_a_writer_that_fails_leaves_nothing(folder):
     def broken(path):
         path.write_bytes(b"half")

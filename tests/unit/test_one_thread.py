@@ -11,7 +11,7 @@ START = """
 import threading, time
 import scipy.linalg
 from threadpoolctl import threadpool_info
-from hcss_twin.models.radiance.physical.execution import in_one_thread
+from hcss_twin.core.one_thread import in_one_thread
 
 def threads():
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
@@ -94,3 +94,22 @@ except Asked:
 else:
     raise AssertionError("not asked")
 """)
+
+
+def test_the_scene_analysis_does_not_depend_on_the_number_of_threads():
+    """Its errors had 12 equal digits: a product of matrices of a plan or of tables was made in several threads."""
+    numbers = []
+    for threads in ("1", "2"):
+        code = (
+            "from cheap import CHEAP\n"
+            "from hcss_twin.engine.compile import compile_tables\n"
+            "from hcss_twin.plan.make_plan import make_plan\n"
+            "from hcss_twin.scenario.scenario import Scenario\n"
+            "plan = make_plan(Scenario.load('stratus', CHEAP), keeps_results=False)\n"
+            "print(vars(compile_tables(plan).errors))\n"
+        )
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, sys.path))}
+        environment |= {"OPENBLAS_NUM_THREADS": threads, "OMP_NUM_THREADS": threads}
+        numbers.append(subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True))
+    assert all(each.returncode == 0 for each in numbers), numbers[0].stderr
+    assert len({each.stdout for each in numbers}) == 1

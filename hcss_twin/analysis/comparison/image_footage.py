@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -160,8 +160,6 @@ def is_cube(path: Path) -> bool:
         return False
     import netCDF4
 
-    try:
-        with quiet(), netCDF4.Dataset(path) as dataset:
-            return FORMAT_ATTRIBUTE in dataset.ncattrs()
-    except (OSError, RuntimeError):
-        return False
+    with suppress(Exception), quiet(), netCDF4.Dataset(path) as dataset:  # a damaged file of any kind
+        return FORMAT_ATTRIBUTE in dataset.ncattrs()
+    return False

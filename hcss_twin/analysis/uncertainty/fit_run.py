@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -25,6 +24,7 @@ from hcss_twin.analysis.uncertainty.population import PopulationModel
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError, PosteriorOptionError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.version import __version__
 
@@ -145,7 +145,6 @@ def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tu
 
 # Long chains are large files, so the state is not written after every block.
 _SECONDS_APART = 5.0
-_DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True)
@@ -172,21 +171,22 @@ class Checkpoint:
         if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
-        try:
-            with self._path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                if str(file["fingerprint"]) != self._fingerprint:
-                    raise PosteriorError(
-                        f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"
-                    )
-                noises = tuple(
-                    EstimatorNoise(**{f.name: file[f"noise_{i}_{f.name}"][()] for f in fields(EstimatorNoise)})
-                    for i in range(int(file["noises"]))
+        with (
+            reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"),
+            self._path.open("rb") as stream,
+            np.load(stream, allow_pickle=False) as file,
+        ):
+            if str(file["fingerprint"]) != self._fingerprint:
+                raise PosteriorError(
+                    f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"
                 )
-                kind, position, has_gauss, cached = (file[f"random_{i}"][()] for i in (0, 2, 3, 4))
-                random_state = (str(kind), file["random_1"], int(position), int(has_gauss), float(cached))
-                return FitState(noises, MarkovChains(file["positions"], file["log_probability"], random_state))
-        except _DAMAGED as error:
-            raise PosteriorError(f"{self._path}: damaged state of a fit: {error}; {remedy}") from error
+            noises = tuple(
+                EstimatorNoise(**{f.name: file[f"noise_{i}_{f.name}"][()] for f in fields(EstimatorNoise)})
+                for i in range(int(file["noises"]))
+            )
+            kind, position, has_gauss, cached = (file[f"random_{i}"][()] for i in (0, 2, 3, 4))
+            random_state = (str(kind), file["random_1"], int(position), int(has_gauss), float(cached))
+            return FitState(noises, MarkovChains(file["positions"], file["log_probability"], random_state))
 
     def write(self, state: FitState, now: bool = False) -> None:
         """Write the state, at most every few seconds unless ``now`` is true.

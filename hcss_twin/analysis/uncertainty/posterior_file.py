@@ -15,6 +15,7 @@ from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import open_netcdf, reads
 from hcss_twin.version import __version__
 
 VERSION_ATTRIBUTE = "hcss_posterior_version"
@@ -163,32 +164,24 @@ def write_posterior(
             _write_variogram(file, variogram)
 
 
+@reads(PosteriorError)
 def read_posterior(path: Path) -> Posterior:
     """Read the draws of a posterior.
 
     Raises PosteriorError if the file is missing, damaged, not a posterior, of another version, or not converged.
     """
-    import netCDF4
-
     if not path.is_file():
         raise PosteriorError(f"cannot read {path}: there is no such file")
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise PosteriorError(f"cannot read {path}: not a NetCDF file: {error}") from error
-    with dataset:
+    with open_netcdf(path, PosteriorError) as dataset:
         attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
         _check_header(path, attributes)
-        try:
-            chains = {
-                name: np.asarray(np.ma.getdata(variable[...]), dtype=np.float64)
-                for name, variable in dataset.variables.items()
-                if variable.dimensions[:2] == ("chain", "draw") and name != _LOG_PROBABILITY
-            }
-            kept = fields(Diagnostic) + (fields(Mixing) if attributes[VERSION_ATTRIBUTE] == VERSION else ())
-            diagnostics = {name: {each.name: dataset[name].getncattr(each.name) for each in kept} for name in chains}
-        except (OSError, RuntimeError, AttributeError) as error:
-            raise PosteriorError(f"cannot read {path}: damaged: {error}") from error
+        chains = {
+            name: np.asarray(np.ma.getdata(variable[...]), dtype=np.float64)
+            for name, variable in dataset.variables.items()
+            if variable.dimensions[:2] == ("chain", "draw") and name != _LOG_PROBABILITY
+        }
+        kept = fields(Diagnostic) + (fields(Mixing) if attributes[VERSION_ATTRIBUTE] == VERSION else ())
+        diagnostics = {name: {each.name: dataset[name].getncattr(each.name) for each in kept} for name in chains}
     if not chains or not all(values.size and np.isfinite(values).all() for values in chains.values()):
         raise PosteriorError(f"cannot read {path}: damaged: no draws, or draws that are not finite")
     if attributes[VERSION_ATTRIBUTE] == 1:  # whose sizes were those of the chains before they were thinned

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reads
 from hcss_twin.cube.export.selection import Selection, select
 from hcss_twin.cube.reader import open_cube
 
@@ -133,6 +134,7 @@ class Exported:
     missing: int
 
 
+@reads(CubeError)
 def export_cube(
     cube: str | os.PathLike[str],
     to: str,

@@ -102,10 +102,7 @@ class Selection:
         data = self.data if frame.number is None else self.data.isel(time=frame.number)
         if self.plane_kind:
             data = data.isel({self.plane_kind: list(self.chosen)})
-        try:
-            values = data.to_numpy()
-        except (OSError, RuntimeError) as error:
-            raise CubeError(f"cannot read {self.variable} of frame {frame.number}: {error}") from error
+        values = data.to_numpy()
         return np.ascontiguousarray(values if self.plane_kind else values[None])
 
 

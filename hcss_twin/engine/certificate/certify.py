@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SurfaceState
 
 
+@in_one_thread
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
     """Recompute the sampled pixels on the reference path and compare.
 

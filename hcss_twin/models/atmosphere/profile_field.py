@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.sounding import (
+    UNREADABLE,
     ProfileVariable,
     Sounding,
-    open_netcdf,
     profile_variables,
     sounding_of,
     values_of,
@@ -66,7 +66,7 @@ class SoundingGrid:
         CatalogError
             If it is not readable, a coordinate does not ascend or descend, or a variable has other dimensions.
         """
-        with open_netcdf(path, name) as dataset:
+        with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
             axes = [_axis(dataset, name, place) for place in PLACES]
             if axes == [None, None]:
                 return None

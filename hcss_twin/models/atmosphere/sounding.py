@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import open_netcdf, reading
 from hcss_twin.models.atmosphere.profile_columns import (
     HUMIDITIES,
     QUANTITIES,
@@ -25,6 +25,8 @@ from hcss_twin.models.atmosphere.profile_columns import (
 
 NETCDF_SUFFIXES = (".nc", ".nc4", ".cdf", ".netcdf")
 MAX_LEVELS = 100_000
+
+UNREADABLE = "not a readable NetCDF file"
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def read_sounding(path: Path, name: str) -> Sounding:
         or level.
     """
     if path.suffix.lower() in NETCDF_SUFFIXES:
-        with open_netcdf(path, name) as dataset:
+        with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
             variables = profile_variables(dataset, name)
             return sounding_of(name, variables, [_one_column(each.data, each.label, name) for each in variables])
     return _finished(name, *_read_csv(path, name))
@@ -86,10 +88,8 @@ def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array]) -> S
 
 
 def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
-    try:
+    with reading(path, CatalogError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CatalogError(f"{name}: not a text file: {error}") from error
     lines = _lines(text)
     number, header = next(lines, (0, None))
     if header is None:
@@ -152,25 +152,6 @@ class ProfileVariable:
     unit: Unit
     label: str
     data: Any
-
-
-@contextmanager
-def open_netcdf(path: Path, name: str) -> Iterator[Any]:
-    """Open a NetCDF file of profiles.
-
-    Raises
-    ------
-    CatalogError
-        If it is not readable.
-    """
-    import netCDF4
-
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise CatalogError(f"{name}: not a readable NetCDF file: {error}") from error
-    with dataset:
-        yield dataset
 
 
 def profile_variables(dataset: Any, name: str) -> list[ProfileVariable]:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.reading import reading, reads
 
 FOLDER = "clouds"
 """Name of the folder of entries in the catalog, next to a scenario, and in the output of ``hcss import``."""
@@ -196,6 +197,7 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
             variable[:] = values
 
 
+@reads(CatalogError)
 def read_entry(path: Path) -> CloudEntry:
     """Read an entry and check that its variables agree with each other.
 
@@ -206,10 +208,8 @@ def read_entry(path: Path) -> CloudEntry:
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
-        try:
+        with reading(path, CatalogError, "damaged or incomplete entry"):
             planes = {name: np.ma.getdata(file.variables[name][...]) for name in _LONG_NAMES}
-        except (KeyError, OSError, RuntimeError) as error:
-            raise CatalogError(f"{path}: damaged or incomplete entry: {error}") from error
     mask = planes["mask"]
     entry = CloudEntry(
         grey=_typed(path, "grey", planes["grey"], np.uint8),
@@ -222,6 +222,7 @@ def read_entry(path: Path) -> CloudEntry:
     return entry
 
 
+@reads(CatalogError)
 def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     """Return the facts of an entry and its (rows, columns), without reading its planes.
 
@@ -232,10 +233,8 @@ def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
-        try:
+        with reading(path, CatalogError, "damaged or incomplete entry"):
             return facts, (file.dimensions["y"].size, file.dimensions["x"].size)
-        except KeyError as error:
-            raise CatalogError(f"{path}: damaged or incomplete entry: no dimension {error}") from error
 
 
 def _attribute(value: Any) -> Any:

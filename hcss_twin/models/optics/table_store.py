@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import OPTICS, cache_root
+from hcss_twin.core.cache import OPTICS, cache_root, in_use
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
@@ -48,12 +48,9 @@ def read_into(table: BulkTable, path: Path) -> None:
     with open_format(path, FORMAT, VERSION) as dataset:
         if getattr(dataset, "key", None) != table.key:
             raise CatalogError(f"{path}: holds another table than {table.key[:12]}")
-        try:
-            for name, _ in _GROUPS:
-                dataset[name].set_auto_mask(False)
-                stored[name] = np.asarray(dataset[name][:], dtype=np.float64)
-        except (IndexError, OSError, RuntimeError) as error:
-            raise CatalogError(f"{path}: damaged: {error}") from error
+        for name, _ in _GROUPS:
+            dataset[name].set_auto_mask(False)
+            stored[name] = np.asarray(dataset[name][:], dtype=np.float64)
     for name, values in stored.items():
         part = getattr(table, name)
         if values.shape != part.values.shape:
@@ -102,7 +99,7 @@ def write_if_possible(table: BulkTable, path: Path) -> bool:
     If it cannot be written (full or read-only disk), the next run computes it again.
     """
     with suppress(CatalogError, OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
         with suppress(CatalogError):
             read_into(table, path)
         write(table, path)
@@ -165,7 +162,7 @@ class TableStore:
         return self._shipped
 
     def _cached(self, table: BulkTable) -> Path | None:
-        folder = None if isinstance(self._catalog, SecludedCatalog) else cache_folder()
+        folder = None if isinstance(self._catalog, SecludedCatalog) else in_use(cache_folder())
         return None if folder is None else folder / f"{table.key}{SUFFIX}"
 
 

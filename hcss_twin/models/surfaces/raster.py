@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ProviderError, choose_from
+from hcss_twin.core.reading import open_netcdf, reading, require_size
 from hcss_twin.models.surfaces.parameters import RasterParameters
 from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 
@@ -179,16 +180,13 @@ def _geotiff(path: Path) -> Grid:
             "the surface provider raster needs the package rasterio for GeoTIFF; install it with: "
             "pip install 'hcss-twin[geotiff]'"
         ) from error
-    try:
-        with rasterio.open(path) as file:
-            crs, inverse = file.crs, ~file.transform
-            layers = {
-                str(band): np.ma.filled(file.read(band, masked=True).astype(np.float64), np.nan)
-                for band in file.indexes
-            }
-            bounds = file.bounds
-    except rasterio.errors.RasterioError as error:
-        raise CatalogError(f"{path}: not a raster that can be read: {error}") from error
+    with reading(path, CatalogError, "not a raster that can be read"), rasterio.open(path) as file:
+        require_size(path, (file.count, file.height, file.width), CatalogError)
+        crs, inverse = file.crs, ~file.transform
+        layers = {
+            str(band): np.ma.filled(file.read(band, masked=True).astype(np.float64), np.nan) for band in file.indexes
+        }
+        bounds = file.bounds
     if crs is None:
         raise CatalogError(f"{path}: it does not say where it is (no coordinate reference system)")
     west = bounds.left
@@ -208,22 +206,17 @@ def _geotiff(path: Path) -> Grid:
 
 
 def _netcdf(path: Path) -> Grid:
-    import netCDF4
-
-    try:
-        with netCDF4.Dataset(path) as file:
-            (y_name, y), (x_name, x) = (_axis(path, file, kind) for kind in ("latitude", "longitude"))
-            layers = {
-                name: np.ma.filled(np.ma.asarray(each[:]).astype(np.float64), np.nan).squeeze()
-                for name, each in file.variables.items()
-                if each.dimensions[-2:] in ((y_name, x_name), (x_name, y_name)) and each.size == y.size * x.size
-            }
-            for name in layers:
-                if file.variables[name].dimensions[-2:] == (x_name, y_name):
-                    layers[name] = layers[name].T
-                layers[name] = layers[name].reshape(y.size, x.size)
-    except OSError as error:
-        raise CatalogError(f"{path}: not a NetCDF file that can be read: {error}") from error
+    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as file:
+        (y_name, y), (x_name, x) = (_axis(path, file, kind) for kind in ("latitude", "longitude"))
+        layers = {
+            name: np.ma.filled(np.ma.asarray(each[:]).astype(np.float64), np.nan).squeeze()
+            for name, each in file.variables.items()
+            if each.dimensions[-2:] in ((y_name, x_name), (x_name, y_name)) and each.size == y.size * x.size
+        }
+        for name in layers:
+            if file.variables[name].dimensions[-2:] == (x_name, y_name):
+                layers[name] = layers[name].T
+            layers[name] = layers[name].reshape(y.size, x.size)
     if not layers:
         raise CatalogError(f"{path}: no variable over latitude and longitude alone")
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reading
 from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, SPREAD, DrawStatistics
 from hcss_twin.sweeps.propagation.joint_sample import JointSample
 from hcss_twin.sweeps.propagation.summary import pooled_pixels, summarise
@@ -155,10 +156,8 @@ def open_propagation(path: str | Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    try:
+    with reading(path, PropagationError):
         dataset = xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError) as error:
-        raise PropagationError(f"cannot read {path}: {error}") from error
     version = dataset.attrs.get(VERSION_ATTRIBUTE)
     if version != VERSION:
         dataset.close()

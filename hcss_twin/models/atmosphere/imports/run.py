@@ -9,6 +9,7 @@ from typing import Literal
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.reading import reads
 from hcss_twin.models.atmosphere.imports.combine import combine
 from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
 from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
@@ -95,6 +96,7 @@ def detect_format(path: Path) -> str:
     )
 
 
+@reads(CatalogError)
 def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralPath]:
     """Read every run of one file.
 

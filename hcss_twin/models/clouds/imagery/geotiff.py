@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
 from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, luminance, square_side
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet
 from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M
@@ -41,13 +42,11 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     """
     import tifffile
 
-    try:
-        with quiet(), tifffile.TiffFile(path) as file:
-            return _page(path, _only_page(path, file), variable)
-    except CatalogError:
-        raise
-    except Exception as error:  # tags are file offsets, so that damage can cause almost any error
-        raise CatalogError(f"{path}: not an image that can be read: {error}") from error
+    tifffile.logger().setLevel("CRITICAL")  # of damage, one error is raised here
+    with reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
+        page = _only_page(path, file)
+        require_size(path, page.shape, CatalogError, MAX_IMAGE_PIXELS, "samples")
+        return _page(path, page, variable)
 
 
 def _only_page(path: Path, file: Any) -> Any:

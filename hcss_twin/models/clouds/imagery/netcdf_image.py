@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
 from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
 
 UNITS = "mW m-2 sr-1 (cm-1)-1"
@@ -43,12 +44,11 @@ def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
     import netCDF4
 
-    try:
-        with quiet(), netCDF4.Dataset(path) as dataset:
-            name = choose_plane(path, variable, _planes(dataset), list(dataset.variables))
-            return _netcdf_plane(path, dataset, dataset.variables[name])
-    except (OSError, RuntimeError, ValueError, TypeError) as error:
-        raise CatalogError(f"{path}: it is NetCDF, but damaged, truncated or unsupported ({error})") from error
+    what = "it is NetCDF, but damaged, truncated or unsupported"
+    with reading(path, CatalogError, what), quiet(), netCDF4.Dataset(path) as dataset:
+        name = choose_plane(path, variable, _planes(dataset), list(dataset.variables))
+        require_size(path, dataset.variables[name].shape, CatalogError, MAX_IMAGE_PIXELS, "pixels")
+        return _netcdf_plane(path, dataset, dataset.variables[name])
 
 
 def _text(item: Any, name: str) -> str:
@@ -224,12 +224,9 @@ def planck_coefficients(path: Path) -> PlanckCoefficients | None:
     with path.open("rb") as file:
         if not file.read(4).startswith((b"\x89HDF", b"CDF")):
             return None
-    try:
-        with quiet(), netCDF4.Dataset(path) as dataset:
-            if not all(name in dataset.variables for name in _PLANCK):
-                return None
-            values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]
-    except (OSError, RuntimeError) as error:
-        raise CatalogError(f"{path}: not a NetCDF file that can be read: {error}") from error
+    with reading(path, CatalogError, "not a NetCDF file that can be read"), quiet(), netCDF4.Dataset(path) as dataset:
+        if not all(name in dataset.variables for name in _PLANCK):
+            return None
+        values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]
     # Missing or NaN in files of solar reflective bands.
     return PlanckCoefficients(*values) if np.all(np.isfinite(values)) else None

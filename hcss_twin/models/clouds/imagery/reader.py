@@ -5,10 +5,13 @@ from __future__ import annotations
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, choose_plane, luminance
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
@@ -64,44 +67,55 @@ def _read_picture(path: Path) -> SatelliteImage:
     from PIL import Image as Picture
     from PIL import UnidentifiedImageError
 
-    try:
-        with quiet(), Picture.open(path) as picture:
+    with reading(path, CatalogError, "not an image that can be read"), quiet():
+        try:
+            picture = Picture.open(path)
+        except UnidentifiedImageError as error:
+            if path.stat().st_size == 0:
+                why = "it is empty"
+            elif path.suffix.lower() in _NETCDF:
+                why = "it is not a NetCDF file, or its header is damaged"
+            else:
+                why = "not a readable image: unknown format"
+            raise CatalogError(f"{path}: {why}; allowed: NetCDF, TIFF, PNG, JPEG, .npy, .npz") from error
+        with picture:
             frames = getattr(picture, "n_frames", 1)
             if frames != 1:
                 raise CatalogError(f"{path}: {frames} pictures in one file; allowed: 1")
+            require_size(path, picture.size[::-1], CatalogError, MAX_IMAGE_PIXELS, "pixels")
             if picture.mode in ("1", "L", "F") or picture.mode.startswith("I"):
-                values = np.asarray(picture, dtype=np.float64)
+                values = np.asarray(picture).astype(np.float64)
             else:
                 values = luminance(np.asarray(picture.convert("RGBA"), dtype=np.float64))
-    except UnidentifiedImageError as error:
-        if path.stat().st_size == 0:
-            why = "it is empty"
-        elif path.suffix.lower() in _NETCDF:
-            why = "it is not a NetCDF file, or its header is damaged"
-        else:
-            why = "not a readable image: unknown format"
-        raise CatalogError(f"{path}: {why}; allowed: NetCDF, TIFF, PNG, JPEG, .npy, .npz") from error
-    except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
-        raise CatalogError(f"{path}: not an image that can be read: {error}") from error
     return SatelliteImage(values, None, True, "", "grey level", path.name)
 
 
 def _read_numpy(path: Path, variable: str | None) -> SatelliteImage:
-    try:
-        # Opened here, because a damaged archive would leave the file open.
-        with path.open("rb") as file:
-            loaded = np.load(file, allow_pickle=False)
-            if isinstance(loaded, np.ndarray):
-                if variable is not None:
-                    raise CatalogError(f"{path}: a single array has no variable; allowed: leave it out")
-                array = loaded
-            else:
-                array = loaded[choose_plane(path, variable, list(loaded.files), list(loaded.files))]
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise CatalogError(f"{path}: not an array that can be read: {error}") from error
+    # Opened here, because a damaged archive would leave the file open.
+    with reading(path, CatalogError, "not an array that can be read"), path.open("rb") as file:
+        if file.read(2) == b"PK":
+            with zipfile.ZipFile(file) as archive:
+                names = [name.removesuffix(".npy") for name in archive.namelist()]
+                with archive.open(f"{choose_plane(path, variable, names, names)}.npy") as member:
+                    array = _array(path, member)
+        elif variable is not None:
+            raise CatalogError(f"{path}: a single array has no variable; allowed: leave it out")
+        else:
+            array = _array(path, file)
     if array.ndim != 2 or array.dtype.kind not in "biuf":
         raise CatalogError(
             f"{path}: an array of {array.dtype} with shape {array.shape}; allowed: real numbers, (rows, columns)"
         )
     name = variable or "array"
     return SatelliteImage(array.astype(np.float64), None, True, "", name, path.name, variable=variable or "")
+
+
+def _array(path: Path, file: IO[bytes]) -> NDArray[Any]:
+    """Read an array in numpy's format after its declared shape."""
+    file.seek(0)
+    version = np.lib.format.read_magic(file)
+    header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    require_size(path, header(file)[0], CatalogError, MAX_IMAGE_PIXELS, "pixels")
+    file.seek(0)
+    array: NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
+    return array

@@ -16,6 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
@@ -32,7 +33,7 @@ from hcss_twin.models.radiance.physical.directions import (
     ColumnDirections,
     column_directions,
 )
-from hcss_twin.models.radiance.physical.execution import cached_by_spectrum, in_one_thread
+from hcss_twin.models.radiance.physical.execution import cached_by_spectrum
 from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
 from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels

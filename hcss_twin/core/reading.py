@@ -1,0 +1,86 @@
+"""The door through which files come in: whatever a reader raises becomes one error that names the file.
+
+Readers trust what a file says about itself, so that damage can cause almost any exception, also long after a file was
+opened; and a small file can declare more values than any memory has.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+from hcss_twin.core.errors import HcssError
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+_Error = type[HcssError]
+
+DAMAGED = "cannot be read, because it is damaged or of a form that is not supported"
+
+MAX_VALUES = 2**28
+"""Largest variable that is read as a whole: 2 GiB in double precision."""
+
+MAX_IMAGE_PIXELS = 2**26
+"""Largest image that is read as a whole: 8192 x 8192."""
+
+
+@contextmanager
+def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
+    """Turn exceptions of the block, other than those of this package, into ``error`` with the path and the cause."""
+    try:
+        yield
+    except (HcssError, ImportError):
+        raise
+    except MemoryError as cause:
+        raise error(f"{_name(path)}: it declares more values than fit into memory") from cause
+    except Exception as cause:
+        text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
+        raise error(f"{_name(path)}: {what}: {shown_line(text)}") from cause
+
+
+def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+    """Decorate a function whose first argument is the path of a file from outside; see :func:`reading`."""
+
+    def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
+        @wraps(function)
+        def guarded(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+            with reading(next(iter((*args, *kwargs.values()))), error):
+                return function(*args, **kwargs)
+
+        return guarded
+
+    return decorate
+
+
+def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MAX_VALUES, what: str = "values") -> None:
+    """Refuse an array by its declared shape, before it is read; raises ``error``."""
+    count = 1
+    for size in shape:
+        count *= int(size)
+    if count > limit:
+        sizes = " x ".join(map(str, shape))
+        raise error(f"{_name(path)}: it declares {sizes} {what}; allowed: {limit} in all; cut out a part")
+
+
+@contextmanager
+def open_netcdf(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[Any]:
+    """Open a NetCDF file of which variables are read as a whole; exceptions of the block become ``error``, too."""
+    import netCDF4
+
+    with reading(path, error, what), netCDF4.Dataset(path) as dataset:
+        for name, variable in dataset.variables.items():
+            require_size(path, variable.shape, error, what=f"values of {name}")
+        yield dataset
+
+
+def shown_line(text: str) -> str:
+    """Return a text of another library as one line of at most 200 characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= 200 else f"{line[:197]}..."
+
+
+def _name(path: Any) -> str:
+    return os.fspath(path) if isinstance(path, str | os.PathLike) else type(path).__name__

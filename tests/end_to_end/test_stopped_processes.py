@@ -1,0 +1,68 @@
+"""What is left of a command that is stopped from outside: exit code, message, worker processes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from hcss_twin.cli.main import cli, main
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+
+PARENT = """
+import os, time
+from hcss_twin.engine.parts import executor_of
+
+def work(seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+if __name__ == "__main__":
+    with executor_of(2) as (pool, count):
+        print(*{each.result() for each in [pool.submit(work, 0.5) for _ in range(2)]}, flush=True)
+        list(pool.map(work, [60, 60]))
+"""
+
+
+def test_workers_end_within_a_second_of_a_killed_parent(tmp_path):
+    script = tmp_path / "parent.py"
+    script.write_text(PARENT)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as process:
+        workers = [psutil.Process(int(word)) for word in process.stdout.readline().split()]
+        assert len(workers) == 2
+        process.kill()
+        deadline = time.monotonic() + 1
+        while (alive := [each for each in workers if is_alive(each)]) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        for each in alive:
+            each.kill()
+    assert not alive
+
+
+def is_alive(process):
+    """Whether a process runs; where nobody collects it, a process that ended stays as a zombie."""
+    return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_that_a_library_turned_into_another_error_is_an_interrupt(monkeypatch, capsys, number, code):
+    def load(**_):
+        try:
+            exec(f"import signal\nsignal.raise_signal({int(number)})")
+        except KeyboardInterrupt:
+            raise ImportError("the extension could not be loaded") from None
+
+    monkeypatch.setattr(cli, "main", load)
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        with pytest.raises(SystemExit) as left:
+            main()
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert left.value.code == code
+    assert capsys.readouterr().err == "interrupted\n"
