@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import open_netcdf
 from hcss_twin.models.atmosphere.sounding import (
     UNREADABLE,
     ProfileVariable,
