@@ -7,7 +7,7 @@ from sample_data import sample_file
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-import gas_modtran  # noqa: E402
+import gas_modtran
 
 
 def test_fitted_coefficients_are_no_further_from_modtran_than_those_of_lowtran7():
