@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
@@ -22,18 +21,17 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import gas_modtran
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
 from hcss_twin.models.atmosphere.band_model.aerosol import boundary_optics
-from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.model_errors import TABLE, model_error
 from hcss_twin.models.optics.mie import PHASE_FUNCTION
 from hcss_twin.models.optics.spheres import amplitudes, mie_efficiencies
-from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters, CoxMunkParameters, RoughSeaParameters
+from hcss_twin.models.parameters import COEFFICIENTS, CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.rough_sea import RoughSea
@@ -42,7 +40,7 @@ from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.few_columns import few_columns
-from hcss_twin.providers import AtmosphereInputs, ModelError, SeaInputs
+from hcss_twin.providers import ModelError, SeaInputs
 
 COMMAND = "python benchmarks/model_errors.py"
 MODELS = Path(__file__).parent.parent / "hcss_twin" / "models"
@@ -104,21 +102,14 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
 
 def modtran_rows(coefficients: str, file: str, kept: Sequence[Row]) -> Iterator[Row]:
     """Yield transmittance and sky radiance against MODTRAN, where its output is at hand."""
-    folder = os.environ.get("HCSS_SAMPLE_DATA")
-    if not folder:
-        print("not computed again, as HCSS_SAMPLE_DATA is not set: gas against MODTRAN")
+    try:
+        run = gas_modtran.rows("tape7-05")
+    except FileNotFoundError as error:
+        print(f"not computed again: {error}")
         yield from (each for each in kept if "MODTRAN" in each["source"])
         return
-    lines = (Path(folder) / "modtran" / "tape7-05").read_text().splitlines()
-    values = np.array(
-        [line.split()[:3] for line in lines if line[:8].strip().endswith(".00") and len(line) > 80], float
-    )
-    wavenumber, theirs, sky = values[:, 0], values[:, 1], 1e4 * values[:, 2]  # W cm-2 to W m-2
-    catalog = Catalog()
-    gas = BandModelTransmittance(
-        AtmosphereInputs(load_profile("us-standard-1976", catalog), catalog),
-        BandModelParameters(aerosol="rural", file=file),
-    )
+    wavenumber, theirs, sky = run[:, 0], run[:, 1], 1e4 * run[:, 2]  # W cm-2 to W m-2
+    gas = gas_modtran.provider(file, "us-standard-1976", "rural")
     path = [to_space(0.0, 20.0)]
     # both as means over the file's wavenumbers: the resolutions differ, 1 and 20 cm-1
     errors = {

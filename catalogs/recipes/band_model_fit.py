@@ -13,11 +13,11 @@ continua of H2O, N2 and O2 one factor::
 
 and in the bands of ``STRUCTURED`` also the structure: a tilt of s across the band, and an exponent of C' for the
 contrast between strong and weak wavenumbers. Elsewhere a contrast made whole bands better, but the absorption within
-them worse against MODTRAN (655-750 and 2250-2390 cm-1). Gases that RRTMGP lacks in a band keep LOWTRAN7's coefficients
-there and take no part in the fit. Where fitted coefficients of all gases miss MODTRAN by more (``KEPT_CM1``), all keep
-LOWTRAN7's, and the rest of the band meets its mean. At edges the optical depths of both sides are blended linearly. Fitted are band means of transmittance, and of radiance to space
-above 3.08 um, of the model atmospheres with random perturbations and gases (not those of
-``gas_evaluation_profiles.py``).
+them worse against MODTRAN (655-750 and, beyond a limit, 2250-2390 cm-1). Gases that RRTMGP lacks in a band keep
+LOWTRAN7's coefficients there and take no part in the fit. Where the fitted coefficients of all gases miss MODTRAN by
+more (``KEPT_CM1``), all keep LOWTRAN7's, and the rest of the band meets its mean. At edges the optical depths of both
+sides are blended linearly. Fitted are band means of transmittance, and of radiance to space above 3.08 um, of the model
+atmospheres with random perturbations and gases (not those of ``gas_evaluation_profiles.py``).
 """
 
 from __future__ import annotations
@@ -219,11 +219,14 @@ KEPT_CM1: Final = ((2070, 2105),)
 KEPT: Final = {1800: ("co2",), 2080: ("co2",)}
 """Gases that keep LOWTRAN7's coefficients, by the lower limit of the band: fitted, CO2 misses MODTRAN by more."""
 
+KEPT_CONTINUUM: Final = (2680, 3250)
+"""Bands that keep LOWTRAN7's continua, near those of MODTRAN (within 20 % from 3000 cm-1); fitted: 2 and 3 times."""
+
 STEEP: Final = (2250,)
 """Bands where the exponent of CO2 must not grow: steeper wings miss MODTRAN, and make the largest step larger."""
 
-STRUCTURED: Final = {1180: 6, 2080: 6, 2250: 6, 2390: 6, 2680: 5}
-"""Bands whose strengths may tilt (5 numbers, see ``Term``) and change their contrast (6)."""
+STRUCTURED: Final = (1180, 2080, 2250, 2390, 2680, 3250)
+"""Bands whose strengths may tilt and change their contrast: 6 numbers of ``Term`` instead of 4."""
 
 LOWEST_CONTRAST: Final = {2250: float(np.log(0.92))}
 """With less contrast, the absorption of short paths falls below that of MODTRAN."""
@@ -461,11 +464,12 @@ class Fit:
         continua = [
             name
             for name, members in CONTINUA_OF.items()
-            if ("o2 continuum" if name == "o2" else name) in bands.has[number]
+            if edge not in KEPT_CONTINUUM
+            and ("o2 continuum" if name == "o2" else name) in bands.has[number]
             and given.absorption[first + CONTINUA.index(members[0]), self.nodes].any()
         ]
         terms = [bands.gas[number].get(gas, UNCHANGED) for gas in gases]
-        size = STRUCTURED.get(edge, 4)
+        size = 6 if edge in STRUCTURED else 4
         start = [value for term in terms for value in term.numbers()[:size]]
         start += [np.log(bands.continuum[number].get(name, 1.0)) for name in continua]
         low = [*LOWEST[:size]] * len(gases) + [-2.5] * len(continua)

@@ -63,7 +63,10 @@ def test_brute_force_integrates_what_the_bands_hold(plan):
     np.testing.assert_array_equal(everywhere.wavenumber_cm1, plan.spectral_grid.wavenumber_cm1)
     exact = column_radiance(plan, everywhere, columns)
     np.testing.assert_allclose(column_radiance(plan, everywhere, columns, 6), exact, rtol=1e-12)
-    for grid, size in ((every_nth(plan, 8), 60), (even_wavelengths(plan, 1000), 2999)):
+    for grid, size in (
+        (every_nth(plan, 8), plan.spectral_grid.wavenumber_cm1.size / 8),
+        (even_wavelengths(plan, 1000), 2999),
+    ):
         assert abs(grid.wavenumber_cm1.size - size) < 8
         # Each band keeps its width, so that fewer wavenumbers err by structure in the spectrum alone.
         width = [10_000 / band.lower_um - 10_000 / band.upper_um for band in plan.bands]

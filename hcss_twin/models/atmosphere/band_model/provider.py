@@ -1,4 +1,4 @@
-"""Transmittance provider ``band-model``: LOWTRAN7's band model for any profile, with its or newer coefficients."""
+"""Transmittance provider ``band-model``: LOWTRAN7's band model for any profile, with newer or its own coefficients."""
 
 from __future__ import annotations
 
