@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import json
 import signal
@@ -274,6 +275,9 @@ def main() -> None:
 
     Exit codes: 0 success; 1 failure; 2 wrong scenario or command line; 130 interrupted; 143 terminated.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # names of files need not be text, nor a terminal show all letters
+            stream.reconfigure(errors="backslashreplace")
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)

@@ -48,7 +48,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
         with draft.open("rb+") as file:
             os.fsync(file.fileno())
         os.replace(draft, path)
-    except (OSError, RuntimeError) as cause:
+    except (OSError, RuntimeError, UnicodeError) as cause:  # of names that are not UTF-8, the last
         raise error(f"cannot write {path}: {getattr(cause, 'strerror', None) or cause}") from cause
     finally:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError):

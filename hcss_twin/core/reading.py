@@ -18,7 +18,7 @@ _P = ParamSpec("_P")
 _T = TypeVar("_T")
 _Error = type[HcssError]
 
-DAMAGED = "cannot be read, because it is damaged or of a form that is not supported"
+DAMAGED = "it is damaged or of a form that is not supported"
 
 MAX_VALUES = 2**28
 """Largest variable that is read as a whole: 2 GiB in double precision."""
@@ -35,10 +35,10 @@ def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
     except (HcssError, ImportError):
         raise
     except MemoryError as cause:
-        raise error(f"{_name(path)}: it declares more values than fit into memory") from cause
+        raise error(f"cannot read {_name(path)}: it declares more values than fit into memory") from cause
     except Exception as cause:
         text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
-        raise error(f"{_name(path)}: {what}: {shown_line(text)}") from cause
+        raise error(f"cannot read {_name(path)}: {what}: {shown_line(text)}") from cause
 
 
 def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
@@ -62,7 +62,7 @@ def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MA
         count *= int(size)
     if count > limit:
         sizes = " x ".join(map(str, shape))
-        raise error(f"{_name(path)}: it declares {sizes} {what}; allowed: {limit} in all; cut out a part")
+        raise error(f"cannot read {_name(path)}: it declares {sizes} {what}; allowed: {limit} in all; cut out a part")
 
 
 @contextmanager

@@ -56,7 +56,7 @@ class StreamedWriter(ABC):
     overhead_bytes: ClassVar[int] = 0
     """Size of a cube without its data values."""
 
-    library_errors: ClassVar[tuple[type[Exception], ...]] = (OSError,)
+    library_errors: ClassVar[tuple[type[Exception], ...]] = (OSError, UnicodeError)
     """Exceptions by which the library reports write errors."""
 
     def __init__(

@@ -131,7 +131,7 @@ class CubeWriter(StreamedWriter):
     """
 
     overhead_bytes = 2**17
-    library_errors = (RuntimeError, OSError)
+    library_errors = (RuntimeError, OSError, UnicodeError)
 
     _dataset: Any = None
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
@@ -29,9 +30,9 @@ class ElementPaths:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._wavenumber, self._weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
-        self.air = lru_cache(maxsize=_ALTITUDES)(self._new_air)
-        self.air_emission = lru_cache(maxsize=_ALTITUDES)(self._new_air_emission)
-        self._shares = lru_cache(maxsize=_ALTITUDES)(self._new_shares)
+        self.air = cached_method(self._new_air, _ALTITUDES)
+        self.air_emission = cached_method(self._new_air_emission, _ALTITUDES)
+        self._shares = cached_method(self._new_shares, _ALTITUDES)
 
     def band_mean(self, spectrum: Array, temperature_K: float | None = None) -> Array:
         """Return the mean (B,) of a spectrum (V,) over the bands, for light of a black body or, without, of no colour.

@@ -74,9 +74,10 @@ class Builder:
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any], label: str = "") -> Any:
         """Create and guard a provider, and record it under ``label``, by default its kind."""
         entry, values = self._resolved(kind, name, parameters)
+        registry = self._registry
 
-        def make(inputs: Any) -> Any:
-            return guard(entry, self._registry.create(entry, inputs, values), inputs)
+        def make(inputs: Any) -> Any:  # kept in this object, to which it must not refer
+            return guard(entry, registry.create(entry, inputs, values), inputs)
 
         provider = make(inputs)
         self.entries[label or str(kind)] = entry

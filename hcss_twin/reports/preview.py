@@ -88,7 +88,10 @@ def draw_preview(
     written: list[Path] = []
     with open_cube(cube) as dataset:
         name = _variable(dataset, "brightness_temperature" if kelvin else variable)
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise CubeError(f"cannot write to {folder}: {error.strerror}") from error
         suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
         for part, data in _parts(dataset[name]):
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
@@ -178,7 +181,8 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     bar.set_label(axis_label(str(shown.name).replace("_", " "), units) + missing)
     title = f"{dataset.attrs.get('title', '')} — {band} — t from {np.datetime_as_string(start, unit='ms')}Z"
     figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
-    figure.savefig(path, dpi=110)
+    with atomic_write(path, CubeError) as draft:
+        figure.savefig(draft, dpi=110, format="png")
 
 
 def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
@@ -208,7 +212,9 @@ def _animation(data: xr.DataArray, path: Path) -> None:
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
         ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
         images.append(picture)
-    images[0].save(path, save_all=True, append_images=images[1:], duration=FRAME_DURATION_MS, loop=0)
+    with atomic_write(path, CubeError) as draft:
+        rest = {"append_images": images[1:], "duration": FRAME_DURATION_MS, "loop": 0}
+        images[0].save(draft, format="GIF", save_all=True, **rest)
 
 
 PANEL_PIXELS = 1024

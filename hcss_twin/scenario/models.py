@@ -20,6 +20,7 @@ from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
     NARROWEST,
+    SMALLEST_UM,
     WIDEST,
     ImageWindow,
     Instant,
@@ -84,7 +85,7 @@ class ImageSection(ScenarioSection):
 
     rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
     columns: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
-    pixel_size: Length = Field(20.0, gt=0, le=100_000, description="Side of the square ground pixel, m.")
+    pixel_size: Length = Field(20.0, ge=1e-3, le=100_000, description="Side of the square ground pixel, m.")
     samples_per_pixel: Whole = Field(
         1,
         ge=1,
@@ -258,7 +259,7 @@ class Layer(ScenarioSection):
         None, description="What the particles are made of; the mass per volume stays. Also called `phase`."
     )
     effective_radius: ParticleRadius | None = Field(
-        None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
+        None, ge=SMALLEST_UM, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
     )
     effective_variance: Number | None = Field(
         None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."

@@ -10,7 +10,14 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import Microphysics
-from hcss_twin.scenario.section_types import LARGEST_UM, MAX_WATER_KG_M3, NARROWEST, WIDEST, ScenarioSection
+from hcss_twin.scenario.section_types import (
+    LARGEST_UM,
+    MAX_WATER_KG_M3,
+    NARROWEST,
+    SMALLEST_UM,
+    WIDEST,
+    ScenarioSection,
+)
 from hcss_twin.scenario.units import Number
 
 if TYPE_CHECKING:
@@ -33,7 +40,10 @@ class TypeMicrophysics(ScenarioSection):
     nu: Number | None = Field(None, gt=0, le=10, description="Exponent in the exponential.")
     number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
     effective_radius_um: Number | None = Field(
-        None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density."
+        None,
+        ge=SMALLEST_UM,
+        le=LARGEST_UM,
+        description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density.",
     )
     effective_variance: Number | None = Field(
         None, ge=NARROWEST, le=WIDEST, description="Width of the area-weighted distribution; with effective_radius_um."

@@ -43,8 +43,8 @@ def with_material(data: Any) -> Any:
     return {**rest, "material": older}
 
 
-LARGEST_UM = 500.0
-"""Effective radius, um; above 0."""
+SMALLEST_UM, LARGEST_UM = 0.001, 500.0
+"""Effective radius, um: a few molecules, and drizzle."""
 
 NARROWEST, WIDEST = 0.01, 0.4
 """Effective variance; at 0.5 the number of particles of a gamma distribution diverges."""

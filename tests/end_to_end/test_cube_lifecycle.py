@@ -248,9 +248,14 @@ def test_the_later_of_two_writers_of_a_new_cube_is_refused(tmp_path, name):
             pass
         fill(first)
     path.rename(tmp_path / "aside")
-    with pytest.raises(CubeError, match="another process has written it"), writer() as first:
-        fill(first)
-        (tmp_path / "aside").rename(path)  # as one that began before on another machine
+
+    def late():
+        with writer() as second:
+            fill(second)
+            (tmp_path / "aside").rename(path)  # as one that began before on another machine
+
+    with pytest.raises(CubeError, match="another process has written it"):
+        late()
     assert [each.name for each in tmp_path.iterdir()] == [name]
     open_cube(path).close()
 

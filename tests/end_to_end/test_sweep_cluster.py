@@ -195,6 +195,12 @@ def test_an_interrupt_ends_the_workers_and_says_nothing_else_nor_of_a_port_in_us
     assert not list(temporary.iterdir())
 
 
+def _start(number, started):
+    with _undisturbed():
+        signal.raise_signal(number)
+        started.append(number)
+
+
 def test_a_signal_takes_effect_when_the_workers_have_started():
     started = []
 
@@ -206,9 +212,8 @@ def test_a_signal_takes_effect_when_the_workers_have_started():
     try:
         for number in before:
             started.clear()
-            with pytest.raises(KeyboardInterrupt), _undisturbed():
-                signal.raise_signal(number)
-                started.append(number)
+            with pytest.raises(KeyboardInterrupt):
+                _start(number, started)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -86,8 +86,9 @@ def make_files(folder):
     (folder / "response.csv").write_text("wavelength_um,response\n10,0\n10.5,1\n11,0.5\n12,0\n")
     (folder / "modtran.json").write_text(modtran6())
     (folder / "scene.toml").write_text(
-        'title = "x"\ntime = "2024-04-20T12:30:00Z"\nseed = 3\nbands = ["lwir", {name = "mine", min = 3.5, max = 4.1}]\n'
-        '[place]\nlatitude = 35.1\n[view]\nzenith = 20\n[clouds]\ntype = "stratus"\ncoverage = 0.4\n[sea]\nwind_speed = 5\n'
+        'title = "x"\ntime = "2024-04-20T12:30:00Z"\nseed = 3\n'
+        'bands = ["lwir", {name = "mine", min = 3.5, max = 4.1}]\n[place]\nlatitude = 35.1\n[view]\nzenith = 20\n'
+        '[clouds]\ntype = "stratus"\ncoverage = 0.4\n[sea]\nwind_speed = 5\n'
     )
     example_posterior(folder / "posterior.nc")
     raw = json.loads(Scenario.load("stratus").to_json())

@@ -161,6 +161,16 @@ def test_the_cache_lies_where_the_user_says(monkeypatch, tmp_path) -> None:
     assert cache_folder() == tmp_path / "hcss-twin" / "optics"
 
 
+def test_a_long_computation_is_announced_once_with_its_time(monkeypatch, caplog) -> None:
+    clock = iter(range(0, 1000, 5))
+    monkeypatch.setattr(table_store.time, "monotonic", lambda: float(next(clock)))
+    assert [each.size for each in table_store._progress([np.arange(2)] * 9, 18)] == [2] * 9
+    assert caplog.messages == ["cloud optics: 16 wavelengths take about 40 s more; they are kept for later runs"]
+    caplog.clear()
+    list(table_store._progress([np.arange(2)] * 2, 4))
+    assert not caplog.messages
+
+
 def test_progress_is_shown_on_a_terminal_only(index, monkeypatch, capsys) -> None:
     monkeypatch.setattr(table_store, "_MIN_FOR_PROGRESS", 1)
     completed(index)

@@ -172,7 +172,7 @@ def read_posterior(path: Path) -> Posterior:
     """
     if not path.is_file():
         raise PosteriorError(f"cannot read {path}: there is no such file")
-    with open_netcdf(path, PosteriorError) as dataset:
+    with open_netcdf(path, PosteriorError, "not a NetCDF file, or damaged") as dataset:
         attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
         _check_header(path, attributes)
         chains = {

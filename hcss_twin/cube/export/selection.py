@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.json_numbers import json_value
+from hcss_twin.core.reading import reading
 from hcss_twin.cube.coordinates import GRID_MAPPING, frame_times_s
 from hcss_twin.cube.export.place import PixelGrid, axis, local_plane
 from hcss_twin.cube.variables import LAYER
@@ -102,7 +103,8 @@ class Selection:
         data = self.data if frame.number is None else self.data.isel(time=frame.number)
         if self.plane_kind:
             data = data.isel({self.plane_kind: list(self.chosen)})
-        values = data.to_numpy()
+        with reading(f"{self.variable} of frame {frame.number}", CubeError):
+            values = data.to_numpy()
         return np.ascontiguousarray(values if self.plane_kind else values[None])
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
@@ -214,7 +214,7 @@ class TableReader:
 
     def __init__(self, tables: RadianceTables) -> None:
         self._tables = tables
-        self._dense = lru_cache(maxsize=2)(self._dense_at_node)
+        self._dense = cached_method(self._dense_at_node, 2)
 
     def at(self, time_s: float) -> DenseTable:
         """Return the table at a time within the nodes."""

@@ -8,11 +8,11 @@ are saturated).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.native_grid import native_nodes, native_window
@@ -72,7 +72,7 @@ class TableTransmittance:
         fields = np.stack((np.log(depth), table.path_radiance / -np.expm1(-depth)), axis=1)
         self._ln_pressure = -np.log(self._profile.pressure_at(table.target_altitude_m))
         self._fields = fields  # (heights, 2, angles, wavenumbers)
-        self._fields_at = lru_cache(maxsize=2)(self._choose_fields)
+        self._fields_at = cached_method(self._choose_fields, 2)
         self._target_range_m = float(table.target_altitude_m[0]), float(table.target_altitude_m[-1])
         self.declares = AtmosphereDeclaration(
             valid={

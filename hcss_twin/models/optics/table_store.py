@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import sys
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -166,10 +168,21 @@ class TableStore:
         return None if folder is None else folder / f"{table.key}{SUFFIX}"
 
 
+_LONG_S = 10.0
+"""Predicted time above which a computation is announced: that of large particles takes minutes."""
+
+
 def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:
-    """Show a bar on a terminal while many wavelengths are computed."""
+    """Show a bar on a terminal while many wavelengths are computed; elsewhere, and for few, announce a long time."""
     if total < _MIN_FOR_PROGRESS or not sys.stderr.isatty():
-        yield from pieces
+        start, done = time.monotonic(), 0
+        for piece in pieces:
+            yield piece
+            left = (time.monotonic() - start) / piece.size * (total - piece.size)
+            if not done and left > _LONG_S:
+                message = "cloud optics: %d wavelengths take about %.0f s more; they are kept for later runs"
+                logging.getLogger(__name__).warning(message, total - piece.size, left)
+            done += piece.size
         return
     import click
 

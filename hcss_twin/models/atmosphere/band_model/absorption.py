@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import open_format
 from hcss_twin.models.atmosphere.band_model.aerosol import (
@@ -167,7 +167,7 @@ class Absorption:
             weights = wavelength_weights(self._tables, coefficients.wavenumber_cm1)
             upper = self._tables.upper["extinction"] @ weights
             self._matrix = np.concatenate((self._matrix, upper, weights))
-        self._window = lru_cache(maxsize=4)(self._make_window)
+        self._window = cached_method(self._make_window, 4)
 
     @property
     def aerosol_column(self) -> int:

@@ -18,12 +18,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.atmosphere.band_model.absorber_density import (
     COLD_SELF_COLUMN,
     OXYGEN_COLUMN,
@@ -245,8 +245,8 @@ class LayeredAir:
         self._limit_m = cell_limits_m(state.altitude_m)
         self._layers = make_layers(state, earth_radius_m, self._limit_m)
         self.columns = state.density.shape[1]
-        self._parts = lru_cache(maxsize=_MAX_PARTS)(self._between)
-        self.amounts_upwards = lru_cache(maxsize=_MAX_PARTS)(self._amounts_upwards)
+        self._parts = cached_method(self._between, _MAX_PARTS)
+        self.amounts_upwards = cached_method(self._amounts_upwards, _MAX_PARTS)
         self._level_m = state.altitude_m
         self._level_set = frozenset(state.altitude_m.tolist())
         self._sums = LegSums(self.columns, self._compute)

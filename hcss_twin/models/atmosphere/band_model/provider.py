@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state, surface_humidity_percent
 from hcss_twin.models.atmosphere.band_model.absorption import (
@@ -89,7 +89,7 @@ class BandModelTransmittance:
             named = ", ".join(sorted(missing))
             notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
         self._named = next((name for name, file in COEFFICIENTS.items() if file == parameters.file), None)
-        self._window = lru_cache(maxsize=8)(self._make_window)
+        self._window = cached_method(self._make_window, 8)
         self.declares = AtmosphereDeclaration(
             valid={
                 "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths, PathTransmittance
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
@@ -106,9 +106,9 @@ class Air:
         self.wavenumber_cm1 = wavenumber_cm1
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
-        self._leg_views = lru_cache(maxsize=_MAX_LEG_VIEWS)(self._new_leg_view)
-        self._pieces = lru_cache(maxsize=_MAX_LEGS)(self._new_pieces)
-        self._sources = lru_cache(maxsize=_MAX_SOURCES)(self._new_sources)
+        self._leg_views = cached_method(self._new_leg_view, _MAX_LEG_VIEWS)
+        self._pieces = cached_method(self._new_pieces, _MAX_LEGS)
+        self._sources = cached_method(self._new_sources, _MAX_SOURCES)
 
     def with_gas(self, provider: TransmittanceProvider) -> Air:
         """Return the same air with another gas, at the first wavenumber."""

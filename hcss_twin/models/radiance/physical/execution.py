@@ -9,6 +9,7 @@ from typing import TypeVar, TypeVarTuple
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import weakly
 
 _T = TypeVar("_T")
 _Arguments = TypeVarTuple("_Arguments")
@@ -21,10 +22,11 @@ def cached_by_spectrum(
 
     Arrays have no hash, so their bytes are the key; ``function`` receives a read-only copy.
     """
+    weak = weakly(function)
 
     @lru_cache(maxsize=maxsize)
     def from_bytes(wavenumbers: bytes, *args: *_Arguments) -> _T:
-        return function(np.frombuffer(wavenumbers, dtype=np.float64), *args)
+        return weak(np.frombuffer(wavenumbers, dtype=np.float64), *args)
 
     def remembered(wavenumber_cm1: Array, *args: *_Arguments) -> _T:
         return from_bytes(wavenumber_cm1.tobytes(), *args)

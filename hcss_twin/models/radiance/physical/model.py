@@ -16,6 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import weakly
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
@@ -206,13 +207,13 @@ class Physical:
         if directions.sun is not None:
             irradiance = inputs.solar_irradiance(wavenumber)
             received = directions.mu_sun * irradiance / directions.sun.distance_au**2
-        most = self._numerics.turned_modes
+        most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
-        def modes() -> SeaModes | None:
-            if directions.sun is None or self.closed_form or most < 2:
+        def modes() -> SeaModes | None:  # kept in this object, to which it must not refer
+            if directions.sun is None or closed_form or most < 2:
                 return None
-            return sunlit_modes(self._unlit_sea_modes(wavenumber), inputs.sea, wavenumber, directions)
+            return sunlit_modes(unlit(wavenumber), inputs.sea, wavenumber, directions)
 
         sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
         scattered = self._sunlight_scattered_in_air(wavenumber, directions)
@@ -253,7 +254,7 @@ class Physical:
     def _slab_solvers_by_sun(self, wavenumber: Array) -> Callable[[Sun | None], SlabSolver]:
         """Return the cloud solvers for a sun position; solved clouds are kept for as many suns as fit in memory."""
         suns = max(_MAX_WAVENUMBERS // wavenumber.size, 1)
-        return lru_cache(maxsize=suns)(partial(self._new_slab_solver, wavenumber))
+        return lru_cache(maxsize=suns)(partial(weakly(self._new_slab_solver), wavenumber))
 
     def _new_slab_solver(self, wavenumber: Array, sun: Sun | None) -> SlabSolver:
         scene, inputs = self._scene(wavenumber, sun), self._inputs

@@ -13,11 +13,11 @@ extrapolates it if the sun is too low.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path, to_space
 from hcss_twin.physics.profile import Profile, airmass_of_legs
@@ -55,7 +55,7 @@ class PowerLawGas:
         self._targets = [float(z) for z in levels[:-1] if low <= z <= high]
         self._known: dict[bytes, tuple[Array, Array]] = {}
         self._airmass = LegSums(levels.size - 1, self._add_airmass)
-        self._own_of = lru_cache(maxsize=_MAX_SUN_PATHS)(self._ask)
+        self._own_of = cached_method(self._ask, _MAX_SUN_PATHS)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths."""

@@ -1,0 +1,36 @@
+"""Caching of methods without cycles of objects."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from functools import lru_cache
+from types import MethodType
+from typing import ParamSpec, TypeVar, cast
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+
+def weakly(method: Callable[_P, _T]) -> Callable[_P, _T]:
+    """Return a bound method that does not keep its object alive; other functions are returned as they are.
+
+    A bound method stored in its own object makes a cycle, so that all arrays of the object stay in memory until the
+    garbage collector runs, which may be many scenes later.
+    """
+    if not isinstance(method, MethodType):
+        return method
+    function, reference = method.__func__, weakref.ref(method.__self__)
+
+    def call(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+        owner = reference()
+        if owner is None:
+            raise ReferenceError(f"{function.__qualname__}: its object is gone")
+        return cast(_T, function(owner, *args, **kwargs))
+
+    return call
+
+
+def cached_method(method: Callable[_P, _T], maxsize: int) -> Callable[_P, _T]:
+    """Return a method of an object with its last results, to be stored in the object."""
+    return cast("Callable[_P, _T]", lru_cache(maxsize=maxsize)(weakly(method)))

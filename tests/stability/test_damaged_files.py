@@ -1,0 +1,93 @@
+"""Files that are damaged, or declare more than they hold: one error of ours that names the file, or a sound result."""
+
+import struct
+import time
+import zlib
+
+import netCDF4
+import numpy as np
+import pytest
+from damage import make_files, what_escapes
+
+from hcss_twin.core.errors import CatalogError, CubeError, HcssError
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, reads
+from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, read_atmosphere_table
+from hcss_twin.models.clouds.imagery.reader import read_image
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    return make_files(tmp_path_factory.mktemp("files"))
+
+
+@pytest.mark.parametrize(
+    ("kinds", "count"),
+    [
+        (("image", "entry", "profile", "response", "modtran", "scene", "posterior"), 300),
+        (("cube", "cube.zarr"), 12),
+        pytest.param(("cube", "cube.zarr"), 300, marks=pytest.mark.long),
+    ],
+)
+def test_only_errors_of_the_package_escape(files, tmp_path, kinds, count):
+    escaped, outcomes = what_escapes(files, tmp_path, count, seed=10_000, kinds=kinds)
+    assert not escaped
+    assert outcomes["refused"]
+
+
+def npy(path, shape):
+    with path.open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f4", "fortran_order": False, "shape": shape})
+
+
+def netcdf(path, shape):
+    with netCDF4.Dataset(path, "w") as file:
+        for name, size in zip("yx", shape, strict=True):
+            file.createDimension(name, size)
+        file.createVariable("Rad", "f4", ("y", "x"), zlib=True, chunksizes=(1000, 1000))
+
+
+def png(path, shape):
+    def part(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", shape[1], shape[0], 8, 0, 0, 0, 0)
+    rows = zlib.compress(bytes((shape[1] + 1) * 10))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", header) + part(b"IDAT", rows) + part(b"IEND", b""))
+
+
+@pytest.mark.parametrize(("write", "shape"), [(npy, (10**6, 10**6)), (netcdf, (10**6, 10**6)), (png, (12_000, 12_000))])
+def test_an_image_is_refused_by_its_declared_size(tmp_path, write, shape):
+    path = tmp_path / f"bomb.{write.__name__}"
+    write(path, shape)
+    start = time.process_time()
+    with pytest.raises(CatalogError, match=rf"declares {shape[0]} x {shape[1]} pixels; allowed: {MAX_IMAGE_PIXELS}"):
+        read_image(path)
+    assert time.process_time() - start < 2.0
+
+
+def test_a_table_is_refused_by_its_declared_size(tmp_path):
+    path = tmp_path / "table.nc"
+    netcdf(path, (10**6, 10**6))
+    with netCDF4.Dataset(path, "a") as file:
+        file.format, file.format_version = FORMAT, FORMAT_VERSION
+    with pytest.raises(CatalogError, match="declares 1000000 x 1000000 values of Rad"):
+        read_atmosphere_table(path)
+
+
+def test_the_door_names_the_file_keeps_the_cause_and_lets_our_errors_and_interrupts_pass():
+    cause = ValueError("odd\n bytes")
+    message = r"^cannot read a\.nc: it is damaged .*: ValueError: odd bytes$"
+    with pytest.raises(CubeError, match=message) as caught, reading("a.nc", CubeError):
+        raise cause
+    assert caught.value.__cause__ is cause
+    with pytest.raises(CubeError, match="declares more values than fit into memory"), reading("a.nc", CubeError):
+        raise MemoryError
+    for passing in (HcssError("ours"), KeyboardInterrupt(), ImportError("a package")):
+
+        @reads(CubeError)
+        def fail(path, error):
+            raise error
+
+        with pytest.raises(type(passing)) as caught:
+            fail("a.nc", error=passing)
+        assert caught.value is passing
