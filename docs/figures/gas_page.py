@@ -2,7 +2,7 @@
 
 ::
 
-    HCSS_SAMPLE_DATA=FOLDER HCSS_RRTMGP_DATA=FOLDER python docs/generate/gas.py    # two minutes
+    HCSS_SAMPLE_DATA=FOLDER HCSS_RRTMGP_DATA=FOLDER python docs/figures/gas_page.py    # two minutes
 
 Needs the runs of MODTRAN (``tests/sample_data.py``) and the tables of RRTMGP (``benchmarks/gas_reference.py``).
 """
@@ -25,12 +25,8 @@ import gas_modtran  # noqa: E402
 import gas_reference  # noqa: E402
 
 from hcss_twin import Scenario, simulate  # noqa: E402
-from hcss_twin.core.catalog import Catalog  # noqa: E402
-from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance  # noqa: E402
-from hcss_twin.models.atmosphere.profile_file import load_profile  # noqa: E402
-from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters  # noqa: E402
+from hcss_twin.models.parameters import COEFFICIENTS  # noqa: E402
 from hcss_twin.physics.paths import to_space  # noqa: E402
-from hcss_twin.providers import AtmosphereInputs  # noqa: E402
 
 PAGE = ROOT / "docs" / "development" / "gas.md"
 SCENES = ("stratus", "cumulus", "cirrus")
@@ -117,9 +113,8 @@ def changes_with_gases() -> Iterator[str]:
 
 def cost() -> str:
     """Return the processor time of a path with fitted coefficients relative to LOWTRAN7's, for three bands."""
-    catalog = Catalog()
-    inputs = AtmosphereInputs(load_profile("us-standard-1976", catalog), catalog)
-    gases = [BandModelTransmittance(inputs, BandModelParameters(file=COEFFICIENTS[n])) for n in ("lowtran7", "rrtmgp")]
+    names = ("lowtran7", "rrtmgp")
+    gases = [gas_modtran.provider(COEFFICIENTS[name], "us-standard-1976", "maritime") for name in names]
     grid = gases[0].declares.native_grid_cm1
     assert grid is not None
     ratios = []
@@ -144,7 +139,7 @@ def lines() -> Iterator[str]:
     """Yield the lines of the page."""
     yield "# What the new gas changed"
     yield ""
-    yield "*Written by `python docs/generate/gas.py`; do not edit.*"
+    yield "*Written by `python docs/figures/gas_page.py`; do not edit.*"
     yield ""
     yield "The band model uses coefficients fitted to RRTMGP's gas optics ([air](optics-sea-and-air.md#air)) since 0.2;"
     yield '`coefficients = "lowtran7"` has those of LOWTRAN7, `defaults = "0.1"` also the gases of version 0.1.'
