@@ -84,6 +84,10 @@ _SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 """First bytes of NetCDF-4 files and of older formats."""
 
 
+_MOST_COMPRESSED = 1100
+"""Values per stored byte beyond which zlib cannot compress."""
+
+
 @reads(CubeError)
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file on access.
@@ -118,6 +122,12 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
         raise CubeError(
             f"cannot read {os.fspath(path)}: {problem}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
+        )
+    if options["engine"] == "netcdf4" and dataset.nbytes > _MOST_COMPRESSED * os.path.getsize(path):
+        dataset.close()
+        raise CubeError(
+            f"cannot read {os.fspath(path)}: it declares {dataset.nbytes / 1e6:.0f} MB of values, which cannot be in a "
+            f"file of {os.path.getsize(path) / 1e6:.1f} MB"
         )
     described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]
     named = dataset.set_coords([name for name in described if name in dataset])

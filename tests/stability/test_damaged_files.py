@@ -11,6 +11,8 @@ from damage import make_files, what_escapes
 
 from hcss_twin.core.errors import CatalogError, CubeError, HcssError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, reads
+from hcss_twin.cube import header
+from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, read_atmosphere_table
 from hcss_twin.models.clouds.imagery.reader import read_image
 
@@ -50,9 +52,9 @@ def png(path, shape):
     def part(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", shape[1], shape[0], 8, 0, 0, 0, 0)
+    size = struct.pack(">IIBBBBB", shape[1], shape[0], 8, 0, 0, 0, 0)
     rows = zlib.compress(bytes((shape[1] + 1) * 10))
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", header) + part(b"IDAT", rows) + part(b"IEND", b""))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", size) + part(b"IDAT", rows) + part(b"IEND", b""))
 
 
 @pytest.mark.parametrize(("write", "shape"), [(npy, (10**6, 10**6)), (netcdf, (10**6, 10**6)), (png, (12_000, 12_000))])
@@ -63,6 +65,15 @@ def test_an_image_is_refused_by_its_declared_size(tmp_path, write, shape):
     with pytest.raises(CatalogError, match=rf"declares {shape[0]} x {shape[1]} pixels; allowed: {MAX_IMAGE_PIXELS}"):
         read_image(path)
     assert time.process_time() - start < 2.0
+
+
+def test_a_cube_is_refused_by_its_declared_size(tmp_path):
+    path = tmp_path / "cube.nc"
+    netcdf(path, (10**6, 10**6))
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr(header.FORMAT_ATTRIBUTE, np.int32(header.FORMAT_VERSION))
+    with pytest.raises(CubeError, match=r"declares 4000000 MB of values, which cannot be in a file of 0\.\d MB"):
+        open_cube(path)
 
 
 def test_a_table_is_refused_by_its_declared_size(tmp_path):
