@@ -263,12 +263,12 @@ class PhysicalParameters(BaseModel):
         description="Gauss streams per hemisphere for diffuse light and sky radiance. Without this, sun_streams and "
         "azimuth_modes, all three are chosen for the scene's accuracy; with any of them, the others are 8, 8 and 16.",
     )
-    closure_order: int | None = Field(
-        None,
+    closure_order: int = Field(
+        1,
         ge=0,
         le=2,
         description="Scattering and reflection order up to which gas absorption is exact; higher orders use that "
-        "along the line of sight. Without this, 1 or 2 is chosen for the scene's accuracy.",
+        "along the line of sight.",
     )
     sun_streams: int | None = Field(
         None, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."

@@ -1,8 +1,8 @@
 """The numerical level of the radiance model and the spectral grid, chosen by the error of a few columns.
 
 The error of a level is 1.5 times its difference from the next one, which has 1.3 to 1.5 times as many streams. Two
-levels may agree by chance (6 and 8 streams through 500 m of cloud at 1.8 um, both 1.3 % off): an error is at least an
-eighth of the difference between the level before and the next one.
+levels may agree by chance (6 and 8 streams through 500 m of cloud at 1.8 um, both 1.3 % off): an error is at least a
+sixteenth of the difference between the level before and the next one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hcss_twin.providers import Sun
 PER_BAND = 3
 """Number of wavenumbers per band."""
 
-FASTEST_CONVERGENCE = 8.0
+FASTEST_CONVERGENCE = 16.0
 """Factor by which an error may fall from one level to the next."""
 
 SPECTRAL_LEVELS = 3

@@ -190,7 +190,7 @@ class Physical:
         for rows, columns in batches:
             waiting.append((rows, columns))
             thin, modes = rehearsal.columns(columns), scene.modes() if len(columns.slabs) == 1 else None
-            Tracer(thin, self._closure_order(thin)).radiance()
+            Tracer(thin, self._parameters.closure_order).radiance()
             if modes is not None:
                 turned_glint(thin, first_wavenumber(modes.repeated(columns.count), columns.count))
             if 2 * len(rehearsal.paths) * wavenumber.size > MOST_GATHERED:
@@ -297,12 +297,8 @@ class Physical:
             received=np.tile(scene.received, count),
         )
 
-    def _closure_order(self, columns: SceneColumns) -> int:
-        several = len(columns.slabs) > 1 and self._parameters.closure_order is None
-        return 1 if several else self._numerics.closure_order
-
     def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:
-        by_source = Tracer(columns, self._closure_order(columns)).radiance()
+        by_source = Tracer(columns, self._parameters.closure_order).radiance()
         by_source[AIR_SUN] += _seen_scattered(columns, scene.scattered)
         modes = scene.modes() if len(columns.slabs) == 1 else None
         if modes is not None:
@@ -364,7 +360,7 @@ def _notes(
     parameters: PhysicalParameters, numerics: Numerics, inputs: RadianceInputs, closed_form: bool
 ) -> tuple[str, ...]:
     streams = f"{numerics.streams} streams, {numerics.sun_streams} for sunlight"
-    notes = [f"physical radiance: {streams}, gas exact for {numerics.closure_order} changes"]
+    notes = [f"physical radiance: {streams}, gas exact for {parameters.closure_order} changes"]
     if closed_form:
         notes.append("physical radiance: clouds by a two-stream closed form, see docs/development/radiance.md")
     if inputs.transmittance.declares.legs == "to_space":

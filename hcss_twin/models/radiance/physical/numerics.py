@@ -31,9 +31,6 @@ class Numerics:
         Sunlight below this share of the sea's emission is scattered in closed form, with an error of 15 %.
     sublayers : int
         Parts of each layer of the air for its emission; even.
-    closure_order : int
-        Changes of direction up to which gas absorption is exact, in columns with one cloud: 1 leaves 1.3e-4 of the
-        radiance, 2 1.6e-5. Columns with two clouds have 1, since 2 takes four times as long.
     """
 
     streams: int
@@ -43,7 +40,6 @@ class Numerics:
     turned_modes: int
     faint_sun: float
     sublayers: int = SUBLAYERS
-    closure_order: int = 1
 
 
 # Every size grows from level to level: the difference of two levels would miss one that does not. Two sublayers leave
@@ -53,10 +49,10 @@ LEVELS = (
     Numerics(6, 8, 8, 8, 12, 0.01),
     Numerics(8, 12, 12, 12, 16, 0.005),
     Numerics(10, 16, 16, 16, 20, 0.004),
-    Numerics(12, 24, 24, 24, 24, 0.001, 4, 2),
-    Numerics(16, 32, 32, 32, 32, 0.0005, 4, 2),
-    Numerics(20, 48, 48, 48, 40, 0.0002, 4, 2),
-    Numerics(24, 64, 64, 64, 48, 0.0, 6, 2),
+    Numerics(12, 24, 24, 24, 24, 0.001, 4),
+    Numerics(16, 32, 32, 32, 32, 0.0005, 4),
+    Numerics(20, 48, 48, 48, 40, 0.0002, 4),
+    Numerics(24, 64, 64, 64, 48, 0.0, 6),
 )
 
 
@@ -65,15 +61,11 @@ def levels(parameters: PhysicalParameters) -> tuple[Numerics, ...]:
 
     Sizes that a scenario states are the only level beside the next finer one.
     """
-    order = parameters.closure_order
-    known = LEVELS if order is None else tuple(replace(each, closure_order=order) for each in LEVELS)
     stated = parameters.streams, parameters.sun_streams, parameters.azimuth_modes
     if stated == (None, None, None):
-        return known
+        return LEVELS
     streams, sun_streams = parameters.streams or STREAMS, parameters.sun_streams or SUN_STREAMS
     modes = parameters.azimuth_modes or AZIMUTH_MODES
-    turned = min(modes, 2 * streams, 8)
-    own = replace(known[0], streams=streams, sun_streams=sun_streams, sun_moments=2 * sun_streams, azimuth_modes=modes)
-    own = replace(own, turned_modes=turned)
-    finer = (each for each in known if each.streams > streams and each.sun_streams > sun_streams)
-    return own, next(finer, replace(known[-1], streams=32, sun_streams=96, sun_moments=96, azimuth_modes=96))
+    own = Numerics(streams, sun_streams, 2 * sun_streams, modes, min(modes, 2 * streams, 8), 0.015)
+    finer = (each for each in LEVELS if each.streams > streams and each.sun_streams > sun_streams)
+    return own, next(finer, replace(LEVELS[-1], streams=32, sun_streams=96, sun_moments=96, azimuth_modes=96))
