@@ -101,7 +101,7 @@ def reference() -> tuple[list[Profile], Any, dict[str, Array]]:
 
 def comparable(coefficients: BandModelCoefficients) -> BandModelCoefficients:
     """Return coefficients without the gases that RRTMGP lacks in a band, and without scattering."""
-    from band_model_fit import Bands
+    from _fitted_bands import Bands
 
     absorption = coefficients.absorption.copy()
     first = coefficients.exponent.size
