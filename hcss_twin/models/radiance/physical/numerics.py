@@ -32,8 +32,8 @@ class Numerics:
     sublayers : int
         Parts of each layer of the air for its emission; even.
     closure_order : int
-        Changes of direction up to which gas absorption is exact, in columns with one cloud: 1 leaves 1.3e-4 of the
-        radiance, 2 1.6e-5. Columns with two clouds have 1, since 2 takes four times as long.
+        Number of changes of direction up to which gas absorption is exact, in columns with one cloud. The error is
+        1.3e-4 of the radiance for 1, and 1.6e-5 for 2. Columns with two clouds use 1, since 2 takes four times as long.
     """
 
     streams: int
