@@ -83,6 +83,8 @@ def test_pieces_as_thin_as_rounding_are_no_pieces(distance):
             air, *(Leg(height, SPACE, 85.0) for height in (level, level - distance, level + distance))
         )
         np.testing.assert_allclose(near, [exact, exact], rtol=1e-9)
+        thin = amounts(air, Leg(level - distance, level, 85.0), Leg(level, level + distance, 85.0))
+        np.testing.assert_array_equal(thin, 0.0)
 
 
 def test_levels_a_hair_apart_are_as_one():

@@ -316,7 +316,8 @@ class LayeredAir:
                 cells = np.minimum(np.searchsorted(tops, ends) + 1, tops.size).tolist()
             row = {zenith_deg: number for number, zenith_deg in enumerate(zenith)}
             for leg, cell in zip(members, cells, strict=True):
-                nothing = cell == 0 or leg.upper_m <= lower
+                # The first cell is above a leg that ends at a level and is shorter than this.
+                nothing = cell == 0 or leg.upper_m - lower <= _NOTHING_M
                 known[leg] = np.zeros(self.columns) if nothing else upward[row[leg.zenith_deg], cell - 1].copy()
 
     def _index(self, altitude_m: float) -> float:
