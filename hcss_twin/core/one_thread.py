@@ -19,8 +19,8 @@ def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
     The last bits of a matrix product depend on the number of threads; cubes must not. Most matrices are also so small
     that additional threads would mostly wait, especially on a busy machine.
 
-    Threads that call such functions take turns. The limit applies to the BLAS libraries that numpy and scipy have loaded
-    when the function starts.
+    Threads that call such functions take turns. The limit applies to the BLAS libraries that numpy and scipy have
+    loaded when the function starts.
     """
 
     @wraps(function)
