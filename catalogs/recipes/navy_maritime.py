@@ -1,8 +1,8 @@
 """Make ``navy-maritime.nc``: the tables of the Navy maritime aerosol model, as LOWTRAN7 holds them.
 
 S. G. Gathman, *Optical properties of the marine aerosol as predicted by the Navy aerosol model*, Optical Engineering
-22, 57 (1983). The environment is that of ``us_standard_1976_lowtran7.py``; then
-``python navy_maritime.py navy-maritime.nc``. The numbers are those of the running program (COMMON block A).
+22, 57 (1983). Set up the environment of ``us_standard_1976_lowtran7.py``, then run
+``python navy_maritime.py navy-maritime.nc``. The numbers are read from the running program (COMMON block A).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def write(path: Path) -> None:
                     file.createDimension(dimension, size)
             variable = file.createVariable(name, "f8", dimensions, zlib=True, complevel=9, shuffle=True)
             variable.long_name = meaning
-            # Decimal figures of the source, which the program keeps in single precision.
+            # Restore the decimal figures of the source code, which the program stores in single precision.
             variable[:] = np.vectorize(lambda value: float(f"{value:.6g}"))(values)
 
 

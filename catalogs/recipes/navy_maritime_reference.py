@@ -1,7 +1,7 @@
 """Make ``tests/data/navy-maritime-lowtran7.csv``: transmittance by the LOWTRAN7 Fortran with the Navy maritime aerosol.
 
-The environment is that of ``us_standard_1976_lowtran7.py``; then
-``python navy_maritime_reference.py navy-maritime-lowtran7.csv``. Paths from the sea to space at 60 deg.
+Set up the environment of ``us_standard_1976_lowtran7.py``, then run
+``python navy_maritime_reference.py navy-maritime-lowtran7.csv``. The paths lead from the sea to space at 60 deg.
 """
 
 import sys
@@ -9,8 +9,8 @@ import sys
 import numpy as np
 from _lowtran7 import Run, run_many
 
-# Model atmosphere (1 tropical, 3 mid-latitude winter, 6 US 1976), visibility (0: that of the wind), wind, mean wind of
-# 24 hours, character of the air mass.
+# Model atmosphere (1 tropical, 3 mid-latitude winter, 6 US 1976), visibility (0: computed from the wind), wind,
+# mean wind of 24 hours, air mass character.
 CASES = (
     (1, 0.0, 2.0, 5.0, 1),
     (1, 0.0, 7.0, 7.0, 3),

@@ -1,4 +1,4 @@
-"""Write ``docs/development/gas.md``: what the fitted gas changed, and what both sets of coefficients are off.
+"""Write ``docs/development/gas.md``: effect of the fitted gas coefficients, and errors of both sets of coefficients.
 
 ::
 
@@ -58,7 +58,7 @@ def means(scene: str, case: str, overrides: dict[str, Any]) -> dict[str, np.ndar
 
 def scenes() -> Iterator[str]:
     """Yield the table of shipped scenes before and after."""
-    yield "| scene | pixels | um | radiance, W m-2 sr-1, 0.1 → now | change | K | of it coefficients | K |"
+    yield "| scene | pixels | um | radiance, W m-2 sr-1, 0.1 → now | change | K | of which coefficients | K |"
     yield "|---|---|---|---|---|---|---|---|"
     for when, scene in product(("day", "night"), SCENES):
         by_case = {case: means(scene, case, {"time": NIGHT} if when == "night" else {}) for case in CASES}
@@ -79,8 +79,8 @@ def scenes() -> Iterator[str]:
 
 
 def against_rrtmgp() -> Iterator[str]:
-    """Yield the table of errors by RRTMGP band, LOWTRAN7 and fitted, and what misses its aim."""
-    yield "| um | radiance, % | K | its mean | transmittance | its largest | sun, two-way, % |"
+    """Yield the table of errors by RRTMGP band of the LOWTRAN7 and the fitted coefficients."""
+    yield "| um | radiance, % | K | mean, K | transmittance | largest | sun, two-way, % |"
     yield "|---|---|---|---|---|---|---|"
     both = [list(gas_reference.deviations(COEFFICIENTS[name])) for name in ("lowtran7", "rrtmgp")]
     for pair in zip(*both, strict=True):
@@ -98,7 +98,7 @@ def against_rrtmgp() -> Iterator[str]:
 
 
 def changes_with_gases() -> Iterator[str]:
-    """Yield how many changes of transmittance with gases are within bounds, and where those are that are not."""
+    """Yield how many responses of transmittance to gas amounts are within bounds, and the bands of the others."""
     for name in ("lowtran7", "rrtmgp"):
         found = list(gas_reference.gas_changes(COEFFICIENTS[name]))
         off = [each for each in found if not gas_reference.within(each)]
@@ -106,8 +106,8 @@ def changes_with_gases() -> Iterator[str]:
         counts = ", ".join(f"{low}-{high} ({sum(each[2] == (low, high) for each in off)})" for low, high in where)
         worst = max(100 * abs(each[4] - each[3]) for each in off)
         yield (
-            f"* `{name}`: {len(found) - len(off)} of {len(found)}; the others, by band in cm-1: {counts}; they differ "
-            f"by up to {worst:.1f} points."
+            f"* `{name}`: {len(found) - len(off)} of {len(found)}. The others differ by up to {worst:.1f} percentage "
+            f"points; their number by band in cm-1: {counts}."
         )
 
 
@@ -141,32 +141,35 @@ def lines() -> Iterator[str]:
     yield ""
     yield "*Written by `python docs/figures/gas_page.py`; do not edit.*"
     yield ""
-    yield "The band model uses coefficients fitted to RRTMGP's gas optics ([air](optics-sea-and-air.md#air)) since 0.2;"
-    yield '`coefficients = "lowtran7"` has those of LOWTRAN7, `defaults = "0.1"` also the gases of version 0.1.'
+    yield "Since version 0.2 the band model uses coefficients fitted to RRTMGP's gas optics"
+    yield '([air](optics-sea-and-air.md#air)). `coefficients = "lowtran7"` selects those of LOWTRAN7;'
+    yield '`defaults = "0.1"` also restores the gas amounts of version 0.1.'
     yield ""
     yield "## Scenes before and after"
     yield ""
-    yield "Means of pixels of shipped scenes, 64 x 64 pixels of 100 m. The last columns are the coefficients alone; the"
-    yield "rest of the change are the gases of the year."
+    yield "Mean radiance and brightness temperature of the clear or cloudy pixels of shipped scenes, 64 x 64 pixels"
+    yield "of 100 m. The last two columns are the effect of the coefficients alone; the gas amounts of the scene's year"
+    yield "cause the rest of the change."
     yield ""
     yield from scenes()
     yield ""
     yield "## Against RRTMGP"
     yield ""
-    yield "Root mean square errors, LOWTRAN7 → fitted: 40 profiles that were not fitted, black targets at 0, 3, 6 and"
-    yield "10 km, zenith 0 to 80 deg, gases that both have."
+    yield "Root-mean-square errors, LOWTRAN7 → fitted, for 40 profiles that are not part of the fit: black targets at"
+    yield "0, 3, 6 and 10 km, zenith 0 to 80 deg, only gases that both models include. The columns of means and largest"
+    yield "errors are labelled."
     yield ""
     yield from against_rrtmgp()
     yield ""
-    yield "Changes of transmittance with CO2, CH4, N2O, O3 and CO (factors 0.5, 1.3 and 2) within 10 % or 0.15 points"
-    yield "of RRTMGP's:"
+    yield "Response of transmittance to CO2, CH4, N2O, O3 and CO (factors 0.5, 1.3 and 2): number of cases within 10 %"
+    yield "or 0.15 percentage points of RRTMGP's response."
     yield ""
     yield from changes_with_gases()
     yield ""
     yield "## Against MODTRAN"
     yield ""
-    yield "Means over wavenumbers. The runs have no part in the fit, but decided where LOWTRAN7's coefficients,"
-    yield "continua and structure stay."
+    yield "Means over wavenumbers. The MODTRAN runs are not part of the fit, but they determined where LOWTRAN7's"
+    yield "coefficients, continua and spectral structure are kept."
     yield ""
     yield from gas_modtran.table()
     yield ""

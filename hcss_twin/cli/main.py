@@ -276,7 +276,7 @@ def main() -> None:
     Exit codes: 0 success; 1 failure; 2 wrong scenario or command line; 130 interrupted; 143 terminated.
     """
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # names of files need not be text, nor a terminal show all letters
+        if isinstance(stream, io.TextIOWrapper):  # some file names are not text, and some terminals lack letters
             stream.reconfigure(errors="backslashreplace")
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -284,11 +284,12 @@ def main() -> None:
     try:
         _run(stop)
     except BaseException:
-        # A library may have turned the interrupt into another error, for example of an import.
+        # A library may have turned the interrupt into another exception, for example an ImportError.
         if not stop.signal:
             raise
         click.echo("interrupted", err=True)
-        # If exec() was interrupted, as in a library that makes classes, Python ends by SIGINT unless it runs once more.
+        # If the interrupt hit exec(), as in a library that creates classes, Python exits by SIGINT unless exec() runs
+        # again.
         exec("")
         sys.exit(EXIT_TERMINATED if stop.signal == signal.SIGTERM else EXIT_INTERRUPTED)
 

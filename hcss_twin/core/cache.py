@@ -45,7 +45,7 @@ _T = TypeVar("_T")
 
 
 class CacheError(HcssError):
-    """The cache settings are invalid, or other users could have written what is in the cache."""
+    """The cache settings are invalid, or other users could have written to the cache."""
 
 
 def cache_root() -> Path | None:
@@ -81,15 +81,14 @@ def limit_bytes() -> int:
 
 
 def in_use(folder: Path | None) -> Path | None:
-    """Return a folder of the cache if results may be read from it and stored in it; None if there is none.
+    """Return a cache folder that may be read and written; None if there is none or the size limit is 0.
 
-    Results decide the numbers of cubes, so that nobody else may be able to replace them. With a limit of 0 none is
-    read.
+    Cached results determine the values of cubes, so other users must not be able to replace them.
 
     Raises
     ------
     CacheError
-        If the folder belongs to another user, or all users may write to it.
+        If the folder belongs to another user, or all users can write to it.
     """
     if folder is None or limit_bytes() == 0:
         return None

@@ -1,4 +1,4 @@
-"""Caching of methods without cycles of objects."""
+"""Caching of methods without reference cycles."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _T = TypeVar("_T")
 
 
 def weakly(method: Callable[_P, _T]) -> Callable[_P, _T]:
-    """Return a bound method that does not keep its object alive; other functions are returned as they are.
+    """Return a bound method that does not keep its object alive; other functions are returned unchanged.
 
-    A bound method stored in its own object makes a cycle, so that all arrays of the object stay in memory until the
-    garbage collector runs, which may be many scenes later.
+    A bound method stored in its own object forms a reference cycle: all arrays of the object then stay in memory until
+    the garbage collector runs, possibly many scenes later.
     """
     if not isinstance(method, MethodType):
         return method
@@ -32,5 +32,5 @@ def weakly(method: Callable[_P, _T]) -> Callable[_P, _T]:
 
 
 def cached_method(method: Callable[_P, _T], maxsize: int) -> Callable[_P, _T]:
-    """Return a method of an object with its last results, to be stored in the object."""
+    """Return a method that caches its last results, to be stored in its own object."""
     return cast("Callable[_P, _T]", lru_cache(maxsize=maxsize)(weakly(method)))

@@ -48,7 +48,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
         with draft.open("rb+") as file:
             os.fsync(file.fileno())
         os.replace(draft, path)
-    except (OSError, RuntimeError, UnicodeError) as cause:  # of names that are not UTF-8, the last
+    except (OSError, RuntimeError, UnicodeError) as cause:  # UnicodeError: the file name is not UTF-8
         raise error(f"cannot write {path}: {getattr(cause, 'strerror', None) or cause}") from cause
     finally:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError):
@@ -56,7 +56,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
 
 
 def draft_of(path: Path) -> Path:
-    """Return a new hidden name beside a file: of its time, this machine and this process, and ending in .partial."""
+    """Return a new hidden file name beside a file: with time, machine and process, ending in .partial."""
     about = f"{time.time_ns():016x}-{secrets.token_hex(2)}-{_machine()}-{os.getpid()}"
     return path.with_name(f".{path.name}.{about}.partial")
 
@@ -65,7 +65,7 @@ _DRAFT = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}-[0-9a-f]{4}-(?P<machine>[0-9a
 
 
 def remove_orphans(folder: Path) -> None:
-    """Remove the drafts of killed processes of this machine from a folder."""
+    """Remove the drafts that killed processes of this machine left in a folder."""
     for path in folder.glob(".*.partial"):
         about = _DRAFT.fullmatch(path.name)
         if about and about["machine"] == _machine() and not _is_running(int(about["process"])):
@@ -75,7 +75,7 @@ def remove_orphans(folder: Path) -> None:
 
 
 def require_first(draft: Path, path: Path, error: type[HcssError]) -> None:
-    """Refuse to write a file that another process has begun before ``draft``; raises ``error``."""
+    """Raise ``error`` if another process began to write the file before ``draft`` was created."""
     for each in path.parent.glob(".*.partial"):
         about = _DRAFT.fullmatch(each.name)
         if about and about["name"] == path.name and each.name < draft.name:
@@ -83,20 +83,20 @@ def require_first(draft: Path, path: Path, error: type[HcssError]) -> None:
 
 
 def publish(draft: Path, path: Path, error: type[HcssError], replace: bool = True) -> None:
-    """Give a finished file its final name; raises ``error`` if another file has it and must not be replaced."""
+    """Give a finished file its final name; raises ``error`` if a file of that name exists and must not be replaced."""
     if not replace:
         try:
             os.link(draft, path)
-        except OSError:  # also of file systems without links
+        except OSError:  # the file exists, or the file system has no links
             if path.exists():
                 raise error(f"cannot write {path}: another process has written it; {REMEDY}") from None
-    os.replace(draft, path)  # does nothing to two links to one file
+    os.replace(draft, path)  # does nothing if both are links to one file
     with contextlib.suppress(FileNotFoundError):
         draft.unlink()
 
 
 def _machine() -> str:
-    """Return a hash of the machine; of the container, if processes have numbers of their own there."""
+    """Return a hash of the machine, or of the container if it has its own process numbers."""
     try:
         container = os.stat("/proc/self/ns/pid").st_ino
     except OSError:
@@ -105,14 +105,14 @@ def _machine() -> str:
 
 
 def _is_running(process: int) -> bool:
-    if os.name == "nt":  # where signal 0 would end it
+    if os.name == "nt":  # signal 0 would end the process
         return True
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
     except (OSError, OverflowError):
-        pass  # another user's
+        pass  # a process of another user
     return True
 
 

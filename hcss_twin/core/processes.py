@@ -8,10 +8,10 @@ import threading
 
 
 def end_with_parent() -> None:
-    """End this worker process as soon as its parent is gone, however the parent ended.
+    """End this worker process as soon as its parent has ended, for whatever reason.
 
-    A killed parent cannot stop its workers, and each worker holds open the queue on which the others wait, so that all
-    of them would wait for ever.
+    A killed parent cannot stop its workers, and each worker keeps open the queue on which the others wait: without
+    this, all of them would wait forever.
     """
     parent = multiprocessing.parent_process()
     if parent is not None:

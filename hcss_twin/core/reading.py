@@ -1,7 +1,7 @@
-"""The door through which files come in: whatever a reader raises becomes one error that names the file.
+"""Reading of input files: any exception of a library becomes one error that names the file.
 
-Readers trust what a file says about itself, so that damage can cause almost any exception, also long after a file was
-opened; and a small file can declare more values than any memory has.
+Libraries trust what a file declares. A damaged file can therefore cause almost any exception, even long after it was
+opened, and a small file can declare more values than fit into memory.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_IMAGE_PIXELS = 2**26
 
 @contextmanager
 def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
-    """Turn exceptions of the block, other than those of this package, into ``error`` with the path and the cause."""
+    """Turn exceptions raised in the block, except those of this package, into ``error`` with path and cause."""
     try:
         yield
     except (HcssError, ImportError):
@@ -42,7 +42,7 @@ def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
 
 
 def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
-    """Decorate a function whose first argument is the path of a file from outside; see :func:`reading`."""
+    """Apply :func:`reading` to a function whose first argument is the path of an input file."""
 
     def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
         @wraps(function)
@@ -56,7 +56,7 @@ def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
 
 
 def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MAX_VALUES, what: str = "values") -> None:
-    """Refuse an array by its declared shape, before it is read; raises ``error``."""
+    """Reject an array whose declared shape is too large, before it is read; raises ``error``."""
     count = 1
     for size in shape:
         count *= int(size)
@@ -67,7 +67,7 @@ def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MA
 
 @contextmanager
 def open_netcdf(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[Any]:
-    """Open a NetCDF file of which variables are read as a whole; exceptions of the block become ``error``, too."""
+    """Open a NetCDF file whose variables are read as a whole; exceptions raised in the block become ``error``."""
     import netCDF4
 
     with reading(path, error, what), netCDF4.Dataset(path) as dataset:
@@ -77,7 +77,7 @@ def open_netcdf(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[Any]:
 
 
 def shown_line(text: str) -> str:
-    """Return a text of another library as one line of at most 200 characters."""
+    """Return a message of another library as one line of at most 200 characters."""
     line = " ".join(text.split())
     return line if len(line) <= 200 else f"{line[:197]}..."
 

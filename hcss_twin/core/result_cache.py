@@ -20,13 +20,13 @@ MAX = 512
 
 
 class ResultCache:
-    """Results, by keys that contain everything a result depends on; they are shared and must not be modified.
+    """Results by keys that contain everything a result depends on; they are shared and must not be modified.
 
     Parameters
     ----------
     within : iterable of Path, optional
-        The user's files, or their folders, that may be read for these results; by default all. A scenario that comes
-        with a file of somebody else must not read the rest.
+        The user's files or folders that may be read for these results; by default all. A scenario from someone else's
+        cube must not read any others.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class ResultCache:
         self.own_files: set[Path] = set()
 
     def may_read(self, path: Path) -> bool:
-        """Whether a file of the user may be read; it is then one of ``own_files``."""
+        """Return whether a file of the user may be read; if so, it is added to a restricted cache's ``own_files``."""
         if self._within is None:
             return True
         if any(path.resolve().is_relative_to(each) for each in self._within):

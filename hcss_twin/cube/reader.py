@@ -85,7 +85,7 @@ _SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 _MOST_COMPRESSED = 1100
-"""Values per stored byte beyond which zlib cannot compress."""
+"""Highest compression factor of zlib, rounded up (1032)."""
 
 
 @reads(CubeError)
@@ -113,7 +113,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         # with its cache, xarray would reuse the open file after a new one has replaced it
         dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
-    except Exception as error:  # of a library that trusts what the file says about itself
+    except Exception as error:  # libraries trust what a damaged file declares
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
     version = dataset.attrs.get(FORMAT_ATTRIBUTE)
     if version != FORMAT_VERSION:

@@ -45,7 +45,7 @@ class StreamedWriter(ABC):
     tile : (int, int), optional
         Rows and columns of the tiles in which frames will be written; also the chunk size.
     replace : bool, optional
-        Whether to replace an older cube, or one that another process writes meanwhile.
+        Whether to replace an existing cube, or one that another process writes in the meantime.
 
     Raises
     ------

@@ -120,7 +120,7 @@ def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
 
 
 def _follow_the_parent() -> None:
-    """Leave Ctrl-C to the parent, and end with it."""
+    """Ignore Ctrl-C, which the parent handles, and end when the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 

@@ -147,8 +147,8 @@ class FileChange:
     name : str
         Catalog name or path, as recorded in the cube.
     state : str
-        ``changed``, ``missing``, ``no longer read``, ``not read before``, or ``not read`` because it is not under the
-        folders named.
+        ``changed``, ``missing``, ``no longer read``, ``not read before``, or ``not read`` because it is not in
+        one of the allowed folders.
     recorded_sha256, now_sha256 : str or None
         None if there is no such file.
     now_at : str
@@ -259,7 +259,7 @@ class Recorded:
         used : mapping of str to str or None
             SHA-256 of the files that the recomputation read, by name; None if unknown.
         shelf : ResultCache
-            Knows which of the user's files may be read.
+            States which of the user's files may be read.
         """
         new = {name: digest for name, digest in (used or {}).items() if name not in self.files}
         changes = []

@@ -88,7 +88,7 @@ def run(
     scheduler : str, optional
         Address of a Dask cluster that computes them instead.
     replace : bool
-        Whether to replace an older cube, or one that another process writes meanwhile.
+        Whether to replace an existing cube, or one that another process writes in the meantime.
 
     Returns
     -------

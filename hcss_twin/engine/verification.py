@@ -125,8 +125,8 @@ def verify_cube(
     A sensor cube is recomputed together with its clean cube. Cached results of earlier runs, such as tables or cloud
     optics, are not used, and nothing is written.
 
-    The cube may come from anybody, so that its scenario reads only files under the folder of the cube and those named
-    here; problems with their content are not quoted. Rows and columns are compared before anything is computed.
+    The cube may come from an unknown source, so its scenario can read only files in the cube's folder, ``base`` and
+    ``data``; messages do not quote their contents. Rows and columns are compared before anything is computed.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def verify_cube(
     progress : callable, optional
         Wraps the iterable of frames, given their number.
     data : iterable of Path, optional
-        Further files, or folders of files, that the scenario may read; ``base`` is one, if given.
+        Other files or folders that the scenario may read, besides the cube's folder and ``base``.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def verify_cube(
 
 
 def _other_size(size: tuple[int, int], scenario: Scenario) -> tuple[Change, ...]:
-    """Return the dimensions of the cube's images that differ from those of its scenario."""
+    """Return the image dimensions in which the cube differs from its scenario."""
     image = scenario.image
     shape = (image.rows, image.columns)
     if image.window is not None:
@@ -196,7 +196,7 @@ def _other_size(size: tuple[int, int], scenario: Scenario) -> tuple[Change, ...]
 
 
 def _unquoted(message: str, shelf: ResultCache) -> str:
-    """Return a message that does not quote the user's files, of which it could be about any."""
+    """Return a message without quotations from the user's files, any of which it could concern."""
     if not shelf.own_files:
         return message
     files = ", ".join(sorted(map(str, shelf.own_files)))

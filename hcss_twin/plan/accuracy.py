@@ -178,7 +178,7 @@ def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
 
 
 def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
-    """Radiance models of the scene viewed from the corners of the image, if views or air differ there."""
+    """Radiance models for the corners of the image, if view or air varies over the image."""
     views = views_over_image(assembly)
     if views is None:
         return []

@@ -11,7 +11,7 @@ from hcss_twin.providers import TransmittanceProvider, View
 
 @dataclass(frozen=True)
 class PlacedView(View):
-    """View from a place with air of its own."""
+    """View of a place that has its own air."""
 
     latitude_deg: float
     longitude_deg: float
@@ -19,7 +19,7 @@ class PlacedView(View):
 
 @dataclass(frozen=True, eq=False)
 class Air:
-    """Air of one place."""
+    """Profile and transmittance of the air at one place."""
 
     profile: Profile
     transmittance: TransmittanceProvider
@@ -36,8 +36,8 @@ class AirOverField:
     at : callable
         Returns the air at a latitude and longitude.
     left_out : callable
-        Yields, near the image centre, pairs of air: of a profile of the file, and interpolated without it; before
-        them the factor from their difference to the error of interpolation between the places of the file.
+        Yields, near the image centre, the air of a profile of the file and the air interpolated without that profile,
+        preceded by the factor that converts their difference into the interpolation error.
     """
 
     centre_deg: tuple[float, float]
@@ -45,6 +45,6 @@ class AirOverField:
     left_out: Callable[[], Iterator[tuple[float, Air, Air]]]
 
     def of(self, view: View) -> Air:
-        """Return the air of a view: of its own place, or of the image centre."""
+        """Return the air of a view: that of its place, or of the image centre if it has none."""
         place = (view.latitude_deg, view.longitude_deg) if isinstance(view, PlacedView) else self.centre_deg
         return self.at(*place)

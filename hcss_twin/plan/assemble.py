@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SceneSurfaces
 
 AIRS = 4
-"""Places of the image whose air is kept."""
+"""Number of places of the image whose air is kept in memory."""
 
 MODELS = 8
 """Radiance models of one scene that are kept."""
@@ -198,12 +198,12 @@ def _atmosphere(
 def _air_over_field(
     builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, centre: Air
 ) -> AirOverField | None:
-    """Return the air at all places of the image; None for one profile.
+    """Return the air over the image; None if the scenario has one profile.
 
     Raises
     ------
     CatalogError
-        If the profiles do not cover the image, or one that it needs is not valid.
+        If the profiles do not cover the image, or one of those needed is invalid.
     """
     field, place, grid = around.field, scenario.place, scenario.image
     if field is None:

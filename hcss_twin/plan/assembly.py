@@ -67,7 +67,7 @@ class Assembly:
     numerical_level : int
         That of the radiance model.
     air_over_field : AirOverField or None
-        Air at other places of the image; None for one profile everywhere.
+        Air over the image; None if the scenario has one profile.
     """
 
     entries: Mapping[str, Entry]

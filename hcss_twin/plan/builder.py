@@ -76,7 +76,7 @@ class Builder:
         entry, values = self._resolved(kind, name, parameters)
         registry = self._registry
 
-        def make(inputs: Any) -> Any:  # kept in this object, to which it must not refer
+        def make(inputs: Any) -> Any:  # stored in this object, so it must not refer to it
             return guard(entry, registry.create(entry, inputs, values), inputs)
 
         provider = make(inputs)

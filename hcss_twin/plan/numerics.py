@@ -1,8 +1,8 @@
 """The numerical level of the radiance model and the spectral grid, chosen by the error of a few columns.
 
-The error of a level is 1.5 times its difference from the next one, which has 1.3 to 1.5 times as many streams. Two
-levels may agree by chance (6 and 8 streams through 500 m of cloud at 1.8 um, both 1.3 % off): an error is at least a
-sixteenth of the difference between the level before and the next one.
+The error of a level is estimated as 1.5 times its difference from the next one, which has 1.3 to 1.5 times as many
+streams. Two levels may agree by chance (for 500 m of cloud at 1.8 um, 6 and 8 streams are both 1.3 % off), so the
+estimate is at least a sixteenth of the difference between the previous and the next level.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ PER_BAND = 3
 """Number of wavenumbers per band."""
 
 FASTEST_CONVERGENCE = 16.0
-"""Factor by which an error may fall from one level to the next."""
+"""Largest factor by which the error is assumed to fall from one level to the next."""
 
 SPECTRAL_LEVELS = 3
 """Levels from that of the spectra at all wavenumbers to that of the tables."""
@@ -34,7 +34,7 @@ FINEST_GRID = 3
 """Finest grid of a scene; the next one is a reference only."""
 
 NARROW_BAND = 100
-"""Number of wavenumbers below which a band is narrow."""
+"""Bands with fewer wavenumbers than this are narrow."""
 
 COARSE_GRID_TOLERANCE = 5e-4
 """Coarser grids are tried for larger tolerances only."""
@@ -123,9 +123,9 @@ class GridRefinement:
 def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance: float) -> GridRefinement:
     """Return the coarsest spectral grid whose columns are within the tolerance of the next finer one.
 
-    Clear sky decides, and the thinnest and thickest cloud where there is no clear sky, at the coarsest numerical level;
-    in narrow bands medium clouds too: optical properties of particles vary between wavenumbers, which averages out over
-    wide ones.
+    The test columns are clear sky, or the thinnest and thickest cloud where there is no clear sky, at the coarsest
+    numerical level. In narrow bands they include clouds of medium thickness: variations of the optical properties of
+    particles with wavenumber average out over wide bands only.
     """
     if not suns:
         return GridRefinement(0, 0.0)
@@ -165,7 +165,7 @@ def _columns(assembly: Assembly) -> FewColumns:
 
 
 def _medium_clouds(assembly: Assembly) -> Array:
-    """Return the thickness (N, L) of medium clouds of each layer alone."""
+    """Return thicknesses (N, L) of columns with a medium cloud in one layer only."""
     medium = [np.sqrt(layer.thickness_min_m * layer.thickness_max_m) for layer in assembly.layers]
     alone: Array = np.diag(medium)[np.flatnonzero(assembly.cloudy_layers)]
     return alone

@@ -213,10 +213,10 @@ def list_omissions(
 def _changes_of_air(
     assembly: Assembly, columns: FewColumns, known: Mapping[tuple[float, Sun | None], Mapping[str, Array]]
 ) -> Iterator[Omission]:
-    """Yield what changes over the image, and the error of interpolation between several profiles.
+    """Yield the neglected changes over the image, and the interpolation error between several profiles.
 
-    The error is that of the radiance with a profile interpolated without one of the file, reduced to the distance
-    between two profiles.
+    The interpolation error is estimated by leaving out one profile of the file: it is the change of radiance at the
+    place of that profile, reduced to the distance between two profiles.
     """
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
     if air is None:
@@ -325,7 +325,8 @@ def corner_views(assembly: Assembly, track: SunTrack, own_air: bool = False) -> 
     """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
 
     To first order the opposite corners differ equally in the opposite sense. The corner with the larger change of
-    zenith angle is first. ``own_air``: whether the air of the image centre is used, as each pixel has its own anyway.
+    zenith angle is first. ``own_air``: each pixel has its own air anyway, so the
+    views use that of the image centre.
     """
     lines, air = assembly.lines_of_sight, assembly.air_over_field
     if lines is None:

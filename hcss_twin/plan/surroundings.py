@@ -43,9 +43,9 @@ class Surroundings:
     filled_in : tuple of FilledIn
         Defaults for values that the scenario omits.
     field : ProfileField or None
-        Profiles at several places, as they are in the file; None for one profile.
+        Profiles at several places, as given in the file; None for one profile.
     finished : callable
-        Returns a profile of the field with the water vapour and gases of the scenario.
+        Applies the water vapour and gases of the scenario to a profile of the field.
     """
 
     profile: Profile

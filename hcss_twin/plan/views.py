@@ -62,9 +62,9 @@ class ImageViews:
     grid : Grid
         The image, in pixels.
     lines : LinesOfSight or None
-        Lines of sight of single pixels; None for parallel ones.
+        Lines of sight of the pixels; None for an orthographic view.
     parallel : View or None
-        The view of all pixels; needed without lines of sight.
+        View of all pixels; required if ``lines`` is None.
     centre_deg : (float, float) or None
         Latitude and longitude of the image centre, if the air differs over the image.
     """
@@ -103,7 +103,7 @@ class ImageViews:
 
 
 def views_over_image(assembly: Assembly) -> ImageViews | None:
-    """Return the views of single pixels; None if they share one view and one air."""
+    """Return the views over the image; None if all pixels share one view and one air."""
     air = assembly.air_over_field
     if assembly.lines_of_sight is None and air is None:
         return None
@@ -189,9 +189,10 @@ MAX_ORDER = 16
 """Maximum order along either axis."""
 
 AIR_SHARE = 6.0
-"""Error that is accepted where the air differs, relative to the tolerance of views (30 % of the accuracy in all).
+"""Tolerance if the air varies over the image, relative to that for views alone (30 % of the accuracy in all).
 
-With the air, radiance has kinks, such as those of aerosol with humidity: polynomials follow them slowly.
+Radiance as a function of the air has kinks, for example where the aerosol changes with humidity, and polynomials
+converge slowly there.
 """
 
 MAX_NODES = 200

@@ -103,7 +103,7 @@ def read_contents(path: Path) -> PropagationContents:
         missing = [name for name in _NEEDED if name not in opened.variables]
         if missing:
             raise PropagationError(f"cannot read {path}: damaged: it has no {', '.join(missing[:3])}")
-        # only the maps of the first frame are shown, and those of all may be large
+        # only the maps of the first frame are shown; those of all frames may be large
         return PropagationContents(opened.isel(time=slice(1), missing_dims="ignore").load())
 
 

@@ -20,7 +20,7 @@ FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
         }
     }
 )
-"""By version: dotted key and its default. Keys of ``optics`` hold for the optics of single layers too."""
+"""By version: dotted key and its default. Keys of ``optics`` also apply to the optics of individual layers."""
 
 
 def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -43,16 +43,16 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_default(section: str, given: Any, keys: Sequence[str], value: str) -> Any:
-    """Return a section with the value of one of its keys, where it has none and can have it."""
+    """Return a section with a default for one of its keys, if the key is allowed there and not given."""
     if not isinstance(given, Mapping) or not applies(f"{section}.{keys[0]}", given):
-        return given  # what is no table is reported as a wrong type
+        return given  # anything but a table is reported later as a wrong type
     key, *deeper = keys
     inner = given.get(key, {} if deeper else value)
     return {**given, key: _with_default("", inner, deeper, value) if deeper else inner}
 
 
 def applies(key: str, section: Mapping[str, Any]) -> bool:
-    """Whether a key can be given: it may belong to one provider, and coefficients to one without a file of its own."""
+    """Return whether a key applies: some belong to one provider, and coefficients exclude a file of your own."""
     if key == "atmosphere.coefficients":
         return section.get("provider", "band-model") in BAND_MODEL and "file" not in section.get("parameters", {})
     return key != "optics.parameters" or section.get("provider", "bulk") in BULK

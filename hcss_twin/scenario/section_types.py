@@ -44,7 +44,7 @@ def with_material(data: Any) -> Any:
 
 
 SMALLEST_UM, LARGEST_UM = 0.001, 500.0
-"""Effective radius, um: a few molecules, and drizzle."""
+"""Range of effective radius, um: from a few molecules to drizzle."""
 
 NARROWEST, WIDEST = 0.01, 0.4
 """Effective variance; at 0.5 the number of particles of a gamma distribution diverges."""

@@ -212,14 +212,14 @@ def _require_answer(scheduler: str) -> None:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Put off signals while processes start, when they cannot be stopped cleanly.
+    """Defer signals while processes start, when they cannot be stopped cleanly.
 
-    The processes inherit that Ctrl-C is blocked: this process stops them.
+    The processes inherit the blocked Ctrl-C, because this process stops them.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    resource_tracker.ensure_running()  # which would unblock Ctrl-C if it were started with the processes
+    resource_tracker.ensure_running()  # started with the processes, it would unblock Ctrl-C
     late: list[int] = []
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, lambda got, _frame: late.append(got)) for number in numbers]

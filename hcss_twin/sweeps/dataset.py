@@ -79,7 +79,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
     if not path.exists() or force:
         return
     known = None
-    with suppress(Exception), netCDF4.Dataset(path) as old:  # a file of any kind
+    with suppress(Exception), netCDF4.Dataset(path) as old:  # the file may be of any kind
         known = getattr(old, MARK, None)
     if known != digest:
         raise SweepError(f"{path} exists and is not the dataset of this sweep; allowed: another name, or --force")

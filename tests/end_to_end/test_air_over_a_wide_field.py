@@ -1,4 +1,4 @@
-"""A scene under several profiles, against scenes that have the profile of one place everywhere."""
+"""A scene with several profiles, against scenes that use the profile of one place everywhere."""
 
 import netCDF4
 import numpy as np
@@ -71,7 +71,7 @@ def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):
     assert plan.views is not None
     assert plan.views.order_y > 0
     rows = {item.what: item for item in plan.omissions}
-    # The file is linear in latitude, but not the altitudes of its few pressures.
+    # Temperature is linear in latitude, but the altitudes of the few pressure levels are not.
     assert 0.0 < rows["air between the profiles of the file"].bound < 1e-3
     assert "no key" not in rows["view angles of single pixels"].needs
     keys = [table_key(each) for each in plans_over_views(plan)]

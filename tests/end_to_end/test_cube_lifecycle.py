@@ -252,7 +252,7 @@ def test_the_later_of_two_writers_of_a_new_cube_is_refused(tmp_path, name):
     def late():
         with writer() as second:
             fill(second)
-            (tmp_path / "aside").rename(path)  # as one that began before on another machine
+            (tmp_path / "aside").rename(path)  # as if another machine had begun earlier
 
     with pytest.raises(CubeError, match="another process has written it"):
         late()

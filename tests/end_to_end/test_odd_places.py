@@ -1,4 +1,4 @@
-"""Names that are not text, folders that cannot be written, terminals of few letters, numbers near 0."""
+"""File names that are not text, folders without write permission, ASCII-only terminals, numbers near 0."""
 
 import os
 import subprocess
@@ -15,7 +15,7 @@ from hcss_twin.reports.preview import draw_preview
 from hcss_twin.scenario.scenario import Scenario
 
 ODD = os.fsdecode(b"caf\xe9.nc")
-"""A name on disk that is not UTF-8."""
+"""A file name that is not UTF-8."""
 
 
 def test_a_name_that_is_not_utf_8_is_refused_with_the_name(tmp_path):

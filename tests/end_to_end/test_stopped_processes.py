@@ -1,4 +1,4 @@
-"""What is left of a command that is stopped from outside: exit code, message, worker processes."""
+"""Exit code, message and worker processes of a command that is stopped from outside."""
 
 import os
 import signal
@@ -44,7 +44,7 @@ def test_workers_end_within_a_second_of_a_killed_parent(tmp_path):
 
 
 def is_alive(process):
-    """Whether a process runs; where nobody collects it, a process that ended stays as a zombie."""
+    """Return whether a process runs; one that has ended may remain as a zombie."""
     return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
 
 

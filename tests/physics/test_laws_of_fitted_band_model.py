@@ -1,6 +1,6 @@
-"""Laws of the band model with coefficients fitted to RRTMGP: those of any transmittance, and LOWTRAN7's smoothness.
+"""Laws of transmittance, and smoothness, of the band model with coefficients fitted to RRTMGP.
 
-``python tests/physics/test_laws_of_fitted_band_model.py`` tries 2 million random cases.
+``python tests/physics/test_laws_of_fitted_band_model.py`` tests 2 million random cases.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where the default gas changed, it is no further from MODTRAN than LOWTRAN7's coefficients are."""
+"""Where the default coefficients changed, they are no further from MODTRAN than LOWTRAN7's."""
 
 import sys
 from pathlib import Path

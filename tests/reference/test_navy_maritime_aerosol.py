@@ -1,4 +1,4 @@
-"""The aerosol that follows the wind, against the LOWTRAN7 Fortran and against Mie theory."""
+"""The wind-dependent Navy maritime aerosol, against the LOWTRAN7 Fortran program and Mie theory."""
 
 from pathlib import Path
 
@@ -68,7 +68,7 @@ def test_size_modes_and_their_growth_are_those_of_mie_theory(mode, radius_um):
         extinction, _, _ = mie_efficiencies(np.full(radius.size, index), 2.0 * np.pi / um * radius)
         column = int(np.argmin(np.abs(TABLES.wavelength_um - um)))
         expected = 10.0 ** TABLES.log10["extinction"][mode, column, 3]
-        # Within 1 % but for the small mode around 9 um, where salt absorbs.
+        # Within 1 %, except for the small mode around 9 um, where salt absorbs.
         np.testing.assert_allclose(np.sum(number * extinction * radius**3), expected, rtol=0.05)
 
 

@@ -1,8 +1,8 @@
-"""Damaged files of every kind that the package reads, and what reads them.
+"""Damaged files of every kind that the package reads, and the functions that read them.
 
-    python tests/stability/damage.py 10000 [KIND ...]     damage files so often and list what is not an error of ours
+    python tests/stability/damage.py 10000 [KIND ...]     damage files 10000 times; list exceptions of other libraries
 
-Each damage is a function of its seed. The files are made by :func:`make_files`; :data:`READERS` has what reads them.
+Each damage is determined by its seed. :func:`make_files` creates the files; :data:`READERS` has the functions.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Files that are damaged, or declare more than they hold: one error of ours that names the file, or a sound result."""
+"""Files that are damaged, or declare more than they contain: one error that names the file, or a valid result."""
 
 import struct
 import time

@@ -1,4 +1,4 @@
-"""Caches of methods: one computation for equal arguments, and no object that lives until the collector comes."""
+"""Cached methods: one computation for equal arguments, and no reference cycle that keeps the object alive."""
 
 import gc
 import weakref

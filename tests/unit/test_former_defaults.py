@@ -1,4 +1,4 @@
-"""Defaults of version 0.1, by name, where a scenario says nothing else."""
+"""Defaults of version 0.1, selected by name, for keys that a scenario does not set."""
 
 import datetime
 import json

@@ -97,7 +97,7 @@ else:
 
 
 def test_the_scene_analysis_does_not_depend_on_the_number_of_threads():
-    """Its errors had 12 equal digits: a product of matrices of a plan or of tables was made in several threads."""
+    """Its errors agreed to 12 digits only, while matrix products of plans and tables ran in several threads."""
     numbers = []
     for threads in ("1", "2"):
         code = (

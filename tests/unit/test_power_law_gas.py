@@ -119,7 +119,7 @@ def test_what_a_provider_refuses_for_another_reason_follows_the_fit(table):
 
 @pytest.mark.parametrize("zenith", [30.0, 62.5, 88.0])
 def test_light_of_the_air_below_a_path_is_not_that_of_the_thermosphere(gas, zenith):
-    # The highest layer has 360 K and no gas; a share of 1e-3 of its emission at 1.7 um would be most of the light.
+    # The highest layer has 360 K and no gas: at 1.7 um, 1e-3 of its emission would be most of the radiance.
     wavenumber = np.array([5575.0, 5855.0, 6120.0])
     air = Air(gas, PROFILE, wavenumber)
     front = air.crossed([[to_space(0.0, 62.5)]])

@@ -1,4 +1,4 @@
-"""Profiles of several places: interpolation, and what is refused."""
+"""Profiles at several places: interpolation, and rejected inputs."""
 
 import netCDF4
 import numpy as np
@@ -24,7 +24,7 @@ def humidity(latitude):
 
 
 def write(path, latitude, longitude=None, temperature_of=temperature, names=("latitude", "longitude")):
-    """Write a file as a reanalysis has it: one time, pressure levels, latitude and longitude."""
+    """Write a file in the layout of a reanalysis: one time, pressure levels, latitude and longitude."""
     with netCDF4.Dataset(path, "w") as file:
         dimensions = ["time", "pressure_level", names[0]]
         coordinates = {names[0]: latitude} | ({} if longitude is None else {names[1]: longitude})
@@ -92,7 +92,9 @@ def test_values_stay_between_those_of_the_neighbours_and_have_no_kinks(tmp_path)
     low, high = np.minimum(nodes[cell], nodes[cell + 1]), np.maximum(nodes[cell], nodes[cell + 1])
     assert np.all((surface >= low - 1e-6) & (surface <= high + 1e-6))
     slope = np.diff(surface) / 0.2
-    assert np.max(np.abs(np.diff(slope))) < 0.3 * np.ptp(nodes) / 5.0  # lines would jump by a whole one
+    assert (
+        np.max(np.abs(np.diff(slope))) < 0.3 * np.ptp(nodes) / 5.0
+    )  # piecewise linear interpolation: 1.0 instead of 0.3
 
 
 def test_leaving_out_a_profile_bounds_the_error_between_them(tmp_path):

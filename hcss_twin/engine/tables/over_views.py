@@ -24,7 +24,7 @@ def plan_toward(plan: Plan, view: View) -> Plan:
 
 
 def image_views(plan: Plan) -> ImageViews:
-    """Return the views over the image of a plan in which views or air vary over the image."""
+    """Return the views over the image of a plan whose view or air varies over the image."""
     views = views_over_image(plan.assembly)
     assert views is not None
     return views
@@ -33,7 +33,7 @@ def image_views(plan: Plan) -> ImageViews:
 def plans_over_views(plan: Plan) -> Iterator[Plan]:
     """Yield a plan for each view with tables, or the plan itself if one view is used for all pixels.
 
-    One at a time, as each may have air of its own, whose providers keep some 60 MB.
+    Plans are built one at a time, because the providers of each view's own air can need 60 MB.
     """
     if plan.views is None:
         yield plan

@@ -43,7 +43,7 @@ def closest_model(latitude_deg: float, air_temperature_K: float) -> str:
 
 
 def calendar_model(latitude_deg: float, month: int) -> str:
-    """Return the model for a latitude and half-year, for places without a climatological air temperature.
+    """Return the model for a latitude and half-year, where there is no climatological air temperature.
 
     Parameters
     ----------

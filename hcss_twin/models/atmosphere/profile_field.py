@@ -1,9 +1,10 @@
-"""Profiles at several places, from one NetCDF file, and the profile of any place between them.
+"""Profiles at several places from one NetCDF file, interpolated to any place between them.
 
-Each profile of the file is checked and completed, and brought to the altitudes of the one nearest to the image centre.
-There, temperature, the logarithm of pressure and the gases are interpolated: linearly between two places, by monotone
-cubics (PCHIP) in latitude and longitude between more. Values stay between those of the neighbours, as linear ones do,
-and change without the kinks and steps that polynomials through the views of an image could not follow.
+Each profile of the file is checked, completed and resampled at the altitudes of the profile nearest to the image
+centre. At these altitudes, temperature, the logarithm of pressure and the gases are interpolated in latitude and
+longitude: linearly between two places, by monotone cubics (PCHIP) between more. Like linear interpolation, monotone
+cubics stay between the neighbouring values; unlike it, they have no kinks, which the polynomials over the views of an
+image could not follow.
 """
 
 from __future__ import annotations
@@ -33,23 +34,23 @@ from hcss_twin.physics.profile import Profile
 PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"latitude": ("latitude", "lat"), "longitude": ("longitude", "lon")}
 )
-"""Names of the coordinates of a place in a file."""
+"""Accepted names of the coordinates in a file."""
 
 
 @dataclass(frozen=True)
 class SoundingGrid:
-    """Soundings on latitudes and longitudes.
+    """Soundings on a grid of latitudes and longitudes.
 
     Attributes
     ----------
     name : str
         Name of the file as the user gave it, for messages.
     latitude_deg, longitude_deg : ndarray (N,), (M,)
-        Ascending; a single value stands for all.
+        Ascending; a single value means that the soundings do not depend on this coordinate.
     variables : tuple of ProfileVariable
-        Closed: for their labels and units.
+        Labels and units only: the file is closed.
     values : tuple of ndarray (N or 1, M or 1, L)
-        Of the variables, in the units of the file.
+        Values of the variables, in the units of the file.
     """
 
     name: str
@@ -65,7 +66,7 @@ class SoundingGrid:
         Raises
         ------
         CatalogError
-            If it is not readable, a coordinate does not ascend or descend, or a variable has other dimensions.
+            If the file is not readable, a coordinate is not monotonic, or a variable has other dimensions.
         """
         with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
             axes = [_axis(dataset, name, place) for place in PLACES]
@@ -87,7 +88,7 @@ class SoundingGrid:
         Raises
         ------
         CatalogError
-            If it is incomplete or impossible; the message names place and level.
+            If it is incomplete or unphysical; the message names place and level.
         """
         place = [
             f"{degrees[index]:g} {unit}"
@@ -98,19 +99,19 @@ class SoundingGrid:
         return sounding_of(f"{self.name} at {' '.join(place)}", self.variables, own)
 
     def eastward(self, longitude_deg: float) -> float:
-        """Return a longitude as the file counts it."""
+        """Return a longitude in the range used by the file, for example 0 to 360."""
         return longitude_deg + 360.0 * float(np.ceil((self.longitude_deg[0] - longitude_deg) / 360.0))
 
 
 @dataclass(frozen=True)
 class ProfileField:
-    """Profiles of the air at any place of a grid of soundings.
+    """Atmospheric profiles at any place within a grid of soundings.
 
     Attributes
     ----------
     grid : SoundingGrid
     built : callable
-        Returns the checked and complete profile of the file at a row and column of the grid.
+        Returns the checked and completed profile at a row and column of the grid.
     altitude_m : ndarray (K,) or None
         Levels of the interpolated profiles; None before :meth:`with_levels_near`.
     """
@@ -134,11 +135,12 @@ class ProfileField:
         return self._interpolated((latitude_deg, longitude_deg), (None, None))
 
     def left_out(self, latitude_deg: float, longitude_deg: float) -> Iterator[tuple[float, Profile, Profile]]:
-        """Yield, for each axis, a profile of the file near a place and what interpolation gives there without it.
+        """Yield, for each axis, a profile of the file near a place and the profile interpolated there without it.
 
-        The first value is a factor from their difference to the error between the places of the file: linear
-        interpolation errs in proportion to curvature and to the product of the distances to both ends. With two places
-        on an axis nothing is known of curvature: the factor is 1, and the difference is that of the two profiles.
+        The first value is the factor that converts their difference into the interpolation error between the places of
+        the file: the error of linear interpolation is proportional to the curvature and to the product of the distances
+        to both ends. Two places on an axis do not determine the curvature: the factor is then 1, and the difference is
+        that between the two profiles.
         """
         axes = self.grid.latitude_deg, self.grid.longitude_deg
         for number, axis in enumerate(axes):
@@ -185,7 +187,7 @@ class ProfileField:
         )
 
     def _resampled(self, profile: Profile) -> Profile:
-        """Return a profile at the levels of the field: of gases, the logarithm is linear in altitude."""
+        """Return a profile at the levels of the field; the logarithm of gas amounts is linear in altitude."""
         levels = self.altitude_m
         assert levels is not None
         if levels[-1] > profile.altitude_m[-1]:
@@ -209,7 +211,7 @@ class ProfileField:
 
 
 def _axis(dataset: Any, name: str, place: str) -> tuple[str, Array] | None:
-    """Return the dimension and the values of a coordinate; None if the file has one value or none."""
+    """Return the dimension and the values of a coordinate; None if the file has fewer than two values."""
     for label in PLACES[place]:
         variable = dataset.variables.get(label)
         if variable is None or variable.ndim != 1 or variable.size < 2:
@@ -223,7 +225,7 @@ def _axis(dataset: Any, name: str, place: str) -> tuple[str, Array] | None:
 
 
 def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) -> Array:
-    """Return the values of a variable (latitude, longitude, level); an axis that it lacks has one element."""
+    """Return the values of a variable (latitude, longitude, level); missing axes have one element."""
     values, dimensions = values_of(variable.data), list(variable.data.dimensions)
     levels = [each for each, size in zip(dimensions, values.shape, strict=True) if each not in places and size > 1]
     if len(levels) != 1:
@@ -241,7 +243,7 @@ def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) ->
 
 
 def _around(degrees: Array, at: float, omitted: int | None, what: str) -> NDArray[np.intp]:
-    """Return the places whose values determine those at another: two on either side, if there are as many."""
+    """Return the indices of the places used for interpolation: two on either side, if available."""
     kept = np.arange(degrees.size) if omitted is None else np.delete(np.arange(degrees.size), omitted)
     if kept.size == 1:
         return kept
@@ -253,7 +255,7 @@ def _around(degrees: Array, at: float, omitted: int | None, what: str) -> NDArra
 
 
 def _along(degrees: Array, values: Array, at: float) -> Array:
-    """Interpolate values (N, ...) on places (N,) along the first axis."""
+    """Interpolate values (N, ...), given at coordinates (N,), along the first axis."""
     if degrees.size == 1:
         return np.asarray(values[0])
     from scipy.interpolate import PchipInterpolator  # only for several profiles

@@ -256,7 +256,7 @@ def _log_interpolated(at: Array, altitude: Array, ratio: Array) -> Array:
 
 
 PLACES = 1024
-"""Profiles of one file that are kept."""
+"""Number of profiles of one file that are kept in memory."""
 
 STANDARD = "us-standard-1976"
 """Model that completes profiles by default."""
@@ -292,7 +292,7 @@ def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile
     Raises
     ------
     CatalogError
-        As :func:`load_profile`; one of several profiles is checked when it is used.
+        As :func:`load_profile`; each of several profiles is checked when it is first used.
     """
     path = catalog.find(name, "atmospheres", ".csv")
     if path.suffix.lower() in NETCDF_SUFFIXES:
@@ -304,7 +304,7 @@ def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile
 
 
 def _model(name: str, catalog: Catalog, above: str) -> Callable[[], Profile]:
-    """Return what reads the profile that completes another."""
+    """Return a function that reads the profile used to complete another."""
 
     def incomplete() -> Profile:
         raise CatalogError(f"'{above}' cannot complete '{name}': it has gaps itself; allowed: complete profiles")

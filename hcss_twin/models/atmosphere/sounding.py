@@ -75,7 +75,7 @@ def read_sounding(path: Path, name: str) -> Sounding:
 
 
 def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array]) -> Sounding:
-    """Return the sounding of a file's columns, with one humidity and one height."""
+    """Return the sounding of a file's columns, which must contain one humidity and one height."""
     for required in ("pressure", "temperature"):
         if required not in columns:
             quantity = QUANTITIES[required]
@@ -146,7 +146,7 @@ _REMEDY = "leave out the level, or end the profile below it (levels above are co
 
 @dataclass(frozen=True)
 class ProfileVariable:
-    """A variable of a NetCDF file that belongs to a profile, as long as the file is open."""
+    """A profile variable of an open NetCDF file."""
 
     quantity: ProfileQuantity
     unit: Unit
@@ -160,7 +160,7 @@ def profile_variables(dataset: Any, name: str) -> list[ProfileVariable]:
     Raises
     ------
     CatalogError
-        If a unit is unknown, or two variables hold one quantity.
+        If a unit is unknown, or two variables contain the same quantity.
     """
     used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     variables = []
@@ -179,7 +179,7 @@ def profile_variables(dataset: Any, name: str) -> list[ProfileVariable]:
 
 
 def sounding_of(name: str, variables: Sequence[ProfileVariable], arrays: Sequence[Array]) -> Sounding:
-    """Return the sounding of the variables' values (L,) at one place.
+    """Return the sounding at one place from the values (L,) of its variables.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Thinning of profiles: levels that interpolation reproduces are dropped."""
+"""Thinning of profiles: levels that interpolation reproduces are removed."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str,
     """Drop levels that interpolation between other levels reproduces, and add a note.
 
     The method keeps the level farthest from the line and repeats on both halves (D. H. Douglas and T. K. Peucker,
-    Cartographica 10, 112 (1973)); temperature, relative humidity and the logarithm of pressure are taken as linear in
-    altitude.
+    Cartographica 10, 112 (1973)); temperature, relative humidity and the logarithm of pressure are linear in altitude
+    between levels.
 
     Parameters
     ----------

@@ -211,7 +211,7 @@ class BulkOptics:
         )
 
     def model_errors(self) -> tuple[ModelError, ...]:
-        """Return how far the provider is from the best references known; two phase functions differ by as much."""
+        """Return the errors against the best references; for the phase function, the difference of both choices."""
         every = from_table(__file__, "bulk")()
         return tuple(replace(each, needs="") if self._rays and each.name == PHASE_FUNCTION else each for each in every)
 

@@ -169,11 +169,11 @@ class TableStore:
 
 
 _LONG_S = 10.0
-"""Predicted time above which a computation is announced: that of large particles takes minutes."""
+"""Predicted duration above which a computation is announced; large particles take minutes."""
 
 
 def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:
-    """Show a bar on a terminal while many wavelengths are computed; elsewhere, and for few, announce a long time."""
+    """Show a progress bar for many wavelengths on a terminal; otherwise announce a computation that takes long."""
     if total < _MIN_FOR_PROGRESS or not sys.stderr.isatty():
         start, done = time.monotonic(), 0
         for piece in pieces:

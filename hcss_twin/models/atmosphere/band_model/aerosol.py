@@ -77,7 +77,7 @@ def read_aerosol(values: Callable[[str], Array]) -> AerosolTables:
 def haze_m1(tables: AerosolTables, altitude_m: Array, visibility_km: float, season: str) -> Array:
     """Return the extinction at 0.55 um by region (LOWTRAN7's AERPRF).
 
-    Interpolation is linear in 1 / visibility, beyond 50 km too, and exponential in altitude.
+    Interpolation is linear in 1 / visibility, also beyond 50 km, and exponential in altitude.
 
     Returns
     -------

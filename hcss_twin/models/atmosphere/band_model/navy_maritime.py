@@ -1,9 +1,9 @@
-"""The Navy maritime aerosol, whose sea salt follows the wind.
+"""The Navy maritime aerosol, whose sea salt depends on wind.
 
 S. G. Gathman, *Optical properties of the marine aerosol as predicted by the Navy aerosol model*, Optical Engineering
 22, 57 (1983), as in LOWTRAN7 (subroutine MARINE). Three lognormal size modes of .03, .24 and 2 um (at 80 % humidity)
-stand for continental dust, salt of the last day's wind and fresh salt; they grow with the humidity at the sea. The
-spectrum is that of the whole boundary layer, and the asymmetry is that of the maritime aerosol.
+represent continental aerosol, salt raised by the mean wind of the last day, and fresh salt; they grow with the humidity
+at the sea. The same spectrum applies to the whole boundary layer; the asymmetry is that of the maritime aerosol.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ FORMAT = ("hcss-navy-maritime", 1)
 MAX_WIND_M_S = 20.0
 MIN_VISIBILITY_KM = 2.0
 DEFAULT_CHARACTER = 3
-"""LOWTRAN7's character of the air mass: near the open ocean."""
+"""LOWTRAN7's default air mass character: close to open ocean (1) on the scale to 10."""
 
 _VISIBLE_UM = 0.55
 _KOSCHMIEDER, _MOLECULES_KM1 = 3.912, 0.01159
-"""Visibility times extinction at 0.55 um, of which molecules have this part."""
+"""Visibility times extinction at 0.55 um (Koschmieder), and the extinction of molecules there."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class NavyTables:
 
 @dataclass(frozen=True)
 class SeaAir:
-    """The state of the air that determines the aerosol: winds, humidity at the sea, character of the air mass."""
+    """Inputs of the aerosol model: winds, humidity at the sea, air mass character."""
 
     wind_m_s: float
     wind_24h_m_s: float
@@ -110,12 +110,12 @@ def coefficients_km1(tables: NavyTables, air: SeaAir) -> dict[str, Array]:
 def with_navy_maritime(
     aerosol: AerosolTables, tables: NavyTables, air: SeaAir, visibility_km: float | None
 ) -> tuple[AerosolTables, float]:
-    """Return the aerosol tables with this model added, and the visibility, by default that of wind and humidity.
+    """Return the aerosol tables with this model added, and the visibility, which by default follows from the aerosol.
 
     Raises
     ------
     ProviderError
-        If a wind is beyond the model, or the visibility is below the 2 km of the height profile.
+        If a wind is outside the model's range, or the visibility is below 2 km, the least of the height profiles.
     """
     of_sea = coefficients_km1(tables, air)
     visible = float(of_sea["extinction"][np.flatnonzero(tables.wavelength_um == _VISIBLE_UM)[0]])

@@ -57,7 +57,7 @@ class BandModelTransmittance:
     CatalogError
         If the coefficients cannot be read.
     ProviderError
-        If the profile has no water vapour, or the wind is unknown to or beyond the aerosol that follows it.
+        If the profile has no water vapour, or the wind-dependent aerosol has no wind or one outside its range.
 
     Notes
     -----
@@ -250,7 +250,7 @@ class BandModelTransmittance:
 def _of_the_wind(
     inputs: AtmosphereInputs, coefficients: BandModelCoefficients, parameters: BandModelParameters
 ) -> tuple[BandModelCoefficients, float, str]:
-    """Return the coefficients with the Navy maritime aerosol, its visibility in km, and its state for the note."""
+    """Return the coefficients with the Navy maritime aerosol, its visibility in km, and its inputs for the note."""
     from hcss_twin.models.atmosphere.band_model import navy_maritime  # only for scenes that use it
 
     wind = inputs.wind_speed_m_s

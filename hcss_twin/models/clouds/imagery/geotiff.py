@@ -42,7 +42,7 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     """
     import tifffile
 
-    tifffile.logger().setLevel("CRITICAL")  # of damage, one error is raised here
+    tifffile.logger().setLevel("CRITICAL")  # damage is reported below, by one error
     with reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
         page = _only_page(path, file)
         require_size(path, page.shape, CatalogError, MAX_IMAGE_PIXELS, "samples")

@@ -91,7 +91,7 @@ def _read_picture(path: Path) -> SatelliteImage:
 
 
 def _read_numpy(path: Path, variable: str | None) -> SatelliteImage:
-    # Opened here, because a damaged archive would leave the file open.
+    # The file is opened here, because numpy would leave that of a damaged archive open.
     with reading(path, CatalogError, "not an array that can be read"), path.open("rb") as file:
         if file.read(2) == b"PK":
             with zipfile.ZipFile(file) as archive:
@@ -111,7 +111,7 @@ def _read_numpy(path: Path, variable: str | None) -> SatelliteImage:
 
 
 def _array(path: Path, file: IO[bytes]) -> NDArray[Any]:
-    """Read an array in numpy's format after its declared shape."""
+    """Read an array in numpy's format after checking its declared shape."""
     file.seek(0)
     version = np.lib.format.read_magic(file)
     header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0

@@ -189,8 +189,8 @@ class Air:
             )
             return first.beside(others)
 
-        # Of a path down to a target and up again to space, a power law returns the provider's own transmittance: its
-        # difference from the sum of layers would be emission of the highest one, which is hot.
+        # For a path down to a target and up again to space, a power law returns the provider's own transmittance. Its
+        # difference from the sum of layers would appear as emission of the highest layer, which is hot.
         layered = pieces(not self._power_law)
         paths = front.take(np.repeat(np.arange(len(front)), count)) + layered.take(
             (place[:, None] * count + np.arange(count)).reshape(-1)

@@ -124,10 +124,10 @@ class PathTransmittance:
         return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
 
     def nested(self, legs: Sequence[Sequence[Leg]], parts: int) -> CompositePaths:
-        """Return paths (P x N, 1) in one column, from the near end of a row of legs (P, N) to the far end of each.
+        """Return paths (P x N, 1) in one column, from the near end of a row of legs (P, N) to the far end of each leg.
 
-        Legs begin at the near end of their layer, and every ``parts``-th one crosses it. Columns share the amounts of
-        layers between the same levels. Amounts of parts of a layer do not add up to its own.
+        Each leg begins at the near end of its layer, and every ``parts``-th leg crosses its layer. Columns share the
+        amounts of layers between the same levels. The amounts of parts of a layer do not add up to those of the layer.
         """
         if self._amounts is None or self._of_amounts is None:
             joined = [

@@ -210,7 +210,7 @@ class Physical:
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
-        def modes() -> SeaModes | None:  # kept in this object, to which it must not refer
+        def modes() -> SeaModes | None:  # stored in this object, so it must not refer to it
             if directions.sun is None or closed_form or most < 2:
                 return None
             return sunlit_modes(unlit(wavenumber), inputs.sea, wavenumber, directions)

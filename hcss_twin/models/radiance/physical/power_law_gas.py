@@ -75,8 +75,8 @@ class PowerLawGas:
     def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
         """Return the provider's transmittance (V,) from the sun down to a target and up again; None for other paths.
 
-        No emission is weighted with differences of these (``Air`` ends those legs at the highest level), so that they
-        need not be consistent with the power law.
+        These need not be consistent with the power law, because no emission is weighted with their differences
+        (``Air`` ends such legs at the highest level).
         """
         if sum(leg.upper_m == SPACE for leg in path.legs) != 2:
             return None
