@@ -21,7 +21,6 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import gas_modtran
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
@@ -102,6 +101,8 @@ def gas_rows(kept: Sequence[Row]) -> Iterator[Row]:
 
 def modtran_rows(coefficients: str, file: str, kept: Sequence[Row]) -> Iterator[Row]:
     """Yield transmittance and sky radiance against MODTRAN, where its output is at hand."""
+    import gas_modtran
+
     try:
         run = gas_modtran.rows("tape7-05")
     except FileNotFoundError as error:

@@ -59,7 +59,7 @@ WRONG = [
     ("clouds.base = '-1 m'", "clouds.base", "'-1 m' = -1", "choice is 0"),
     ("view.azimuth = -10", "view.azimuth", ">= 0 and < 360", "choice is 350"),
     ("motion.wind_from = '7 rad'", "motion.wind_from", "'7 rad' = 401.07", "choice is 41.07"),
-    ("image.pixel_size = 0", "image.pixel_size", "> 0 and <= 100000", "just above 0"),
+    ("image.pixel_size = 0", "image.pixel_size", ">= 0.001 and <= 100000", "closest valid choice is 0.001"),
     ("image.rows = 199999", "image.rows", "choice is 100000"),
     ("seed = 9223372036854775808", "seed", "choice is 9223372036854775807"),
     ("sea.temperature = 15", "sea.temperature", ">= 260 and <= 330", "choice is 288.15, which is 15 degC"),
@@ -88,7 +88,7 @@ WRONG = [
     ("motion.evolution_time = '30 mins'", "motion.evolution_time", "closest is 'min'"),
     ("image.pixel_size = 'abc'", "image.pixel_size", "'abc' is not a number with a unit"),
     # types
-    ("image.pixel_size = true", "image.pixel_size", "true is not a number", "allowed: > 0"),
+    ("image.pixel_size = true", "image.pixel_size", "true is not a number", "allowed: >= 0.001"),
     ("image.rows = true", "image.rows", "true is not a whole number"),
     ("image.rows = '8'", "image.rows", "'8' is not a whole number"),
     ("image.rows = 8.5", "image.rows", "8.5 is not a whole number"),

@@ -87,8 +87,8 @@ def refusal(overrides, scenario="stratus"):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("effective_radius", 600.0, "allowed: > 0 and <= 500; closest valid choice is 500"),
-        ("effective_radius", 0.0, "allowed: > 0 and <= 500; closest valid choice is just above 0"),
+        ("effective_radius", 600.0, "allowed: >= 0.001 and <= 500; closest valid choice is 500"),
+        ("effective_radius", 0.0, "allowed: >= 0.001 and <= 500; closest valid choice is 0.001"),
         ("effective_radius", "12 m", "'m' is not a unit of particle radius"),
         ("effective_variance", 0.5, "allowed: >= 0.01 and <= 0.4; closest valid choice is 0.4"),
         ("effective_variance", "0.1", "'0.1' is not a number"),
