@@ -25,6 +25,7 @@ import gas_modtran  # noqa: E402
 import gas_reference  # noqa: E402
 
 from hcss_twin import Scenario, simulate  # noqa: E402
+from hcss_twin.core.one_thread import in_one_thread  # noqa: E402
 from hcss_twin.models.parameters import COEFFICIENTS  # noqa: E402
 from hcss_twin.physics.paths import to_space  # noqa: E402
 
@@ -111,6 +112,7 @@ def changes_with_gases() -> Iterator[str]:
         )
 
 
+@in_one_thread
 def cost() -> str:
     """Return the processor time of a path with fitted coefficients relative to LOWTRAN7's, for three bands."""
     names = ("lowtran7", "rrtmgp")
@@ -148,8 +150,8 @@ def lines() -> Iterator[str]:
     yield "## Scenes before and after"
     yield ""
     yield "Mean radiance and brightness temperature of the clear or cloudy pixels of shipped scenes, 64 x 64 pixels"
-    yield "of 100 m. The last two columns are the effect of the coefficients alone; the gas amounts of the scene's year"
-    yield "cause the rest of the change."
+    yield "of 100 m. The last two columns are the effect of the coefficients alone. The gas amounts of the scene's year"
+    yield "cause the rest of the change, in `cirrus` also the phase function of ice."
     yield ""
     yield from scenes()
     yield ""
