@@ -36,7 +36,9 @@ def lowtran7_profile(model):
 
 def provider(model=6, wind=7.0, **parameters):
     inputs = AtmosphereInputs(lowtran7_profile(model), CATALOG, wind)
-    return BandModelTransmittance(inputs, BandModelParameters(aerosol="navy-maritime", **parameters))
+    return BandModelTransmittance(
+        inputs, BandModelParameters(file="lowtran7-band-model", aerosol="navy-maritime", **parameters)
+    )
 
 
 def test_transmittance_is_that_of_the_fortran():
