@@ -168,7 +168,7 @@ def scattering(kind: str, wavelength_um: float) -> tuple[float, np.ndarray, np.n
     given = found.moments[:, 0]
     if given.size == 2:
         every = given[1] ** np.arange(1500)
-    elif provider == "bulk":  # 128 moments of droplets and 512 of crystals are all
+    elif provider == "bulk" or cloud.material == "water":  # 128 moments of droplets and 512 of crystals are all
         every = np.concatenate((given, np.zeros(100)))
     else:
         every = bulk_moments(cloud, load_refractive_index(Catalog(), "ice"), np.array([wavelength_um]), 250, 900)[:, 0]
