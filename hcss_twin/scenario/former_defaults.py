@@ -25,8 +25,10 @@ FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
 
 def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return a raw scenario with the defaults that its key ``defaults`` names, where it has no value of its own."""
-    version = data.get("defaults")
     filled = dict(data)
+    if isinstance(filled.get("defaults"), float):  # without quotes, as on a command line
+        filled["defaults"] = str(filled["defaults"])
+    version = filled.get("defaults")
     for key, value in (FORMER.get(version, {}) if isinstance(version, str) else {}).items():
         section, *others = key.split(".")
         filled[section] = _with_default(section, filled.get(section, {}), others, value)

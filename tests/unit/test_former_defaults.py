@@ -44,3 +44,7 @@ def test_a_scenario_with_former_defaults_is_read_again_as_it_was():
     again = Scenario.from_dict(json.loads(scenario.to_json()))
     assert again.optics.parameters == scenario.optics.parameters
     assert again.coefficients == scenario.coefficients
+
+
+def test_the_version_needs_no_quotes():
+    assert Scenario.from_dict(GIVEN, {"defaults": 0.1}).coefficients == "lowtran7"
