@@ -255,7 +255,7 @@ def _log_interpolated(at: Array, altitude: Array, ratio: Array) -> Array:
     return np.exp(np.interp(at, altitude, np.log(ratio)))
 
 
-PLACES = 1024
+MAX_PROFILES = 1024
 """Number of profiles of one file that are kept in memory."""
 
 STANDARD = "us-standard-1976"
@@ -299,7 +299,7 @@ def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile
         grid = SoundingGrid.read(path, name)
         if grid is not None:
             model = _model(name, catalog, above)
-            return ProfileField(grid, lru_cache(PLACES)(lambda *place: build_profile(grid.node(*place), model)))
+            return ProfileField(grid, lru_cache(MAX_PROFILES)(lambda *place: build_profile(grid.node(*place), model)))
     return load_profile(name, catalog, above)
 
 
