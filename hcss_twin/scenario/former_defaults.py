@@ -31,11 +31,11 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     version = filled.get("defaults")
     for key, value in (FORMER.get(version, {}) if isinstance(version, str) else {}).items():
         section, *others = key.split(".")
-        filled[section] = _with_default(section, filled.get(section, {}), others, value)
+        filled[section] = _with_default(filled.get(section, {}), key, others, value)
         clouds = filled.get("clouds")
         if section == "optics" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
             layers = [
-                {**layer, section: _with_default(section, layer[section], others, value)}
+                {**layer, section: _with_default(layer[section], key, others, value)}
                 if isinstance(layer, Mapping) and section in layer
                 else layer
                 for layer in clouds["layers"]
@@ -44,17 +44,22 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def _with_default(section: str, given: Any, keys: Sequence[str], value: str) -> Any:
-    """Return a section with a default for one of its keys, if the key is allowed there and not given."""
-    if not isinstance(given, Mapping) or not applies(f"{section}.{keys[0]}", given):
-        return given  # anything but a table is reported later as a wrong type
+def _with_default(given: Any, key: str, keys: Sequence[str], value: str) -> Any:
+    """Return a section with the value of one of its keys, where it has none and can have it."""
+    if not isinstance(given, Mapping) or not applies(key, given):
+        return given  # what is no table is reported as a wrong type
+    return _filled(given, keys, value)
+
+
+def _filled(given: Any, keys: Sequence[str], value: str) -> Any:
+    if not isinstance(given, Mapping):
+        return given
     key, *deeper = keys
-    inner = given.get(key, {} if deeper else value)
-    return {**given, key: _with_default("", inner, deeper, value) if deeper else inner}
+    return {**given, key: _filled(given.get(key, {}), deeper, value) if deeper else given.get(key, value)}
 
 
 def applies(key: str, section: Mapping[str, Any]) -> bool:
     """Return whether a key applies: some belong to one provider, and coefficients exclude a file of your own."""
     if key == "atmosphere.coefficients":
         return section.get("provider", "band-model") in BAND_MODEL and "file" not in section.get("parameters", {})
-    return key != "optics.parameters" or section.get("provider", "bulk") in BULK
+    return not key.startswith("optics.") or section.get("provider", "bulk") in BULK
