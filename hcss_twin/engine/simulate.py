@@ -25,6 +25,7 @@ from hcss_twin.cube.zarr_writer import cube_writer
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify, with_verdict
+from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
@@ -68,6 +69,7 @@ def run(
     workers: int = 1,
     scheduler: str | None = None,
     replace: bool = True,
+    from_curves: bool = False,
 ) -> Path:
     """Compute a planned scene and write its cube with certificate and, with a sensor, the sensor cube.
 
@@ -89,6 +91,8 @@ def run(
         Address of a Dask cluster that computes them instead.
     replace : bool
         Whether to replace an existing cube, or one that another process writes in the meantime.
+    from_curves : bool
+        Whether the certificate may read its reference columns from curves (:class:`References`).
 
     Returns
     -------
@@ -105,7 +109,7 @@ def run(
     if plan.scenario.sensor is not None:
         require_netcdf(output)
     _require_no_input(plan, output)
-    certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace)
+    certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace, from_curves)
     if plan.sensor is not None:
         sense_run(plan, tables, output, progress)
     if certificate is not None:
@@ -120,6 +124,7 @@ def _write_clean(
     workers: int = 1,
     scheduler: str | None = None,
     replace: bool = True,
+    from_curves: bool = False,
 ) -> tuple[Certificate | None, RadianceTables | None]:
     """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
@@ -139,7 +144,7 @@ def _write_clean(
             for part in parts:
                 sink.write_tile(part.frame, part.place, part.arrays)
         if tables is not None and sample is not None:
-            certificate = with_verdict(plan, certify(plan, tables, sample.frames))
+            certificate = with_verdict(plan, certify(plan, tables, sample.frames, References(from_curves)))
             writer.set_attributes(certificate.attributes())
     return certificate, tables
 

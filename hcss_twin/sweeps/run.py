@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +23,7 @@ from hcss_twin.sweeps.points import (
     compute_here,
     digest_of,
     points_of,
+    points_with_curves,
     require_one_layout,
     shared_tables,
 )
@@ -157,12 +158,16 @@ def sweep(
     return SweepResult(path, tuple(sweep_folder.records), tuple(sorted(computed)), wanted)
 
 
-def _schedule(folder: SweepFolder, points: Iterable[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
+def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
     groups = {point.number: shared_tables(point.scenario) for point in points}
     compiled = {groups[record.point] for record in folder.records if record.state == "done"}
     date, count = os.environ.get(DATE), len(folder.records)
     paths = [str((folder.path / cube_name(point.number, count)).resolve()) for point in missing]
-    tasks = [PointTask(each.number, each.scenario, path, date) for each, path in zip(missing, paths, strict=True)]
+    curves = points_with_curves(points, groups)
+    tasks = [
+        PointTask(each.number, each.scenario, path, date, each.number in curves)
+        for each, path in zip(missing, paths, strict=True)
+    ]
     return Schedule(tasks, lambda task: groups[task.point], compiled)
 
 

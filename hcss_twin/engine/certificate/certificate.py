@@ -115,6 +115,8 @@ class Certificate:
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
     reference : str
         Whether the reference columns were solved in this run or reused.
+    interpolation : str
+        What was interpolated between reference columns; empty if nothing was.
     beyond : tuple of str
         Omitted physics that exceeds its share of the accuracy, with its size and the keys that would compute it.
     budget : ErrorBudget or None
@@ -132,6 +134,7 @@ class Certificate:
     own_errors: tuple[str, ...]
     dark: tuple[str, ...]
     reference: str = "solved in this run"
+    interpolation: str = ""
     beyond: tuple[str, ...] = ()
     budget: ErrorBudget | None = None
 
@@ -186,6 +189,7 @@ class Certificate:
                 for band in self.dark
             ),
             *((f"not checked, as the reference cannot compute them: {left_out}",) if left_out else ()),
+            *((self.interpolation,) if self.interpolation else ()),
             *self._confidence,
             *self._left_out,
             *(f"also omitted: {each}" for each in self.beyond[1:]),
@@ -209,6 +213,7 @@ class Certificate:
             "beyond": list(self.beyond),
             "error_budget": None if self.budget is None else self.budget.as_dict(),
             "reference": self.reference,
+            "interpolation": self.interpolation,
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,

@@ -7,7 +7,7 @@ numerical choices, for the exact column of each pixel and without tables
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,13 +31,17 @@ if TYPE_CHECKING:
 
 
 @in_one_thread
-def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
+def certify(
+    plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels], references: References | None = None
+) -> Certificate:
     """Recompute the sampled pixels on the reference path and compare.
 
     Parameters
     ----------
     frames : sequence of SampledPixels
         Sampled pixels from the run of this plan.
+    references : References, optional
+        Where reference columns come from; by default all are solved, or recalled, one by one.
 
     Raises
     ------
@@ -49,7 +53,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    references = References()
+    references = References() if references is None else references
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
@@ -97,6 +101,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
+        interpolation=references.interpolation,
         dark=tuple(
             band.name
             for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)
@@ -121,25 +126,30 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
     if plan.surfaces is not None:
         return _over_surfaces(plan, quantities, pixels, thickness, points, references)
     if plan.views is None:
-        return _means(plan, quantities, thickness, points, pixels.time_s, references)
+        return _means(plan, quantities, thickness, points, pixels.time_s, references.terms_of_scene)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     views = image_views(plan).of_pixels(rows.tolist(), columns.tolist())
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
         [nothing]
         + [
-            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s, references)
+            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s, references.terms)
             for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
         ]
     )
 
 
 def _means(
-    plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float, references: References
+    plan: Plan,
+    quantities: Quantities,
+    thickness_m: Array,
+    points: int,
+    time_s: float,
+    terms: Callable[[Plan, Array, float], Array],
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points."""
     columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
-    known = quantities.of(references.terms(plan, columns, time_s))
+    known = quantities.of(terms(plan, columns, time_s))
     means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
     return means
 
@@ -163,7 +173,7 @@ def _over_surfaces(
     for (state, view), own in groups.items():
         alone = plan_over(plan, state)
         alone = alone if view is None else plan_toward(alone, view)
-        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references)
+        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references.terms)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 

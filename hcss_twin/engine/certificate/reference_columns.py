@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
 from hcss_twin.engine.compile import table_key
 from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, choose_nodes
@@ -35,6 +36,10 @@ The difference has another spectrum: from 16 to 64 streams it leaves 1.1e-4 in `
 """
 
 
+CURVE_SHARE = 0.01
+"""Largest error of a curve of reference columns, as a share of the accuracy."""
+
+
 @dataclass(frozen=True)
 class ReferenceColumns:
     """Terms (N, K, B) of columns."""
@@ -42,17 +47,77 @@ class ReferenceColumns:
     terms: Array
 
 
+@dataclass(frozen=True)
+class KeptCurve:
+    """Curve of one layer; None if the columns do not lie on a smooth one."""
+
+    curve: ReferenceCurve | None
+
+
 class References:
     """The reference columns of one certificate, cached by the inputs of the tables, the columns and the time.
+
+    Parameters
+    ----------
+    from_curves : bool
+        Whether columns with cloud in one layer may be read from a curve through reference columns, which all scenes of
+        a sweep share that differ in their clouds only.
 
     Attributes
     ----------
     calls, solved : int
         How many sets of columns were asked for, and how many of them were solved in this run.
+    read, curve_columns : int
+        Number of columns read from curves, and of the columns behind these curves.
+    curve_error : float
+        Largest error of the curves, relative to the total.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, from_curves: bool = False) -> None:
+        self.from_curves = from_curves
         self.calls, self.solved = 0, 0
+        self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
+
+    def terms_of_scene(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+        """Return terms as :meth:`terms` does; from curves where that is allowed.
+
+        Curves pay only if many scenes have the same view and surface; other columns are asked for by ``terms``.
+        """
+        if not self.from_curves:
+            return self.terms(plan, thickness_m, time_s)
+        clouds = np.count_nonzero(thickness_m, axis=1)
+        result: Array | None = None
+        solved = np.ones(thickness_m.shape[0], dtype=np.bool_)
+        for index in range(len(plan.layers)):
+            own = (clouds == 1) & (thickness_m[:, index] > 0.0)
+            curve = self._curve(plan, index, time_s) if np.any(own) else None
+            if curve is None:
+                continue
+            values = curve.terms(thickness_m[own, index])
+            result = np.empty((solved.size, *values.shape[1:])) if result is None else result
+            result[own], solved[own] = values, False
+            self.read, self.curve_columns = self.read + int(np.count_nonzero(own)), self.curve_columns + curve.columns
+            self.curve_error = max(self.curve_error, curve.error)
+        if result is None:
+            return self.terms(plan, thickness_m, time_s)
+        if np.any(solved):
+            result[solved] = self.terms(plan, thickness_m[solved], time_s)
+        return result
+
+    def _curve(self, plan: Plan, index: int, time_s: float) -> ReferenceCurve | None:
+        def columns(thickness_m: Array) -> Array:
+            every = np.zeros((thickness_m.size, len(plan.layers)))
+            every[:, index] = thickness_m
+            return _reference_terms(plan, every, plan.sun_up_at(time_s))
+
+        def compute() -> KeptCurve:
+            self.solved += 1
+            levels, allowed = plan.assembly.profile.altitude_m, CURVE_SHARE * plan.accuracy.relative
+            return KeptCurve(reference_curve(columns, plan.layers[index], levels, allowed))
+
+        self.calls += 1
+        key = hashlib.sha256(f"curve {table_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
+        return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve)).curve
 
     def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
         """Return terms (N, K, B) of columns (N, L) at a time.
@@ -72,6 +137,16 @@ class References:
             return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s)))
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
+
+    @property
+    def interpolation(self) -> str:
+        """What was interpolated between reference columns; empty if nothing was."""
+        if not self.read:
+            return ""
+        return (
+            f"the reference of {self.read} columns is interpolated between {self.curve_columns} reference columns, "
+            f"with an error of {self.curve_error:.1g} at those between the nodes"
+        )
 
     @property
     def origin(self) -> str:

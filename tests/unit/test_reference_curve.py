@@ -1,0 +1,71 @@
+"""Curves of reference columns against a radiance in closed form, and which points of a sweep use them."""
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.certificate.reference_curve import reference_curve
+from hcss_twin.providers import CloudLayer, Microphysics
+from hcss_twin.sweeps.points import SOLVED_AFRESH, SweepPoint, points_with_curves
+
+LEVELS_M = np.arange(0.0, 20e3, 1e3)
+
+
+def layer(low_m, high_m):
+    particles = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
+    return CloudLayer("cloud", 500.0, 500.0 + high_m, "base", low_m, 0.5, None, particles)
+
+
+def grey_cloud(thickness_m):
+    """Grey, isothermal in itself, with the temperature of a profile that has a kink at each level."""
+    top = np.interp(500.0 + thickness_m, LEVELS_M, 290.0 - 6e-3 * LEVELS_M + 3.0 * np.sin(LEVELS_M))
+    through = np.exp(-thickness_m / 40.0)
+    return np.stack(((1.0 - through) * (top / 290.0) ** 4, 0.9 * through), axis=1)[..., None]
+
+
+@pytest.mark.parametrize(("low_m", "high_m"), [(1.0, 3000.0), (700.0, 3000.0), (250.0, 250.0)])
+def test_curves_follow_a_grey_cloud_between_the_kinks_of_the_profile(low_m, high_m):
+    asked = []
+
+    def columns(thickness_m):
+        asked.append(thickness_m.size)
+        return grey_cloud(thickness_m)
+
+    curve = reference_curve(columns, layer(low_m, high_m), LEVELS_M, 1e-6)
+    thickness = np.geomspace(low_m, high_m, 1001)
+    exact = grey_cloud(thickness)
+    assert curve.columns == asked[-1]
+    assert curve.error <= 1e-6
+    assert np.max(np.abs(curve.terms(thickness) - exact) / exact.sum(axis=1, keepdims=True)) <= 1e-6
+
+
+def test_jumps_have_no_curve():
+    assert (
+        reference_curve(lambda h: np.where(h > 77.0, 2.0, 1.0)[:, None, None], layer(10.0, 900.0), LEVELS_M, 1e-3)
+        is None
+    )
+
+
+def test_certificates_read_from_curves_what_columns_give():
+    plan = make_plan(Scenario.load("cirrus-over-cumulus", CHEAP | {"bands": ["lwir-10.8"]}))
+    low, high = plan.layers
+    thickness = np.zeros((9, 2))
+    thickness[1:4, 0] = np.geomspace(low.thickness_min_m, low.thickness_max_m, 3)
+    thickness[3:7, 1] = np.geomspace(high.thickness_min_m, high.thickness_max_m, 4)
+    exact, curves = References(), References(from_curves=True)
+    terms = curves.terms_of_scene(plan, thickness, 0.0)
+    np.testing.assert_allclose(terms, exact.terms(plan, thickness, 0.0), rtol=1e-5, atol=1e-7)
+    assert curves.read == 5  # one column has cloud in both layers, three have none
+    assert exact.interpolation == ""
+    assert f"{curves.read} columns is interpolated between {curves.curve_columns} reference" in curves.interpolation
+
+
+def test_a_tenth_of_the_points_solves_its_columns_afresh_and_so_do_small_groups():
+    points = [SweepPoint(number, {}, Scenario.load("stratus", {"seed": number})) for number in range(200)]
+    groups = {point.number: "few" if point.number < 3 else "many" for point in points}
+    chosen = points_with_curves(points, groups)
+    assert chosen.isdisjoint({0, 1, 2, 4})
+    assert 3 in chosen
+    assert 197 - len(chosen) == pytest.approx(197 / SOLVED_AFRESH, abs=13)
