@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.environment import versions
 
 _T = TypeVar("_T")
@@ -32,12 +33,15 @@ class ResultCache:
     ----------
     own_files : set of Path
         The user's files that were read, if they are restricted.
+    arrays : ArrayMemory
+        Large arrays, such as solved clouds.
     """
 
     def __init__(self, within: Iterable[Path] | None = None) -> None:
         self._results: OrderedDict[Hashable, Any] = OrderedDict()
         self._within = None if within is None else tuple(path.resolve() for path in within)
         self.own_files: set[Path] = set()
+        self.arrays = ArrayMemory()
 
     def may_read(self, path: Path) -> bool:
         """Return whether a file of the user may be read; if so, it is added to a restricted cache's ``own_files``."""

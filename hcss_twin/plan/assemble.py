@@ -102,6 +102,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         view=slant.view,
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
+        memory=catalog.shelf.arrays,
     )
     radiance = scenario.radiance
     over_field = None

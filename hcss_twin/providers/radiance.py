@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
+from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.atmosphere import TransmittanceProvider
@@ -71,6 +72,8 @@ class RadianceInputs:
         Bearing from which the wind blows, for anisotropic seas.
     numerical_level : int
         Which of the model's levels of numerical accuracy to use, 0 is the coarsest.
+    memory : ArrayMemory
+        Where a model may keep arrays for the other scenes of the process, by a hash of all that they depend on.
     """
 
     profile: Profile
@@ -83,6 +86,7 @@ class RadianceInputs:
     solar_irradiance: SolarIrradiance
     wind_from_deg: float = 0.0
     numerical_level: int = 0
+    memory: ArrayMemory = field(default_factory=ArrayMemory)
 
 
 class SolarIrradiance(Protocol):

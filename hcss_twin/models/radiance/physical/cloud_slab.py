@@ -5,14 +5,17 @@ They are solved on a grid of thicknesses and interpolated.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
@@ -178,6 +181,8 @@ class SlabSolver:
         Sunlight reflected by a white plane, relative to the Planck radiance of the sea.
     closed_form : bool
         Whether clouds are solved by the two-stream closed form.
+    memory : ArrayMemory
+        Keeps solved layers for scenes with the same clouds: they do not depend on sea and air.
     """
 
     def __init__(
@@ -188,7 +193,9 @@ class SlabSolver:
         directions: ColumnDirections,
         sun_share: Array,
         closed_form: bool,
+        memory: ArrayMemory,
     ) -> None:
+        self._memory = memory
         self._closed_form = closed_form
         self._sun_share = sun_share
         self._tables: dict[CloudLayer, OperatorTable] = {}
@@ -245,12 +252,26 @@ class SlabSolver:
 
     def _solve(self, layer: CloudLayer, thickness_m: Array) -> tuple[Array, ...]:
         """Return the operators of a layer with thickness as first axis, in the order of :class:`CloudSlab`."""
-        where = self._directions
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         depth = thickness_m[:, None] * scattering.extinction_m1
-        solved, brdf, btdf, turned = self._solved(depth, scattering.albedo, scattering.moments)
+        solve = partial(self._operators, depth, scattering.albedo, scattering.moments)
+        where, digest = self._directions, hashlib.sha256()
+        for each in (depth, scattering.albedo, scattering.moments, where.mu, self._is_bright):
+            digest.update(np.ascontiguousarray(each).tobytes())
+        digest.update(repr((where.sun, where.relative_azimuth, self._numerics, self._closed_form)).encode())
+        return self._memory.get_or_compute(digest.digest(), solve)
+
+    @property
+    def _is_bright(self) -> NDArray[np.bool_]:
+        """Wavenumbers (V,) at which sunlight matters; at others the closed form with its error of 15 % suffices."""
+        return (self._sun_share > self._numerics.faint_sun) & (not self._closed_form)
+
+    def _operators(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, ...]:
+        """Return the operators of layers with optical thickness (T, V), in the order of :class:`CloudSlab`."""
+        where = self._directions
+        solved, brdf, btdf, turned = self._solved(depth, albedo, moments)
         back, through, beam = self._sunlight(solved, brdf, btdf)
-        lower = self._to_lower_air(depth, scattering.albedo, scattering.moments)
+        lower = self._to_lower_air(depth, albedo, moments)
         extras = solved.mu.size - where.count
         view_and_streams = [VIEW, *range(extras, solved.mu.size)]
         factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
@@ -281,13 +302,12 @@ class SlabSolver:
         The modes are the diffuse transmission of view and sun beams toward the streams. Sunlight is 0 without a sun;
         its modes are 0 where it is faint.
         """
-        where, numerics, closed = self._directions, self._numerics, self._closed_form
+        where, numerics = self._directions, self._numerics
         brdf, btdf = np.zeros((2, *depth.shape))
         turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, 2, where.count, albedo.size))
         if where.sun is None:
             return self._layers(depth, albedo, moments), brdf, btdf, turned
-        # Where the sun contributes little, the closed form with its error of about 15 % suffices.
-        bright = (self._sun_share > numerics.faint_sun) & (not closed)
+        bright = self._is_bright
         faint = ~bright
         view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
         if np.any(faint):

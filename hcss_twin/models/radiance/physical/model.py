@@ -265,6 +265,7 @@ class Physical:
             scene.directions,
             scene.received / (np.pi * scene.air.black_body(inputs.sea_temperature_K)),
             self.closed_form,
+            inputs.memory,
         )
 
     def _slabs(self, solver: SlabSolver, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
