@@ -80,7 +80,7 @@ class StageScene:
             radiance = self._source(frame, time_s, *self._whole)
             for stage in self._earlier:
                 radiance = stage.measure(radiance, frame, time_s).radiance
-            self._last = frame, time_s, radiance
+            self._last = frame, time_s, radiance.astype(np.float64, copy=False)
         return self._last[2][:, rows, columns]
 
 
@@ -123,7 +123,8 @@ class Stage:
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
         """Return the measurement of a frame (B, y, x), which it cannot write to."""
-        given = radiance.view()
+        single = getattr(self.provider, "single_precision", False)
+        given = radiance.astype(np.float32 if single else np.float64, copy=False).view()
         given.flags.writeable = False
         self.scene.begin(frame, time_s)
         measured: Measured = self.provider.measure(given, frame, time_s)
