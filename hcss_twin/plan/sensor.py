@@ -109,7 +109,8 @@ class BuiltSensor:
         ProviderError
             If the sensor violates its contract.
         """
-        given, found = radiance, dict[str, tuple[NDArray[Any], Entry]]()
+        given: NDArray[Any] = radiance
+        found = dict[str, tuple[NDArray[Any], Entry]]()
         for stage in self.stages:
             measured = stage.measure(given, frame, time_s)
             given = measured.radiance

@@ -4,12 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import ndimage, stats
+from scipy.fft import dctn, idctn
 
 from hcss_twin.models.sensor.noise import gaussian_noise, key_of, shot_noise
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.philox import BLOCK, LANE, fill_normals, philox
-from hcss_twin.models.sensor.point_spread import separated
+from hcss_twin.models.sensor.point_spread import mirrored_transfer, separated
 from hcss_twin.models.sensor.radiometer import Radiometer
 from hcss_twin.providers import Grid
 from hcss_twin.testing import sample_sensor_inputs
@@ -132,6 +133,17 @@ def test_kernels_in_turn_are_the_sum_of_their_separated_terms():
     expected = np.stack([np.convolve(row, line[0]) for row in plane]) / plane.sum() / line.sum()
     assert np.abs(found - expected).sum() < 1e-6
     assert separated([plane], 30) is None
+
+
+def test_factors_of_the_cosine_transform_are_the_convolution_of_the_mirror_image():
+    random = np.random.default_rng(5)
+    image, half, line = random.random((23, 17)), random.random((31, 4)), random.random(3)
+    plane = np.concatenate((half[:, :0:-1], half), axis=1)
+    plane = plane + plane[::-1]  # larger than the image
+    kernels = [plane, np.concatenate((line[:0:-1], line))[None, :]]
+    found = idctn(dctn(image) * mirrored_transfer(kernels, image.shape))
+    expected = ndimage.convolve(ndimage.convolve(image, kernels[0], mode="reflect"), kernels[1], mode="reflect")
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("sigma", [0.45, 1.0, 2.2])

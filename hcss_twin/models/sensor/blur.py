@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dctn, idctn
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sensor.detector import photon_wavelength_um
@@ -19,6 +20,7 @@ from hcss_twin.models.sensor.point_spread import (
     convolve,
     gaussian_mtf,
     line_kernel,
+    mirrored_transfer,
     plane_kernel,
     read_kernel,
     separated,
@@ -27,7 +29,7 @@ from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.providers import SensorBand, SensorInputs
 
 MOST_WEIGHTS = 768
-"""Weights of kernels along rows and columns up to which a sum over pixels is faster than Fourier transforms."""
+"""Weights of kernels along rows and columns up to which a sum over pixels is faster than transforms of the image."""
 
 
 def smear_mtf(frequency_x: Array, pixels: float) -> Array:
@@ -50,7 +52,10 @@ class Weights(NamedTuple):
 def _weights(kernels: Sequence[Array]) -> Weights | None:
     """Return the weights of neighbours for kernels that are applied in turn; None if they are too many."""
     terms = separated(kernels, MOST_WEIGHTS) if kernels else ([], [])
-    return None if terms is None else Weights(*map(_padded, terms), (_reach(terms[0]), _reach(terms[1])))
+    if terms is None:
+        return None
+    down, across = terms
+    return Weights(_padded(down), _padded(across), (_reach(down), _reach(across)))
 
 
 def _padded(kernels: list[Array]) -> NDArray[np.float32]:
@@ -87,6 +92,7 @@ class Blur:
         self._cut = 0.0
         self._least = LEAST if parameters.method == "rows" else NEAR
         self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
+        self._transfers: dict[tuple[str, tuple[int, ...]], Array] = {}
         self._weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
 
     @property
@@ -125,12 +131,20 @@ class Blur:
     def by_rows(self, image: NDArray[np.float32], band: SensorBand) -> tuple[NDArray[np.float32], Weights]:
         """Return an image (Y, X) and the weights of neighbouring pixels that blur it.
 
-        Where Fourier transforms are faster, the image is blurred, and there are no weights.
+        Where these are too many, the image is blurred by transforms in double precision, and there are no weights.
         """
         weights = self._weights[band.name]
         if weights is not None:
             return image, weights
-        return self(image.astype(np.float64), band).astype(np.float32), _weights(())
+        if self._parameters.psf == "file":
+            blurred = self(image.astype(np.float64), band)
+        else:
+            key = band.name, image.shape
+            if key not in self._transfers:
+                self._transfers[key] = mirrored_transfer(self._kernels[band.name], (image.shape[0], image.shape[1]))
+            blurred = idctn(dctn(image.astype(np.float64)) * self._transfers[key], overwrite_x=True)
+        none = np.zeros((0, TAPS_AT_ONCE), np.float32)
+        return blurred.astype(np.float32), Weights(none, none, (0, 0))
 
     def _kernels_of(self, band: SensorBand) -> tuple[Array, ...]:
         """Return the kernels of the transfer functions, one for each axis where they separate."""

@@ -191,7 +191,7 @@ def _fill_poisson(numbers: Array, mean: Array, key: Any, first_row: Any, first_c
 
 
 @njit(cache=True, nogil=True)
-def draw_poisson(mean: float, pixel_key: Any) -> float:
+def draw_poisson(mean: float, pixel_key: Any) -> Any:
     """Return the Poisson number of a pixel; see :func:`poisson`."""
     if mean <= 0.0:
         return 0.0

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.fft import idct, idctn
+from scipy.fft import dctn, idct, idctn
 from scipy.signal import oaconvolve
 
 from hcss_twin.core.arrays import Array
@@ -23,7 +23,7 @@ NEAR = 32
 NEGLIGIBLE, SMALL = 1e-6, 2e-3
 """Share of a kernel beyond its reach: of kernels that end within ``NEAR`` pixels, and of slowly decreasing ones."""
 
-LEAST = 8
+LEAST = 7
 """Smallest reach in pixels of a slowly decreasing kernel."""
 
 LONGEST_LINE, LONGEST_PLANE = 2**14, 2**9
@@ -176,6 +176,25 @@ def separated(kernels: Sequence[Array], most: int) -> tuple[list[Array], list[Ar
         down = [np.convolve(one, u[:, term] * size[term]) for one in down for term in range(terms)]
         across = [np.convolve(one, v[term]) for one in across for term in range(terms)]
     return (down, across) if sum(each.size for each in (*down, *across)) <= most else None
+
+
+def mirrored_transfer(kernels: Sequence[Array], shape: tuple[int, int]) -> Array:
+    """Return the factors (Y, X) of an image's cosine transform that convolve it, mirrored at its edges.
+
+    Parameters
+    ----------
+    kernels : sequence of ndarray (K, L)
+        Even along both axes; applied in turn.
+    shape : (int, int)
+        Rows and columns of the image.
+    """
+    transfer: Array = np.ones(shape)
+    for kernel in kernels:
+        period = np.zeros((2 * shape[0], 2 * shape[1]))
+        places = ((np.arange(n) - n // 2) % (2 * size) for n, size in zip(kernel.shape, shape, strict=True))
+        np.add.at(period, np.ix_(*places), kernel)
+        transfer *= dctn(period[: shape[0] + 1, : shape[1] + 1], type=1)[:-1, :-1]
+    return transfer
 
 
 def convolve(image: Array, kernel: Array) -> Array:

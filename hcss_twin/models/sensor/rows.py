@@ -172,7 +172,7 @@ def _scale_row(values, factor, scaled):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _noise_row(blurred, gain, offset, normals, detector, signal):  # type: ignore[no-untyped-def]
-    """Write a row of signals with noise; the numbers of pixels with fewer and with more electrons than it is for.
+    """Write a row of signals with noise; return whether pixels have fewer and more electrons than it is for.
 
     The noise a z + b (z^2 - 1) of a normal number z has the variance a^2 + 2 b^2 and the third moment
     6 a^2 b + 8 b^3: with b = m / (6 v) and a^2 = v - 2 b^2 the variance v and, within 2e-4, the third moment m.
@@ -194,8 +194,8 @@ def _noise_row(blurred, gain, offset, normals, detector, signal):  # type: ignor
         a = (variance - b * b) * root
         z = normals[x]
         signal[x] = excess + (a * z + b * (z * z - f(1.0)))
-        few += np.int32(mean < f(FEW))
-        many += np.int32(mean > most)
+        few = np.int32(few | np.int32(mean < f(FEW)))
+        many = np.int32(many | np.int32(mean > most))
     if counted:
         for x in range(signal.size):
             signal[x] = np.floor(signal[x] + dark + half) - dark
