@@ -109,7 +109,8 @@ class BuiltSensor:
         ProviderError
             If the sensor violates its contract.
         """
-        given, found = radiance.astype(np.float64), dict[str, tuple[NDArray[Any], Entry]]()
+        given: NDArray[Any] = radiance
+        found = dict[str, tuple[NDArray[Any], Entry]]()
         for stage in self.stages:
             measured = stage.measure(given, frame, time_s)
             given = measured.radiance
@@ -168,7 +169,7 @@ def _wanted(asked: tuple[str, ...], stages: Sequence[Stage]) -> tuple[str, ...]:
 
 
 def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[Any]:
-    if array.dtype.kind == "f" and float(np.abs(array).max(initial=0.0)) > float(np.finfo(spec.dtype).max):
+    if array.dtype == np.float64 and float(np.abs(array).max(initial=0.0)) > float(np.finfo(spec.dtype).max):
         raise ProviderError(f"{entry.label}: {spec.name} is too large for {spec.dtype}")
     return np.ascontiguousarray(array, dtype=spec.dtype)
 

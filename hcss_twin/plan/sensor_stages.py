@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.arrays import Array
@@ -80,7 +81,7 @@ class StageScene:
             radiance = self._source(frame, time_s, *self._whole)
             for stage in self._earlier:
                 radiance = stage.measure(radiance, frame, time_s).radiance
-            self._last = frame, time_s, radiance
+            self._last = frame, time_s, radiance.astype(np.float64, copy=False)
         return self._last[2][:, rows, columns]
 
 
@@ -121,9 +122,10 @@ class Stage:
         """Earliest and latest time at which it asks for the scene, s after that of the frame; None: at no other."""
         return self.scene.instants
 
-    def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
+    def measure(self, radiance: NDArray[Any], frame: int, time_s: float) -> Measured:
         """Return the measurement of a frame (B, y, x), which it cannot write to."""
-        given = radiance.view()
+        single = getattr(self.provider, "single_precision", False)
+        given: NDArray[Any] = radiance.astype(np.float32 if single else np.float64, copy=False).view()
         given.flags.writeable = False
         self.scene.begin(frame, time_s)
         measured: Measured = self.provider.measure(given, frame, time_s)

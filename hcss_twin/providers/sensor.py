@@ -145,10 +145,13 @@ class SensorOptions(Protocol):
     ----------
     worked_out : mapping of str to anything JSON has
         Derived numbers that a user would check first; written into the cube.
+    single_precision : bool
+        Whether ``measure`` takes and returns radiance and photon rates as float32, which is faster; false by default.
     instants : (float, float)
         Earliest and latest time at which it calls ``inputs.scene_at``, in s from the time of the frame, such as
         (-0.01, 0.01) for integration around it. Such a sensor measures in a run, not a finished cube.
     """
 
     worked_out: Mapping[str, Any]
+    single_precision: bool
     instants: tuple[float, float]

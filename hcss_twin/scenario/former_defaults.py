@@ -10,6 +10,7 @@ from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 
 BAND_MODEL = ("band-model", f"{OWN_DISTRIBUTION}/band-model")
 BULK = ("bulk", f"{OWN_DISTRIBUTION}/bulk")
+RADIOMETER = ("radiometer", f"{OWN_DISTRIBUTION}/radiometer", None)
 
 FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
@@ -17,10 +18,12 @@ FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "atmosphere.coefficients": "lowtran7",
             "atmosphere.gases.others": "profile",
             "optics.parameters.ice_phase_function": "henyey-greenstein",
+            "sensor.parameters.method": "frames",
         }
     }
 )
-"""By version: dotted key and its default. Keys of ``optics`` also apply to the optics of individual layers."""
+"""By version: dotted key and its default. Keys of ``optics`` also apply to the optics of individual layers, those of
+``sensor`` to a sensor or each of its stages, if there is one."""
 
 
 def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -31,6 +34,13 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     version = filled.get("defaults")
     for key, value in (FORMER.get(version, {}) if isinstance(version, str) else {}).items():
         section, *others = key.split(".")
+        if section == "sensor" and section not in filled:
+            continue
+        stages = filled[section].get("stages") if section == "sensor" and isinstance(filled[section], Mapping) else None
+        if isinstance(stages, list) and stages:
+            own = [_with_default(stage, key, others, value) for stage in stages]
+            filled[section] = {**filled[section], "stages": own}
+            continue
         filled[section] = _with_default(filled.get(section, {}), key, others, value)
         clouds = filled.get("clouds")
         if section == "optics" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
@@ -62,4 +72,6 @@ def applies(key: str, section: Mapping[str, Any]) -> bool:
     """Return whether a key applies: some belong to one provider, and coefficients exclude a file of your own."""
     if key == "atmosphere.coefficients":
         return section.get("provider", "band-model") in BAND_MODEL and "file" not in section.get("parameters", {})
+    if key.startswith("sensor."):
+        return section.get("model") in RADIOMETER
     return not key.startswith("optics.") or section.get("provider", "bulk") in BULK

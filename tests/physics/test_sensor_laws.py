@@ -19,7 +19,8 @@ def radiometer(seed=1, catalog=None, **parameters):
 
 
 def scene(low=0.5, high=2.0):
-    return np.random.default_rng(3).uniform(low, high, (2, 48, 64))
+    """Radiance that single precision represents, as that of a cube."""
+    return np.random.default_rng(3).uniform(low, high, (2, 48, 64)).astype(np.float32).astype(np.float64)
 
 
 def flat(value):
@@ -44,13 +45,13 @@ def test_blur_keeps_the_energy(parameters):
     clean = scene(0.0, 5.0)
     clean[:, 0, :] = 100.0  # at the edge, where blur could lose it
     measured = radiometer(**parameters).measure(clean, 0, 0.0).radiance
-    np.testing.assert_allclose(measured.sum(axis=(1, 2)), clean.sum(axis=(1, 2)), rtol=1e-12)
+    np.testing.assert_allclose(measured.sum(axis=(1, 2)), clean.sum(axis=(1, 2)), rtol=1e-6)
     assert measured.std() < clean.std()
 
 
 def test_a_flat_scene_is_not_blurred():
     for parameters in ({"psf": "gaussian", "psf_sigma": 3.0}, {"integration_time": 1.0}):
-        np.testing.assert_allclose(radiometer(**parameters).measure(flat(2.0), 0, 0.0).radiance, 2.0, rtol=1e-12)
+        np.testing.assert_allclose(radiometer(**parameters).measure(flat(2.0), 0, 0.0).radiance, 2.0, rtol=3e-7)
 
 
 def test_without_parameters_nothing_happens():
@@ -71,15 +72,17 @@ def test_a_point_becomes_the_kernel_in_its_own_orientation(kernel):
     point = np.zeros((2, 48, 64))
     point[:, 20, 30] = 1.0
     measured = radiometer(catalog=catalog, psf="file", psf_file="kernel.txt").measure(point, 0, 0.0).radiance
-    np.testing.assert_allclose(measured[0, 18:23, 27:34], values, atol=1e-12)
-    assert measured[0].sum() == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(measured[0, 18:23, 27:34], values, atol=1e-8)
+    assert measured[0].sum() == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_kernel_by_fft_is_the_sum_over_its_pixels_up_to_the_mirrored_edges(kernel):
+@pytest.mark.parametrize(("method", "error"), [("rows", 1e-6), ("frames", 1e-12)])
+def test_a_kernel_is_the_sum_over_its_pixels_up_to_the_mirrored_edges(kernel, method, error):
     catalog, values = kernel
-    measured = radiometer(catalog=catalog, psf="file", psf_file="kernel.txt").measure(scene(), 0, 0.0).radiance
+    provider = radiometer(catalog=catalog, psf="file", psf_file="kernel.txt", method=method)
+    measured = provider.measure(scene(), 0, 0.0).radiance
     expected = [convolve(each, values, mode="reflect") for each in scene()]
-    np.testing.assert_allclose(measured, expected, atol=1e-12)
+    np.testing.assert_allclose(measured, expected, atol=error)
 
 
 def test_spread_by_transfer_is_that_of_a_kernel_up_to_the_mirrored_edges():
@@ -90,14 +93,15 @@ def test_spread_by_transfer_is_that_of_a_kernel_up_to_the_mirrored_edges():
     np.testing.assert_allclose(measured, expected, atol=1e-5)  # samples of the spread alias a little
 
 
+@pytest.mark.parametrize("method", ["rows", "frames"])
 @pytest.mark.parametrize("electrons", [3.0, 40.0, 2e4, 5e7])
-def test_the_variance_of_counted_electrons_is_their_mean(electrons):
-    provider = radiometer(**COUNTING)
+def test_the_variance_of_counted_electrons_is_their_mean(electrons, method):
+    provider = radiometer(**COUNTING, method=method)
     factor = electrons_per_radiance(provider)
     frames = np.stack(
         [provider.measure(flat(1.0) * electrons / factor, frame, 0.0).radiance * factor for frame in range(40)]
     )
-    assert np.allclose(frames, np.round(frames), rtol=1e-9, atol=1e-6)  # counted
+    assert np.allclose(frames, np.round(frames), rtol=1e-7, atol=1e-6)  # counted
     count = frames[:, 0].size
     assert frames[:, 0].mean() == pytest.approx(electrons, abs=5.0 * np.sqrt(electrons / count))
     assert frames[:, 0].var() == pytest.approx(electrons, rel=0.02)
@@ -115,7 +119,7 @@ def test_dark_current_adds_noise_and_no_signal_and_reading_adds_its_own():
 
 def test_without_shot_noise_the_mean_is_read():
     provider = radiometer(**COUNTING, shot_noise=False)
-    np.testing.assert_allclose(provider.measure(scene(), 0, 0.0).radiance, scene(), rtol=1e-12)
+    np.testing.assert_allclose(provider.measure(scene(), 0, 0.0).radiance, scene(), rtol=3e-7)
 
 
 def test_what_undershoots_below_zero_stays_and_draws_nothing():
@@ -126,7 +130,7 @@ def test_what_undershoots_below_zero_stays_and_draws_nothing():
     assert blurred.min() < -0.1
     measured = provider.measure(clean, 0, 0.0).radiance
     below = blurred < 0.0
-    np.testing.assert_allclose(measured[below], blurred[below], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(measured[below], blurred[below], rtol=3e-7, atol=1e-12)
 
 
 def test_more_electrons_than_can_be_drawn_are_an_error():
@@ -147,7 +151,7 @@ def test_a_full_well_holds_what_it_holds():
     provider = radiometer(**COUNTING, shot_noise=False, well_depth=1e4)
     factor = electrons_per_radiance(provider)
     measured = provider.measure(flat(1.0) * 3e4 / factor, 0, 0.0)
-    np.testing.assert_allclose(measured.radiance * factor, 1e4, rtol=1e-12)
+    np.testing.assert_allclose(measured.radiance * factor, 1e4, rtol=3e-7)
     assert np.all(measured.saturated == 1)
 
 
@@ -160,7 +164,7 @@ def test_digital_numbers_are_exact():
     numbers = measured.digital_number[0, 0, : values.size]
     np.testing.assert_array_equal(numbers, [0, 0, 0, 10, 10, 11, 110, 255, 255, 255, 255])
     np.testing.assert_array_equal(measured.saturated[0, 0, : values.size], [2, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1])
-    np.testing.assert_allclose(measured.radiance[0, 0, : values.size], (numbers - 10) * 0.01, atol=1e-12)
+    np.testing.assert_allclose(measured.radiance[0, 0, : values.size], (numbers - 10) * 0.01, atol=1e-7)
 
 
 def test_quantisation_is_off_by_half_a_step_at_most_and_evenly():

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dctn, idctn
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sensor.detector import photon_wavelength_um
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.point_spread import (
+    LEAST,
+    NEAR,
     airy_mtf,
     convolve,
     gaussian_mtf,
     line_kernel,
+    mirrored_transfer,
     plane_kernel,
     read_kernel,
+    separated,
 )
+from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.providers import SensorBand, SensorInputs
+
+MOST_WEIGHTS = 768
+"""Weights of kernels along rows and columns up to which a sum over pixels is faster than transforms of the image."""
 
 
 def smear_mtf(frequency_x: Array, pixels: float) -> Array:
@@ -28,6 +39,36 @@ def smear_mtf(frequency_x: Array, pixels: float) -> Array:
     """
     result: Array = np.sinc(frequency_x * pixels)
     return result
+
+
+class Weights(NamedTuple):
+    """Weights of neighbouring pixels, as :func:`hcss_twin.models.sensor.rows.measure` takes them."""
+
+    down: NDArray[np.float32]
+    across: NDArray[np.float32]
+    reach: tuple[int, int]
+
+
+def _weights(kernels: Sequence[Array]) -> Weights | None:
+    """Return the weights of neighbours for kernels that are applied in turn; None if they are too many."""
+    terms = separated(kernels, MOST_WEIGHTS) if kernels else ([], [])
+    if terms is None:
+        return None
+    down, across = terms
+    return Weights(_padded(down), _padded(across), (_reach(down), _reach(across)))
+
+
+def _padded(kernels: list[Array]) -> NDArray[np.float32]:
+    """Return kernels as weights (T, K) from the lowest neighbour on, with zeros up to a multiple of TAPS_AT_ONCE."""
+    size = 2 * _reach(kernels) + 1
+    weights = np.zeros((len(kernels), size + -size % TAPS_AT_ONCE), np.float32)
+    for own, kernel in zip(weights, kernels, strict=True):
+        own[:size] = kernel[::-1]
+    return weights
+
+
+def _reach(kernels: list[Array]) -> int:
+    return kernels[0].size // 2 if kernels else 0
 
 
 class Blur:
@@ -49,7 +90,10 @@ class Blur:
             self._smear = abs(inputs.platform_speed_m_s) * parameters.integration_time / inputs.grid.pixel_size_m
         self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0
         self._cut = 0.0
+        self._least = LEAST if parameters.method == "rows" else NEAR
         self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
+        self._transfers: dict[tuple[str, tuple[int, ...]], Array] = {}
+        self._weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
 
     @property
     def reach_pixels(self) -> int:
@@ -84,6 +128,24 @@ class Blur:
             image = convolve(image, kernel)
         return image
 
+    def by_rows(self, image: NDArray[np.float32], band: SensorBand) -> tuple[NDArray[np.float32], Weights]:
+        """Return an image (Y, X) and the weights of neighbouring pixels that blur it.
+
+        Where these are too many, the image is blurred by transforms in double precision, and there are no weights.
+        """
+        weights = self._weights[band.name]
+        if weights is not None:
+            return image, weights
+        if self._parameters.psf == "file":
+            blurred = self(image.astype(np.float64), band)
+        else:
+            key = band.name, image.shape
+            if key not in self._transfers:
+                self._transfers[key] = mirrored_transfer(self._kernels[band.name], (image.shape[0], image.shape[1]))
+            blurred = idctn(dctn(image.astype(np.float64)) * self._transfers[key], overwrite_x=True)
+        none = np.zeros((0, TAPS_AT_ONCE), np.float32)
+        return blurred.astype(np.float32), Weights(none, none, (0, 0))
+
     def _kernels_of(self, band: SensorBand) -> tuple[Array, ...]:
         """Return the kernels of the transfer functions, one for each axis where they separate."""
         if not self._blurs:
@@ -91,12 +153,12 @@ class Blur:
         still = np.array(0.0)
         if self._parameters.psf == "airy":
             planes = [_airy_kernel(self._cutoff(band))]
-            along_x, cut_x = line_kernel(lambda frequency: smear_mtf(frequency, self._smear))
+            along_x, cut_x = line_kernel(lambda frequency: smear_mtf(frequency, self._smear), self._least)
             along_y, cut_y = np.ones(1), planes[0][1]
         else:
             planes = []
-            along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency))
-            along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still))
+            along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency), self._least)
+            along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still), self._least)
         self._cut = max(self._cut, cut_x + cut_y)
         kernels = (*(plane for plane, _ in planes), along_y[:, None], along_x[None, :])
         return tuple(kernel for kernel in kernels if kernel.size > 1)

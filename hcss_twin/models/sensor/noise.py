@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import DTypeLike, NDArray
 from scipy.special import ndtri
 
 from hcss_twin.core.arrays import Array
@@ -56,12 +57,17 @@ def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
     """
     most = float(expected.max(initial=0.0))
     if most > MAX_COUNTED:
-        raise ProviderError(
-            f"{most:.3g} electrons are expected in a pixel; allowed: up to {MAX_COUNTED:g} (aperture_diameter, "
-            "pixel_angle, integration_time)"
-        )
+        raise too_many_electrons(most)
     result: Array = poisson(np.maximum(expected, 0.0), key, corner) + np.minimum(expected, 0.0)
     return result
+
+
+def too_many_electrons(most: float) -> ProviderError:
+    """Return the error of a pixel in which more electrons are expected than can be drawn."""
+    return ProviderError(
+        f"{most:.3g} electrons are expected in a pixel; allowed: up to {MAX_COUNTED:g} (aperture_diameter, "
+        "pixel_angle, integration_time)"
+    )
 
 
 def gaussian_noise(signal: Array, deviation: float, key: int, corner: tuple[int, int]) -> Array:
@@ -84,6 +90,8 @@ class FixedPattern:
         One detector per row instead of one per pixel, which causes stripes along the flight direction (x).
     seed, band : int, str
         Seeds of the detector pattern.
+    dtype : data type
+        Of the differences.
     """
 
     def __init__(
@@ -95,10 +103,14 @@ class FixedPattern:
         line: bool,
         seed: int,
         band: str,
+        dtype: DTypeLike = np.float64,
     ) -> None:
         detectors, first = ((shape[0], 1), (corner[0], 0)) if line else (shape, corner)
-        self._gain = _deviations(detectors, first, gain_deviation, key_of(seed, "gain", band))
-        self._offset = _deviations(detectors, first, offset_deviation, key_of(seed, "offset", band))
+        self._dtype = dtype
+        self._gain, self._offset = (
+            None if not size else (size * standard_normal(key_of(seed, stage, band), detectors, first)).astype(dtype)
+            for stage, size in (("gain", gain_deviation), ("offset", offset_deviation))
+        )
 
     def __call__(self, signal: Array) -> Array:
         """Return (1 + gain difference) signal + offset for a frame (Y, X)."""
@@ -106,9 +118,11 @@ class FixedPattern:
             signal = signal * (1.0 + self._gain)
         return signal if self._offset is None else signal + self._offset
 
-
-def _deviations(shape: tuple[int, int], corner: tuple[int, int], deviation: float, key: int) -> Array | None:
-    return None if deviation == 0.0 else deviation * standard_normal(key, shape, corner)
+    @property
+    def arrays(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Gain differences and offsets, (Y, X), (Y, 1), or (0, 0) where there are none."""
+        none = np.empty((0, 0), self._dtype)
+        return (none if self._gain is None else self._gain), (none if self._offset is None else self._offset)
 
 
 def standard_normal(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
@@ -140,12 +154,14 @@ def _mixed(state: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def _row_key(key: Any, row: Any) -> Any:
+def row_key(key: Any, row: Any) -> Any:
+    """Return the key of a row of the image, which may be negative."""
     return _mixed(np.uint64(key + np.uint64(np.uint64(row) * np.uint64(0xD1B54A32D192ED03))))
 
 
 @njit(cache=True, nogil=True)
-def _pixel_key(row_key: Any, column: Any) -> Any:
+def pixel_key(row_key: Any, column: Any) -> Any:
+    """Return the key of a pixel of a row."""
     return _mixed(np.uint64(row_key + np.uint64(np.uint64(column) * np.uint64(0xDB4F0B9175AE2165))))
 
 
@@ -161,23 +177,25 @@ def _uniform(pixel_key: Any, draw: Any) -> float:
 @njit(cache=True, nogil=True)
 def _fill_uniform(numbers: Array, key: Any, first_row: Any, first_column: Any) -> None:
     for y in range(numbers.shape[0]):
-        row_key = _row_key(key, np.int64(first_row + y))
+        own_row = row_key(key, np.int64(first_row + y))
         for x in range(numbers.shape[1]):
-            numbers[y, x] = _uniform(_pixel_key(row_key, np.int64(first_column + x)), 0)
+            numbers[y, x] = _uniform(pixel_key(own_row, np.int64(first_column + x)), 0)
 
 
 @njit(cache=True, nogil=True)
 def _fill_poisson(numbers: Array, mean: Array, key: Any, first_row: Any, first_column: Any) -> None:
     for y in range(mean.shape[0]):
-        row_key = _row_key(key, np.int64(first_row + y))
+        own_row = row_key(key, np.int64(first_row + y))
         for x in range(mean.shape[1]):
-            pixel_key = _pixel_key(row_key, np.int64(first_column + x))
-            if mean[y, x] <= 0.0:
-                numbers[y, x] = 0.0
-            elif mean[y, x] < _SMALL_MEAN:
-                numbers[y, x] = _multiplied(mean[y, x], pixel_key)
-            else:
-                numbers[y, x] = _rejected(mean[y, x], pixel_key)
+            numbers[y, x] = draw_poisson(mean[y, x], pixel_key(own_row, np.int64(first_column + x)))
+
+
+@njit(cache=True, nogil=True)
+def draw_poisson(mean: float, pixel_key: Any) -> Any:
+    """Return the Poisson number of a pixel; see :func:`poisson`."""
+    if mean <= 0.0:
+        return 0.0
+    return _multiplied(mean, pixel_key) if mean < _SMALL_MEAN else _rejected(mean, pixel_key)
 
 
 @njit(cache=True, nogil=True)

@@ -7,11 +7,11 @@ pixels within its reach, whatever the image.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.fft import idct, idctn
+from scipy.fft import dctn, idct, idctn
 from scipy.signal import oaconvolve
 
 from hcss_twin.core.arrays import Array
@@ -23,6 +23,9 @@ NEAR = 32
 NEGLIGIBLE, SMALL = 1e-6, 2e-3
 """Share of a kernel beyond its reach: of kernels that end within ``NEAR`` pixels, and of slowly decreasing ones."""
 
+LEAST = 7
+"""Smallest reach in pixels of a slowly decreasing kernel."""
+
 LONGEST_LINE, LONGEST_PLANE = 2**14, 2**9
 """Largest reach in pixels of a kernel along one axis and along both; the share beyond may then exceed ``SMALL``."""
 
@@ -30,15 +33,17 @@ LARGEST = 1025
 """Largest number of rows or columns of a kernel from a file."""
 
 
-def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
+def line_kernel(transfer: Callable[[Array], Array], least: int = LEAST) -> tuple[Array, float]:
     """Return the kernel (2 R + 1,) along one axis, normalised to sum 1, and the truncated fraction.
 
     Parameters
     ----------
     transfer : callable
         Maps frequencies from 0 to 0.5, in cycles per pixel, to a real factor; 1 at frequency 0.
+    least : int
+        Smallest reach of a slowly decreasing kernel.
     """
-    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE)
+    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE, least)
     kernel = np.concatenate((half[:0:-1], half))
     return kernel / kernel.sum(), cut
 
@@ -54,7 +59,7 @@ def plane_kernel(transfer: Callable[[Array, Array], Array]) -> tuple[Array, floa
         kernel: Array = idctn(transfer(frequency[:, None], frequency[None, :]), type=1)
         return kernel
 
-    corner, cut = _cut(quarter, LONGEST_PLANE)
+    corner, cut = _cut(quarter, LONGEST_PLANE, LEAST)
     right = np.concatenate((corner[:, :0:-1], corner), axis=1)
     kernel = np.concatenate((right[:0:-1], right))
     return kernel / kernel.sum(), cut
@@ -64,7 +69,7 @@ def _frequencies(size: int) -> Array:
     return np.arange(size + 1) / (2.0 * size)
 
 
-def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
+def _cut(quarter: Callable[[int], Array], longest: int, least: int) -> tuple[Array, float]:
     """Truncate a kernel at its reach; ``quarter`` computes one quadrant on a given number of pixels.
 
     The transform covers at least twice the reach, because a discrete transform folds back what lies beyond it.
@@ -75,7 +80,7 @@ def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
         beyond = _beyond(whole)
         reach = int(np.argmax(beyond <= NEGLIGIBLE))
         if beyond[reach] > NEGLIGIBLE or reach > NEAR:
-            reach = max(NEAR, int(np.argmax(beyond <= SMALL)))
+            reach = max(least, int(np.argmax(beyond <= SMALL)))
         if 2 * reach <= size or size >= 2 * longest:
             reach = min(reach, longest)
             return whole[tuple(slice(reach + 1) for _ in whole.shape)], float(beyond[reach])
@@ -152,6 +157,44 @@ def read_kernel(path: Path) -> Array:
         raise CatalogError(f"{path}: the numbers sum to {total:g}; allowed: finite numbers with a sum above 0")
     result: Array = kernel / total
     return result
+
+
+def separated(kernels: Sequence[Array], most: int) -> tuple[list[Array], list[Array]] | None:
+    """Return kernels (K,) along columns and (L,) along rows whose products sum to the convolution of planes (K, L).
+
+    Truncated singular value decompositions: the absolute values of the difference sum to less than ``NEGLIGIBLE``, so
+    that no pixel is off by more than this share of the largest radiance. None if more than ``most`` numbers are needed.
+    """
+    down, across = [np.ones(1)], [np.ones(1)]
+    for kernel in kernels:
+        if sum(kernel.shape) > most:
+            return None
+        u, size, v = np.linalg.svd(kernel, full_matrices=False)
+        terms = 1
+        while np.abs(kernel - (u[:, :terms] * size[:terms]) @ v[:terms]).sum() > NEGLIGIBLE:
+            terms += 1
+        down = [np.convolve(one, u[:, term] * size[term]) for one in down for term in range(terms)]
+        across = [np.convolve(one, v[term]) for one in across for term in range(terms)]
+    return (down, across) if sum(each.size for each in (*down, *across)) <= most else None
+
+
+def mirrored_transfer(kernels: Sequence[Array], shape: tuple[int, int]) -> Array:
+    """Return the factors (Y, X) of an image's cosine transform that convolve it, mirrored at its edges.
+
+    Parameters
+    ----------
+    kernels : sequence of ndarray (K, L)
+        Even along both axes; applied in turn.
+    shape : (int, int)
+        Rows and columns of the image.
+    """
+    transfer: Array = np.ones(shape)
+    for kernel in kernels:
+        period = np.zeros((2 * shape[0], 2 * shape[1]))
+        places = ((np.arange(n) - n // 2) % (2 * size) for n, size in zip(kernel.shape, shape, strict=True))
+        np.add.at(period, np.ix_(*places), kernel)
+        transfer *= dctn(period[: shape[0] + 1, : shape[1] + 1], type=1)[:-1, :-1]
+    return transfer
 
 
 def convolve(image: Array, kernel: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,15 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.sensor.blur import Blur
+from hcss_twin.models.sensor.blur import Blur, Weights
 from hcss_twin.models.sensor.detector import (
     Readout,
     band_radiance_per_kelvin,
     photon_wavelength_um,
     photons_per_radiance,
 )
-from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, key_of, shot_noise
+from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, key_of, shot_noise, too_many_electrons
 from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
+from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, SensorBand, SensorDeclaration, SensorInputs
 
 
@@ -35,6 +37,7 @@ class Radiometer:
             *(("digital_number",) if parameters.bits is not None else ()),
             *(("saturated",) if any(each.can_saturate for each in self._channels) else ()),
         )
+        self.single_precision = parameters.method == "rows"
         self.declares = SensorDeclaration(reach_pixels=self._blur.reach_pixels)
         self.worked_out: Mapping[str, Any] = {
             **self._blur.worked_out,
@@ -46,6 +49,8 @@ class Radiometer:
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
         """Return the measurement of ``radiance`` (B, y, x); see :class:`hcss_twin.providers.Sensor`."""
+        if self.single_precision:
+            return self._by_rows(np.ascontiguousarray(radiance, dtype=np.float32), frame)
         clean = np.asarray(radiance, dtype=np.float64)
         readings = [
             channel.measure(self._blur(clean[index], channel.band), frame)
@@ -58,6 +63,17 @@ class Radiometer:
             digital_number=np.stack(numbers) if "digital_number" in self.variables else None,
             saturated=np.stack(flags) if "saturated" in self.variables else None,
         )
+
+    def _by_rows(self, clean: NDArray[np.float32], frame: int) -> Measured:
+        found: dict[str, NDArray[Any]] = {"radiance": np.empty_like(clean)}
+        types = {"photon_rate": np.float32, "digital_number": np.int32, "saturated": np.uint8}
+        found |= {name: np.empty(clean.shape, types[name]) for name in self.variables}
+        none = {name: np.empty((0, 0), dtype) for name, dtype in types.items()}
+        for index, channel in enumerate(self._channels):
+            image, weights = self._blur.by_rows(clean[index], channel.band)
+            results = {name: each[index] for name, each in found.items()}
+            channel.measure_rows(image, weights, frame, {**none, **results})
+        return Measured(**found)
 
 
 @dataclass(frozen=True)
@@ -150,6 +166,7 @@ class _Channel:
             given.fixed_pattern == "row",
             self.inputs.seed,
             self.band.name,
+            np.float32 if given.method == "rows" else np.float64,
         )
 
     def measure(self, radiance: Array, frame: int) -> tuple[Array, Array, NDArray[np.int32] | None, NDArray[np.uint8]]:
@@ -170,6 +187,33 @@ class _Channel:
                 signal = gaussian_noise(signal, given.read_noise, *self._random("read", frame))
         signal, number, flags = self.readout.read(signal)
         return (signal - dark) / per_radiance, rate, number, flags
+
+    def measure_rows(
+        self, image: NDArray[np.float32], weights: Weights, frame: int, results: Mapping[str, NDArray[Any]]
+    ) -> None:
+        """Write the results (Y, X) for a frame (Y, X) that is not blurred yet."""
+        keys = tuple(np.uint64(self._random(stage, frame)[0]) for stage in ("rows", "shot"))
+        names = ("radiance", "photon_rate", "digital_number", "saturated")
+        written = (results[name] for name in names)
+        if not measure(image, *weights, *self.pattern.arrays, self.detector, keys, self.inputs.corner, *written):
+            raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
+
+    @cached_property
+    def detector(self) -> Detector:
+        """Numbers of the band for the computation by rows."""
+        given, read, per_radiance = self.parameters, self.readout, self.electrons_per_radiance
+        counts = per_radiance is not None
+        return Detector(
+            per_radiance=1.0 if per_radiance is None else per_radiance,
+            dark=given.dark_current * (given.integration_time or 0.0) if counts else 0.0,
+            photons=self.photons_per_radiance,
+            shot=float(counts and given.shot_noise),
+            deviation=given.read_noise if counts else self.noise_radiance,
+            full=math.inf if read.full is None else read.full,
+            step=read.step if read.bits is not None else 0.0,
+            offset=float(read.offset),
+            most=2.0 ** (read.bits or 0) - 1.0,
+        )
 
     def _random(self, stage: str, frame: int) -> tuple[int, tuple[int, int]]:
         """Return the key of a stage's random numbers, and the first pixel's row and column."""

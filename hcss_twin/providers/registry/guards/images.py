@@ -60,7 +60,7 @@ class GuardedClouds(Guard):
 
 
 _MEASURED: Mapping[str, tuple[DTypeLike, str]] = {
-    "photon_rate": (np.float64, "fiu"),
+    "photon_rate": (np.float64, "fiu"),  # or float32, as radiance
     "digital_number": (np.int32, "iu"),
     "saturated": (np.uint8, "iu"),
 }
@@ -73,6 +73,7 @@ class GuardedSensor(Guard):
     def __init__(self, provider: Any, label: str, speaker: str, inputs: api.SensorInputs) -> None:
         super().__init__(provider, label, speaker)
         self._shape = len(inputs.bands), inputs.grid.rows, inputs.grid.columns
+        self._dtype: DTypeLike = np.float32 if getattr(provider, "single_precision", False) else np.float64
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> api.Measured:
         value = self._call("measure", radiance, frame, time_s)
@@ -84,10 +85,13 @@ class GuardedSensor(Guard):
             raise self._refuse(
                 what, f"radiance and {', '.join(declared) or 'nothing else'}", ", ".join(given) or "none"
             )
+        types = {name: _MEASURED[name] for name in given}
+        if "photon_rate" in given:
+            types["photon_rate"] = (self._dtype, "fiu")
         return api.Measured(
-            self._array(f"{what}.radiance", value.radiance, self._shape),
+            self._array(f"{what}.radiance", value.radiance, self._shape, dtype=self._dtype),
             **{
-                name: self._array(f"{what}.{name}", each, self._shape, MEASURED_LIMITS[name], *_MEASURED[name])
+                name: self._array(f"{what}.{name}", each, self._shape, MEASURED_LIMITS[name], *types[name])
                 for name, each in given.items()
             },
         )
