@@ -125,9 +125,12 @@ def resolved_waves() -> None:
         bounds = [thermal_contrast_bound(sea(10.0), nu, mu, slope)[:, 0].round(5) for nu in (MWIR, LWIR)]
         print(f"{name}, {pixel:g} m: slope^2 {resolved:.2g} of {total:.4f}; MWIR {bounds[0]} LWIR {bounds[1]}")
     field = WaveField(WaveSpectrum("pierson-moskowitz", 10.0), 30.0, 5.0, seed=1)
-    start = time.perf_counter()
-    field.slopes(0.0, slice(0, 800), slice(0, 800))
-    print(f"slopes of 800 x 800 pixels, 512 waves: {time.perf_counter() - start:.2f} s")
+    seconds = []
+    for _ in range(5):
+        start = time.process_time()
+        field.slopes(0.0, slice(0, 800), slice(0, 800))
+        seconds.append(time.process_time() - start)
+    print(f"slopes of 800 x 800 pixels, 512 waves: {min(seconds) / 800**2 * 1e9:.0f} ns a pixel")
     for wind in (5.0, 10.0, 20.0):
         heights = [WaveSpectrum("jonswap", wind, f).significant_wave_height_m for f in (10e3, 100e3)]
         whole = WaveSpectrum("pierson-moskowitz", wind).significant_wave_height_m

@@ -5,6 +5,7 @@
     python benchmarks/writing.py                            # layouts, 8 frames of `stratus`
     python benchmarks/writing.py --runs --frames 8          # whole runs from a plan whose tables are kept
     python benchmarks/writing.py --runs --frames 512 --rounds 3
+    python benchmarks/writing.py --band lwir                # also packed into 16 bits
 
 All put the file on the disk (fsync) before the clock stops. Contenders take turns in every round and ratios are taken
 within a round. Sizes and errors do not depend on the machine.
@@ -114,8 +115,8 @@ def write_with_xarray(path: Path, plan: Plan, frames: Frames) -> None:
         os.fsync(written)
 
 
-def layouts(plan: Plan, folder: Path, rounds: int) -> None:
-    """Print time, size and error of each way to write."""
+def layouts(plan: Plan, folder: Path, rounds: int, packing: Plan | None) -> None:
+    """Print time, size and error of each way to write, also of a plan with packing."""
     frames = list(stream(plan, tables_of(plan)))
     pieces = [bytes_of(frame) for frame in frames]
     rounding = {error: rounded(frames, error) for error in (1e-5, 1e-4, 5e-4)}
@@ -127,6 +128,10 @@ def layouts(plan: Plan, folder: Path, rounds: int) -> None:
     for error, copies in rounding.items():
         name = f"compression = 1, quantization = {error:g}"
         ways[name] = copies, lambda copies=copies: write_cube(path, plan, copies, 1)
+    if packing is not None:
+        packed = list(stream(packing, tables_of(packing)))
+        for name, level in (("packing = int16", None), ("compression = 1, packing = int16", 1)):
+            ways[name] = packed, lambda level=level: write_cube(path, packing, packed, level)
     ways["xarray to_netcdf, from memory"] = frames, lambda: write_with_xarray(path, plan, frames)
     ways["zstd level 3 (not offered)"] = frames, lambda: write_zstd(path, frames, 3)
     ways["zstd level 3, rounded to 1e-4 (not offered)"] = (rounding[1e-4], lambda: write_zstd(path, rounding[1e-4], 3))
@@ -175,14 +180,22 @@ def runs(plan: Plan, folder: Path, rounds: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="stratus")
+    parser.add_argument("--band", action="append", help="band, instead of the scenario's; adds output.packing")
     parser.add_argument("--frames", type=int, default=8)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--runs", action="store_true", help="whole runs instead of layouts")
     parser.add_argument("--folder", help="where to write; default: the system's temporary folder")
     given = parser.parse_args()
-    plan = make_plan(Scenario.load(given.scenario, {"frames.count": given.frames, "output.certificate": 0}))
+    changes = {"frames.count": given.frames, "output.certificate": 0} | ({"bands": given.band} if given.band else {})
+    plan = make_plan(Scenario.load(given.scenario, changes))
+    packing = make_plan(Scenario.load(given.scenario, changes | {"output.packing": "int16"})) if given.band else None
     with tempfile.TemporaryDirectory(dir=given.folder) as folder:
-        (runs if given.runs else layouts)(plan, Path(folder), given.rounds)
+        if given.runs:
+            for each in (plan, packing):
+                if each is not None:
+                    runs(each, Path(folder), given.rounds)
+        else:
+            layouts(plan, Path(folder), given.rounds, packing)
 
 
 if __name__ == "__main__":

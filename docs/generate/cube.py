@@ -55,6 +55,10 @@ print(scenario_text("cube.nc"))
   that keep the given relative error (`bitround` of CF-1.12). Each variable then states its number of bits and the
   largest error (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate applies to the rounded
   numbers.
+* `output.packing = "int16"` stores variables of known range as 16-bit integers with `scale_factor` and `add_offset`,
+  powers of two and their multiples, which every reader unpacks to the same numbers; -32768 is reserved for missing
+  values. `packing_maximum_error` (units of the variable), `packing_maximum_relative_error` and
+  `packing_maximum_error_kelvin` (of each band) state the error. A value beyond the steps ends the run with an error.
 * NaN occurs only in the variables marked below, and negative radiance only in measured cubes.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
@@ -86,6 +90,9 @@ another processor at the same time.
 | `compression = 1, quantization = 1e-5` | 0.22 | 64 | 7.6e-6 |
 | `compression = 1, quantization = 1e-4` | 0.16 | 60 | 6.1e-5 |
 | `compression = 1, quantization = 5e-4` (for `accuracy = 2e-3`) | 0.12 | 49 | 4.9e-4 |
+
+With one band (`--band lwir`): `packing = "int16"` 0.60 (radiance .5, the mask is a byte already) at the processor time
+of the default and an error of 1.3e-5; with `compression = 1` 0.16.
 
 Levels above 1 gain almost nothing. zstd takes half the time of zlib for files a fifth larger, and is not offered,
 because many readers lack it. Rounding may use three tenths of `accuracy`; the plan states its error and rejects more.

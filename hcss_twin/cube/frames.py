@@ -100,7 +100,7 @@ def plain_bytes(header: CubeHeader) -> int:
     return sum(
         (header.frames if "time" in spec.dims else 1)
         * math.prod(frame_shape(header, spec))
-        * np.dtype(spec.dtype).itemsize
+        * np.dtype(spec.stored_dtype).itemsize
         for spec in (*header.variables, *header.geometry)
     )
 

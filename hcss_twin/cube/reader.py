@@ -41,6 +41,9 @@ class _Variable:
 
     def __getitem__(self, index: Any) -> NDArray[Any]:
         values: NDArray[Any] = np.asarray(self._array[index])
+        if "scale_factor" in self._array.attrs:
+            scale, offset = (np.float32(self._array.attrs[name]) for name in ("scale_factor", "add_offset"))
+            values = values * scale + offset
         return values
 
 

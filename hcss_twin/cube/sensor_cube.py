@@ -95,6 +95,7 @@ class CubePair:
 
     def __init__(self, clean: Any, measured: Any, variables: Sequence[VariableSpec], where: str) -> None:
         self._clean, self._measured = clean, measured
+        clean[RADIANCE].set_auto_scale(True)
         self._variables, self._where = {spec.name: spec for spec in variables}, where
         self._along_time = [
             name

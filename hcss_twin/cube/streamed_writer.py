@@ -25,6 +25,7 @@ from hcss_twin.core.files import draft_of, remove_orphans, require_first
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, Attribute, CubeHeader, check_attributes
+from hcss_twin.cube.packing import packed
 
 
 class StreamedWriter(ABC):
@@ -117,8 +118,10 @@ class StreamedWriter(ABC):
             window = self._written.room_for(index, place)
             check_frame(self.header, index, arrays, place)
             with self._explained():
-                for name, array in arrays.items():
-                    self._array(name)[(index, ..., *window)] = array
+                for spec in self.header.variables:
+                    array = arrays[spec.name]
+                    stored = array if spec.packing is None else packed(array, spec.packing)
+                    self._array(spec.name)[(index, ..., *window)] = stored
                 names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
                 for name, array in self._geometry.values(names, window, time_s).items():
                     self._array(name)[(index, *window)] = array

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    pass
+    from hcss_twin.cube.packing import Packing
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
 Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces"]
@@ -46,7 +46,7 @@ class VariableSpec:
     dims : tuple of str
         Dimensions, in order.
     dtype : str
-        NumPy name of the type in the file; arrays passed to the writer must have this type. Text is ``str``.
+        NumPy name of the type of arrays passed to the writer, and in the file unless packed. Text is ``str``.
     standard_name : str or None
         CF standard name.
     attributes : mapping
@@ -59,6 +59,8 @@ class VariableSpec:
         Explicit mantissa bits to which values are rounded; None: all.
     needs : {"layers", "shadows", "waves", "altitude", "elements", "surfaces"} or None
         Scene feature that the variable requires.
+    packing : Packing or None
+        Steps in which values are stored as 16-bit integers; None: values are stored as they are.
     """
 
     name: str
@@ -75,6 +77,12 @@ class VariableSpec:
     may_be_missing: bool = False
     significant_bits: int | None = None
     needs: Feature | None = None
+    packing: Packing | None = None
+
+    @property
+    def stored_dtype(self) -> str:
+        """NumPy name of the type of the numbers in the file."""
+        return self.dtype if self.packing is None else "int16"
 
     @property
     def needs_radiance(self) -> bool:

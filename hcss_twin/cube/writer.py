@@ -34,6 +34,7 @@ from hcss_twin.cube.coordinates import (
 from hcss_twin.cube.geometry import footprint
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader
 from hcss_twin.cube.metadata import global_attributes
+from hcss_twin.cube.packing import FILL
 from hcss_twin.cube.streamed_writer import StreamedWriter
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.version import __version__
@@ -110,7 +111,22 @@ def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
         attributes["quantization"] = INFO
         attributes["quantization_nsb"] = np.int32(spec.significant_bits)
         attributes["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
+    if spec.packing is not None:
+        packing = spec.packing
+        attributes["scale_factor"] = np.float32(packing.scale_factor)
+        attributes["add_offset"] = np.float32(packing.add_offset)
+        attributes["packing_maximum_error"] = np.float32(packing.error)
+        if packing.relative:
+            attributes["packing_maximum_relative_error"] = np.array(packing.relative, np.float32)
+            attributes["packing_maximum_error_kelvin"] = np.array(packing.kelvin, np.float32)
     return {**attributes, "coverage_content_type": content, **spec.attributes}
+
+
+def fill_value(spec: VariableSpec, without: Any) -> Any:
+    """Return the number in the file that stands for a missing value, or ``without`` if none does."""
+    if spec.packing is not None:
+        return np.int16(FILL)
+    return np.dtype(spec.dtype).type(np.nan) if spec.may_be_missing else without
 
 
 def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
@@ -223,12 +239,9 @@ class CubeWriter(StreamedWriter):
         if self.compression is not None:
             layout |= {"compression": "zlib", "complevel": self.compression, "shuffle": True}
         variable = self._dataset.createVariable(
-            spec.name,
-            spec.dtype,
-            spec.dims,
-            fill_value=np.dtype(spec.dtype).type(np.nan) if spec.may_be_missing else False,
-            **layout,
+            spec.name, spec.stored_dtype, spec.dims, fill_value=fill_value(spec, False), **layout
         )
+        variable.set_auto_maskandscale(False)
         variable.setncatts({**variable_attributes(spec), **links(spec, self.header)})
 
     def _leave_out_caches(self) -> None:
@@ -247,7 +260,7 @@ class CubeWriter(StreamedWriter):
         if self.tile is not None:
             sizes = dict(zip(("y", "x"), self.tile, strict=True))
             return tuple(sizes.get(dim, 1) for dim in spec.dims)
-        row_bytes = self.header.columns * np.dtype(spec.dtype).itemsize
+        row_bytes = self.header.columns * np.dtype(spec.stored_dtype).itemsize
         rows = min(self.header.rows, max(1, _LARGEST_CHUNK_BYTES // row_bytes))
         sizes = {"y": rows, "x": self.header.columns}
         return tuple(sizes.get(dim, 1) for dim in spec.dims)

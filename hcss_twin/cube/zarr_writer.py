@@ -28,6 +28,7 @@ from hcss_twin.cube.writer import (
     QUANTIZATION_ATTRIBUTES,
     CubeWriter,
     coordinate_attributes,
+    fill_value,
     links,
     variable_attributes,
 )
@@ -151,10 +152,10 @@ class ZarrWriter(StreamedWriter):
             spec.name,
             shape=tuple(self.header.sizes[dim] for dim in spec.dims),
             chunks=tuple(sizes[dim] for dim in spec.dims),
-            dtype=spec.dtype,
+            dtype=spec.stored_dtype,
             compressors=codec,
             # Readers would treat pixels with any other fill value as missing.
-            fill_value=np.nan if spec.may_be_missing else None,
+            fill_value=fill_value(spec, None),
             attributes={
                 DIMENSIONS: list(spec.dims),
                 **_plain({**variable_attributes(spec), **links(spec, self.header)}),

@@ -193,7 +193,7 @@ class CubeComparison:
         self._expect("variables", "; ".join(sorted(extra - lacking)), "; ".join(sorted(lacking - extra)))
         for spec in header.variables:
             if spec.name in theirs:
-                self._expect(f"type of {spec.name}", str(self._file[spec.name].dtype), str(np.dtype(spec.dtype)))
+                self._expect(f"type of {spec.name}", str(self._file[spec.name].dtype), str(np.dtype(spec.stored_dtype)))
         return {
             name: spec
             for name, spec in ours.items()

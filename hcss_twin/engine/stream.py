@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.cube.packing import round_to_steps
 from hcss_twin.cube.variables import ELEMENT_RADIANCE, TERM_PREFIX
 from hcss_twin.cube.writer import round_bits
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
@@ -210,6 +211,7 @@ class PartMaker:
 
             self._derived = DerivedStage(plan)
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
+        self._packings = {spec.name: spec.packing for spec in plan.variables if spec.packing is not None}
         self._requested = {spec.name for spec in plan.variables}
         self._names = {spec.name for spec in plan.computed}
         self._temperature = (
@@ -304,6 +306,8 @@ class PartMaker:
             frame |= self._derived.values(frame, extent, time_s)
         for name, bits in self._bits.items():
             round_bits(frame[name], bits)
+        for name, packing in self._packings.items():
+            round_to_steps(frame[name], packing, f"frame {index}, {name}")
         requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, radiance.reshape(len(self._quantities), bands, *size)
 

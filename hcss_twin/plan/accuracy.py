@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.models.radiance.spectral_grid import COLDEST_K, HOTTEST_K, BrightnessTemperature, SpectralGrid
 from hcss_twin.physics.planck import planck
@@ -81,6 +82,9 @@ def share_out(accuracy: float) -> Budget:
     return Budget(**{name: share * accuracy for name, share in SHARES.items()})
 
 
+LARGEST_SHARE = 0.3
+"""Largest share of the accuracy for rounding; the tables need the rest."""
+
 WAVENUMBERS = 24
 """Number of wavenumbers of each band in the search for the hottest pixel."""
 
@@ -152,7 +156,7 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
             raise ScenarioError([Problem("accuracy", message)])
         if scenario.sea.waves != "averaged":
             hottest += WAVES_K
-        shares.append(kelvin * _slope(grid, band, hottest))
+        shares.append(kelvin * relative_slope(grid, band, hottest))
     relative = min(shares)
     if relative < MIN_ACCURACY:
         message = (
@@ -166,15 +170,19 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
 
 def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
     """Brightness temperature of the brightest column of each band; infinite or 0 outside the tabulated range."""
-    columns = few_columns(assembly, WAVENUMBERS)
-    models = [assembly.model, *_models_toward_corners(assembly)]
-    brightest = np.max(
-        [columns.total(model, sun).max(axis=0) for sun in dict.fromkeys(suns) for model in models], axis=0
-    )
+    _, brightest = extreme_radiances(assembly, suns)
     black = BrightnessTemperature(assembly.spectral_grid, [band.name for band in assembly.bands])
     kelvin = black.where_known(brightest[:, None])[:, 0]
     beyond = np.where(brightest > black.highest_radiance, np.inf, 0.0)
     return [float(each) for each in np.where(np.isnan(kelvin), beyond, kelvin)]
+
+
+def extreme_radiances(assembly: Assembly, suns: Sequence[Sun | None]) -> tuple[Array, Array]:
+    """Return the darkest and brightest radiance (B,) of a few columns under some suns, toward centre and corners."""
+    columns = few_columns(assembly, WAVENUMBERS)
+    models = [assembly.model, *_models_toward_corners(assembly)]
+    totals = np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(suns) for model in models])
+    return np.min(totals, axis=0), np.max(totals, axis=0)
 
 
 def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
@@ -193,7 +201,7 @@ def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
     return models
 
 
-def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:
+def relative_slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:
     """Relative increase of black-body radiance per kelvin."""
     around = temperature_K + np.array([-0.5, 0.5])
     low, high = planck(grid.wavenumber_cm1[None], around[:, None]) @ grid.weights_cm1[band]

@@ -62,6 +62,7 @@ def describe(plan: Plan) -> dict[str, Any]:
             for spec in plan.variables
             if spec.significant_bits is not None
         },
+        "packing": {spec.name: vars(spec.packing) for spec in plan.variables if spec.packing is not None},
         "filled_in": [vars(item) for item in plan.filled_in],
         "notes": list(plan.notes),
         "provider_costs": [vars(each) for each in provider_costs(plan)],

@@ -18,6 +18,7 @@ from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.narrow_bands import narrow_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
+from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
 from hcss_twin.plan.sensor import planned_sensor, require_instants
@@ -98,6 +99,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
+    variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)
     land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))

@@ -12,7 +12,7 @@ from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
-from hcss_twin.plan.accuracy import RequestedAccuracy
+from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import numbered
 from hcss_twin.providers import VariableProvider
@@ -102,9 +102,6 @@ def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:
     """Whether any of the variables requires radiance."""
     return any(spec.needs_radiance for spec in variables)
 
-
-LARGEST_SHARE = 0.3
-"""Largest share of the accuracy for rounding; the tables need the rest."""
 
 TEMPERATURE_BITS = 4
 """Extra bits for temperatures, whose differences matter: a sixteenth of the relative error."""

@@ -168,5 +168,5 @@ class Plan:
             LAYER: len(self.layers),
         }
         return sum(
-            math.prod(sizes[dim] for dim in spec.dims) * np.dtype(spec.dtype).itemsize for spec in self.variables
+            math.prod(sizes[dim] for dim in spec.dims) * np.dtype(spec.stored_dtype).itemsize for spec in self.variables
         )

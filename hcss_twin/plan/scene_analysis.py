@@ -20,6 +20,7 @@ from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel, choose_level, choose_refinement
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
+from hcss_twin.plan.packing import RadianceRange, radiance_range
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import ViewAxis, choose_views
@@ -51,6 +52,8 @@ class SceneAnalysis:
         Views with tables; None if the view of the image centre is used for all pixels.
     notes : tuple of str
         On what the radiance model does not use of a provider.
+    expected : RadianceRange or None
+        Radiance of the pixels, for packing; None if nothing is packed.
     """
 
     accuracy: RequestedAccuracy
@@ -61,6 +64,7 @@ class SceneAnalysis:
     spectral_grid: GridRefinement
     views: ViewAxis | None = None
     notes: tuple[str, ...] = ()
+    expected: RadianceRange | None = None
 
 
 def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
@@ -85,7 +89,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     if assembly.surface is not None:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
     key = result_key(parts, catalog.shelf)
-    classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement)
+    classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement, RadianceRange)
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, sun), classes)
 
 
@@ -123,7 +127,8 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     darkest = extreme_suns[-1] if radiance and faint is None else None
     notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
     omissions = (*omissions, *of_waves)
-    return SceneAnalysis(accuracy, faint, waves, omissions, numerics, refinement, views, notes)
+    expected = radiance_range(scenario, assembly, extreme_suns, waves)
+    return SceneAnalysis(accuracy, faint, waves, omissions, numerics, refinement, views, notes, expected)
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:

@@ -21,6 +21,7 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
+from hcss_twin.plan.packing import widest
 from hcss_twin.plan.scene_analysis import SceneAnalysis
 from hcss_twin.plan.surface_classes import SEA, SceneClass, SurfaceState
 from hcss_twin.plan.views import ViewAxis
@@ -242,5 +243,6 @@ def merged(
         views=views,
         notes=tuple(dict.fromkeys(note for analysis in (of_sea, *each) for note in analysis.notes)),
         numerics=max((analysis.numerics for analysis in each), key=lambda own: (own.level, own.error)),
+        expected=widest(analysis.expected for analysis in (of_sea, *each)),
         spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
     )

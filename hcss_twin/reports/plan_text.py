@@ -13,6 +13,7 @@ from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.plan.output import quantization_lines
+from hcss_twin.plan.packing import packing_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
@@ -183,6 +184,8 @@ def _output(plan: Plan) -> Rows:
         yield "derived", f"{given} from {', '.join(each.needs)}; {_named(entry)}"
     for line in quantization_lines(plan.variables, output.compression > 0):
         yield "rounding", line
+    for line in packing_lines(plan.variables, [band.name for band in plan.bands]):
+        yield "packing", line
     if plan.sensor is not None:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
         models = ", then ".join(_named(stage.entry) for stage in plan.sensor.stages)

@@ -415,6 +415,11 @@ class OutputSection(ScenarioSection):
         description="Largest relative error of rounding stored numbers, for better compression, up to 0.3 x accuracy; "
         "0: all digits. Temperatures are rounded 16 times as finely.",
     )
+    packing: Literal["int16"] | None = Field(
+        None,
+        description='"int16": radiance, brightness temperature, thickness and fractions are stored as 16-bit integers '
+        "(CF `scale_factor`), in steps of at most 0.6 x accuracy in every band; half the bytes.",
+    )
     certificate: Whole = Field(
         24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )

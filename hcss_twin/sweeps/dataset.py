@@ -21,6 +21,7 @@ from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
+from hcss_twin.cube.packing import FILL
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.scenario.section_types import parse_instant
 from hcss_twin.sweeps.design import Design
@@ -101,6 +102,7 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
 
 
 _MISSING_INTEGER = 255
+PACKING = ("scale_factor", "add_offset")
 
 
 class _Writer:
@@ -182,7 +184,8 @@ class _Writer:
         if name == GRID_MAPPING and found.moves:
             return  # CF allows no plane per location; latitude and longitude remain
         is_data = "grid_mapping" in variable.ncattrs()
-        attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
+        of_point = "_FillValue", "packing_maximum_relative_error", "packing_maximum_error_kelvin"
+        attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key not in of_point}
         if found.moves:
             attributes.pop("grid_mapping", None)
         if found.starts and "time" in variable.dimensions and "coordinates" in attributes:
@@ -190,7 +193,7 @@ class _Writer:
         dims = (*self._dims, *variable.dimensions) if is_data or name in found.variables else variable.dimensions
         kind = str if variable.dtype is str else variable.dtype
         fill: Any = variable.getncattr("_FillValue") if "_FillValue" in variable.ncattrs() else False
-        if is_data and len(self._cubes) < len(self._records):
+        if is_data and len(self._cubes) < len(self._records) and PACKING[0] not in attributes:
             fill = np.nan if np.dtype(kind).kind == "f" else _MISSING_INTEGER
         filters = variable.filters() or {}
         layout: dict[str, Any] = {}
@@ -232,7 +235,7 @@ class _Writer:
             is_of_points = variable.dimensions[: len(self._dims)] == self._dims
             if not is_of_points or name in self._dims or name.startswith("point_"):
                 continue
-            missing = _nothing(variable.dtype)
+            missing = FILL if PACKING[0] in variable.ncattrs() else _nothing(variable.dtype)
             for frame in range(variable.shape[len(self._dims)]) if "time" in variable.dimensions else (Ellipsis,):
                 self._set(name, (*index, frame), missing)
         for name, kind in self._found.attributes.items():
@@ -364,7 +367,11 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
 
 
 def _layout(cube: Any) -> dict[str, tuple[str, tuple[str, ...], tuple[int, ...]]]:
-    return {name: (str(each.dtype), each.dimensions, each.shape) for name, each in cube.variables.items()}
+    return {
+        name: (" ".join([str(each.dtype), *(f"{key} {getattr(each, key)}" for key in PACKING if hasattr(each, key))]),
+               each.dimensions, each.shape)
+        for name, each in cube.variables.items()
+    }  # fmt: skip
 
 
 def _require_same_layout(first: Mapping[str, Any], other: Mapping[str, Any], one: int, another: int) -> None:
@@ -372,5 +379,5 @@ def _require_same_layout(first: Mapping[str, Any], other: Mapping[str, Any], one
     if unlike:
         raise SweepError(
             f"cannot write one dataset: cubes of points {one} and {another} differ in the variables "
-            f"{', '.join(unlike)} or their sizes; the cubes themselves are complete"
+            f"{', '.join(unlike)}, their sizes or their packing; the cubes themselves are complete"
         )

@@ -5,7 +5,7 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.parameters import RoughSeaParameters
-from hcss_twin.models.sea import pierson_moskowitz, wave_spectrum
+from hcss_twin.models.sea import pierson_moskowitz, plane_waves, wave_spectrum
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.slope_statistics import resolved_variances
 from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s, thermal_contrast_bound
@@ -85,12 +85,29 @@ def test_one_wave_travels_downwind_with_the_speed_of_deep_water():
     np.testing.assert_allclose(after, before, atol=1e-9)
 
 
-def test_a_window_equals_the_same_part_of_the_whole():
+def test_a_window_across_tiles_equals_the_same_part_of_the_whole():
     field = WaveField(JONSWAP, 200.0, 10.0, seed=4)
-    whole = field.slopes(12.0, slice(0, 64), slice(0, 64))
-    part = field.slopes(12.0, slice(16, 40), slice(8, 60))
-    for all_of_it, some in zip(whole, part, strict=True):
-        np.testing.assert_allclose(some, all_of_it[16:40, 8:60], atol=1e-13)
+    whole = field.slopes(12.0, slice(-40, 70), slice(-300, 300))
+    for rows, columns in (((-40, -31), (-300, 300)), ((-1, 33), (-3, 258)), ((5, 6), (255, 256)), ((31, 70), (0, 9))):
+        part = field.slopes(12.0, slice(*rows), slice(*columns))
+        expected = whole[:, rows[0] + 40 : rows[1] + 40, columns[0] + 300 : columns[1] + 300]
+        np.testing.assert_array_equal(part, expected)
+
+
+@pytest.mark.parametrize("components", [1, 512])
+@pytest.mark.parametrize(("pixel", "row", "column"), [(1.0, -20, 200), (30.0, 10**6, -(10**6))])
+def test_slopes_are_the_sum_of_the_sines_of_all_waves(components, pixel, row, column):
+    """Against the sum term by term, in double precision: everywhere in a tile, and far from the origin."""
+    field = WaveField(PM, 40.0, pixel, seed=6, components=components)
+    rows, columns = np.arange(row, row + 40), np.arange(column, column + 300)
+    found = field.slopes(2.5, slice(row, row + 40), slice(column, column + 300), 7.7)
+    k_y, k_x = field._k_y * pixel, field._k_x * pixel
+    along = np.exp(1j * (np.outer(k_x, columns + 0.5) + (field._k_x * 7.7)[:, None]))
+    down = np.exp(1j * (np.outer(rows + 0.5, k_y) + field._phase - 2.5 * field._omega))
+    for slopes, k in zip(found, (field._k_x, field._k_y), strict=True):
+        expected = -field._slope * ((down * k / field._wavenumber) @ along).imag
+        scale = np.sqrt(field.resolved_mean_square_slope)
+        np.testing.assert_allclose(slopes, expected, rtol=0.0, atol=plane_waves.ERROR * scale)
 
 
 def test_waves_of_the_field_have_the_spectrum():

@@ -207,9 +207,15 @@ class WaveStage:
     def __init__(self, waves: PlannedWaves, tables: RadianceTables | None, wind_from_deg: float, samples: int) -> None:
         self._shapes = waves.shapes
         self._tables: WaveTables | None = None if tables is None else tables.waves
+        self._nodes: tuple[NDArray[np.float32], ...] = ()
         self._time_s = () if tables is None else tables.time_s
-        bearing = math.radians(wind_from_deg)
-        self._sine, self._cosine = math.sin(bearing), math.cos(bearing)
+        if self._tables is not None:
+            self._nodes = tuple(np.ascontiguousarray(np.moveaxis(each, 2, 0)) for each in self._tables.change)
+            # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
+            bearing = math.radians(wind_from_deg)
+            turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
+            last = np.array(self._nodes[0].shape[1:]) - 1
+            self._to_nodes = (turn * (0.5 * last / self._tables.reach)[:, None]).astype(np.float32)
         self._samples = samples
 
     def fill(
@@ -252,16 +258,11 @@ class WaveStage:
         clear = np.ones(slopes.shape[1:], dtype=np.bool_)
         for layer in thickness_m:
             clear &= layer <= 0
-        # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
-        upwind = slopes[0] * self._sine + slopes[1] * self._cosine
-        crosswind = slopes[0] * self._cosine - slopes[1] * self._sine
-        _add(radiance[:, place[0], place[1]], self._change(time_s), *self._tables.reach,
-             upwind, crosswind, clear, self._samples)  # fmt: skip
+        _add(radiance[:, place[0], place[1]], self._change(time_s), self._to_nodes, slopes, clear, self._samples)
 
     def _change(self, time_s: float) -> NDArray[np.float32]:
-        """Table at a time, linear between time nodes."""
-        assert self._tables is not None
-        change, nodes = self._tables.change, self._time_s
+        """Table (C, N, M) at a time, linear between time nodes."""
+        change, nodes = self._nodes, self._time_s
         if len(nodes) == 1:
             return change[0]
         index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
@@ -271,47 +272,53 @@ class WaveStage:
 
 
 @njit(cache=True, nogil=True)
-def _cubic(weights, place, last):  # type: ignore[no-untyped-def]
-    """Set the weights of the cubic through the four nodes around a place (0 to ``last``); return the first node."""
-    first = min(max(int(place) - 1, 0), last - 3)
-    t = place - first
-    a, b, c = t - 1.0, t - 2.0, t - 3.0
-    weights[0] = -a * b * c / 6.0
-    weights[1] = t * b * c / 2.0
-    weights[2] = -t * a * c / 2.0
-    weights[3] = t * a * b / 6.0
-    return first
+def _cubic(weights, first, place, last):  # type: ignore[no-untyped-def]
+    """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each place, from 0."""
+    end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
+    for x in range(place.size):
+        at = min(max(place[x], np.float32(0)), end)
+        first[x] = min(max(np.int32(at) - np.int32(1), np.int32(0)), np.int32(last - 3))
+        t = at - np.float32(first[x])
+        a, b, c = t - np.float32(1), t - two, t - np.float32(3)
+        weights[0, x] = -a * b * c * six
+        weights[1, x] = t * b * c * np.float32(0.5)
+        weights[2, x] = -t * a * c * np.float32(0.5)
+        weights[3, x] = t * a * b * six
 
 
 @njit(cache=True, nogil=True)
-def _add(  # type: ignore[no-untyped-def]
-    radiance, change, reach_up, reach_cross, upwind, crosswind, clear, samples
-):
-    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table."""
+def _add(radiance, change, to_nodes, slopes, clear, samples):  # type: ignore[no-untyped-def]
+    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table.
+
+    ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
+    """
     channels, rows, columns = radiance.shape
-    last_up, last_cross = change.shape[0] - 1, change.shape[1] - 1
-    per_up, per_cross = 0.5 * last_up / reach_up, 0.5 * last_cross / reach_cross
-    share = 1.0 / (samples * samples)
-    sums, of_up, of_cross = np.empty(channels), np.empty(4), np.empty(4)
+    last_up, last_cross = change.shape[1] - 1, change.shape[2] - 1
+    middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)
+    points = slopes.shape[2]
+    up, cross = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
+    k, m = np.empty(points, np.int32), np.empty(points, np.int32)
+    sums = np.empty((channels, columns), np.float32)
+    share = np.float32(1 / (samples * samples))
     for y in range(rows):
-        for x in range(columns):
-            found = False
-            for i in range(y * samples, (y + 1) * samples):
-                for j in range(x * samples, (x + 1) * samples):
-                    if not clear[i, j]:
-                        continue
-                    if not found:
-                        found = True
-                        sums[:] = 0.0
-                    up = min(max((upwind[i, j] + reach_up) * per_up, 0.0), np.float64(last_up))
-                    cross = min(max((crosswind[i, j] + reach_cross) * per_cross, 0.0), np.float64(last_cross))
-                    k, m = _cubic(of_up, up, last_up), _cubic(of_cross, cross, last_cross)
-                    for a in range(4):
-                        for b in range(4):
-                            weight = of_up[a] * of_cross[b]
-                            for c in range(channels):
-                                sums[c] += weight * change[k + a, m + b, c]
-            if found:
-                for c in range(channels):
+        sums[:] = 0
+        for i in range(y * samples, (y + 1) * samples):
+            _cubic(up, k, to_nodes[0, 0] * slopes[0, i] + to_nodes[0, 1] * slopes[1, i] + middle_up, last_up)
+            _cubic(cross, m, to_nodes[1, 0] * slopes[0, i] + to_nodes[1, 1] * slopes[1, i] + middle_cross, last_cross)
+            for c in range(channels):
+                for x in range(columns):
+                    for j in range(x * samples, (x + 1) * samples):
+                        if clear[i, j]:
+                            n, found = m[j], np.float32(0)
+                            for a in range(4):
+                                line = change[c, k[j] + a]
+                                found += up[a, j] * (
+                                    (cross[0, j] * line[n] + cross[1, j] * line[n + 1])
+                                    + (cross[2, j] * line[n + 2] + cross[3, j] * line[n + 3])
+                                )
+                            sums[c, x] += found
+        for c in range(channels):
+            for x in range(columns):
+                if sums[c, x] != 0:
                     # A vanishing term can become negative by rounding.
-                    radiance[c, y, x] = np.float32(max(radiance[c, y, x] + sums[c] * share, 0.0))
+                    radiance[c, y, x] = max(radiance[c, y, x] + sums[c, x] * share, np.float32(0))

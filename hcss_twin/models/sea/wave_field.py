@@ -12,14 +12,15 @@ steeper waves are clipped: bounds over that rectangle hold for any pixel.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.pierson_moskowitz import GRAVITY_M_S2
+from hcss_twin.models.sea.plane_waves import PlaneWaveSums
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import Grid, Motion
 
@@ -80,8 +81,8 @@ class WaveField:
         self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
         self._wavenumber = wavenumber
 
-    def slopes(self, time_s: float, rows: slice, columns: slice, x_m: float = 0.0) -> tuple[Array, Array]:
-        """Return the slopes (y, x) along columns and along rows at the pixel centres of a window.
+    def slopes(self, time_s: float, rows: slice, columns: slice, x_m: float = 0.0) -> NDArray[np.float32]:
+        """Return the slopes (2, y, x) along columns and along rows at the pixel centres of a window.
 
         Parameters
         ----------
@@ -92,47 +93,23 @@ class WaveField:
         x_m : float
             Position of column 0, for a moving window.
         """
-        # The derivative of a wave of elevation a cos(p) is -a k sin(p); sin(p) is the imaginary part.
-        along = -self._slope * self._unit(self._k_x)
-        down = -self._slope * self._unit(self._k_y)
-        row, column = self._plane_waves(time_s, rows, columns, x_m)
-        slopes = np.zeros((2, row.shape[0], column.shape[1]))
-        _add_slopes(slopes, row, column, along, down)
-        return slopes[0], slopes[1]
+        # Pixel centres; the derivative of a wave of elevation a cos(p) is -a k sin(p).
+        centre = 0.5 * self.pixel_size_m
+        phase = self._phase - self._omega * time_s + self._k_x * (x_m + centre) + self._k_y * centre
+        return self._sums.at(phase, rows, columns)
+
+    @cached_property
+    def _sums(self) -> PlaneWaveSums:
+        amplitudes = -self._slope * np.stack((self._k_x, self._k_y)) / self._wavenumber
+        return PlaneWaveSums(self._k_x * self.pixel_size_m, self._k_y * self.pixel_size_m, amplitudes)
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
-        row, column = self._plane_waves(time_s, rows, columns, 0.0)
-        height: Array = ((row * (self._slope / self._wavenumber)) @ column).real
+        y, x = (np.arange(each.start, each.stop) + 0.5 for each in (rows, columns))
+        down = np.exp(1j * (np.outer(y * self.pixel_size_m, self._k_y) + self._phase - self._omega * time_s))
+        along = np.exp(1j * np.outer(self._k_x, x * self.pixel_size_m))
+        height: Array = ((down * (self._slope / self._wavenumber)) @ along).real
         return height
-
-    def _unit(self, component: Array) -> Array:
-        return np.asarray(component / self._wavenumber, dtype=np.float64)
-
-    def _plane_waves(
-        self, time_s: float, rows: slice, columns: slice, x_m: float
-    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Return the factors (y, N) and (N, x) of exp(i (k.r - omega t + phase))."""
-        y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
-        x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
-        now = np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
-        down = np.exp(1j * y[:, None] * self._k_y[None, :]) * now
-        return down, np.exp(1j * self._k_x[:, None] * x[None, :])
-
-
-@njit(cache=True, nogil=True)
-def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
-    """Add both slopes to ``slopes`` (2, y, x) wave by wave: rounding in matrix products depends on the window shape."""
-    waves, width = row.shape[1], column.shape[1]
-    real, imaginary = column.real.copy(), column.imag.copy()
-    for y in range(row.shape[0]):
-        of_x, of_y = slopes[0, y], slopes[1, y]
-        for n in range(waves):
-            a, b = row[y, n].real, row[y, n].imag
-            for x in range(width):
-                sine = a * imaginary[n, x] + b * real[n, x]
-                of_x[x] += along[n] * sine
-                of_y[x] += down[n] * sine
 
 
 def _scatter(share: Array) -> Array:
@@ -193,7 +170,7 @@ class ResolvedWaves:
             Window with a start and a stop.
         """
         x_m = self._speed_m_s * time_s
-        return np.stack(self._field.slopes(time_s, rows, columns, x_m)).astype(np.float32)
+        return self._field.slopes(time_s, rows, columns, x_m)
 
 
 SIGMAS = 3.0
