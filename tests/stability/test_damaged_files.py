@@ -1,5 +1,6 @@
 """Files that are damaged, or declare more than they contain: one error that names the file, or a valid result."""
 
+import shutil
 import struct
 import time
 import zlib
@@ -7,7 +8,9 @@ import zlib
 import netCDF4
 import numpy as np
 import pytest
-from damage import make_files, what_escapes
+from damage import what_escapes
+from file_readers import READERS
+from input_files import make_files
 
 from hcss_twin.core.errors import CatalogError, CubeError, HcssError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, reads
@@ -16,22 +19,33 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, read_atmosphere_table
 from hcss_twin.models.clouds.imagery.reader import read_image
 
+LONG = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    return make_files(tmp_path_factory.mktemp("files"))
+    return make_files(tmp_path_factory.mktemp("made") / "files")
 
 
-@pytest.mark.parametrize(
-    ("kinds", "count"),
-    [
-        (("image", "entry", "profile", "response", "modtran", "scene", "posterior"), 300),
-        (("cube", "cube.zarr"), 12),
-        pytest.param(("cube", "cube.zarr"), 300, marks=pytest.mark.long),
-    ],
-)
-def test_only_errors_of_the_package_escape(files, tmp_path, kinds, count):
-    escaped, outcomes = what_escapes(files, tmp_path, count, seed=10_000, kinds=kinds)
+@pytest.fixture
+def folder(files, tmp_path):
+    (tmp_path / "files").symlink_to(next(iter(files.values())).parent)
+    return tmp_path
+
+
+def test_every_reader_reads_the_file_before_it_is_damaged(files, folder):
+    for group in ("fast", "slow"):
+        for name, readers in READERS[group].items():
+            for reader in readers.values():
+                copy = folder / name
+                shutil.rmtree(copy, ignore_errors=True)
+                shutil.copytree(files[name], copy) if files[name].is_dir() else shutil.copy(files[name], copy)
+                reader(copy)
+
+
+@pytest.mark.parametrize(("group", "count"), [("fast", 300), ("slow", 20), pytest.param("slow", 300, marks=LONG)])
+def test_only_errors_of_the_package_escape(files, folder, group, count):
+    escaped, outcomes = what_escapes(group, files, folder, range(10_000, 10_000 + count))
     assert not escaped
     assert outcomes["refused"]
 
