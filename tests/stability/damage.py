@@ -128,6 +128,14 @@ def _limited():
         signal.signal(signal.SIGALRM, before)
 
 
+def fresh_copy(path, folder):
+    """Return a copy of a file or folder, of the same name, in a folder."""
+    copy = folder / path.name
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(path, copy) if path.is_dir() else shutil.copy(path, copy)
+    return copy
+
+
 def read_damaged(group, files, folder, number):
     """Damage the file that a seed draws from a group of readers, and read it.
 
@@ -138,9 +146,7 @@ def read_damaged(group, files, folder, number):
     """
     draw = random.Random(f"{group} {number}")  # not the numbers that choose the damage
     name, reader = draw.choice([(name, reader) for name, own in READERS[group].items() for reader in own])
-    path, copy = files[name], folder / name
-    shutil.rmtree(copy, ignore_errors=True)
-    shutil.copytree(path, copy) if path.is_dir() else shutil.copy(path, copy)
+    copy = fresh_copy(files[name], folder)
     try:
         damage(copy, number)
     except Exception:  # the library that damages refuses

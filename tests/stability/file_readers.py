@@ -103,13 +103,13 @@ _CUBE = {
 }
 
 FAST = {
-    **dict.fromkeys((f"image.{each}" for each in ("jpg", "nc", "npy", "npz", "png", "tif")), {"image": read_image}),
+    **{f"image.{suffix}": {"image": read_image} for suffix in ("jpg", "nc", "npy", "npz", "png", "tif")},
     "entry.nc": {"entry": read_entry, "facts": read_facts},
     "profile.csv": {"profile": lambda path: load_profile(str(path), Catalog())},
     "profile.nc": {"profile": lambda path: load_profile(str(path), Catalog())},
     "profiles.nc": {"profiles": lambda path: load_profiles(str(path), Catalog()).with_levels_near(36.0, 0.0)},
     "table.nc": {"table": read_atmosphere_table},
-    **dict.fromkeys(("modtran.json", "modtran.csv", "modtran.tp7"), {"paths": read_paths}),
+    **{f"modtran.{suffix}": {"paths": read_paths} for suffix in ("json", "csv", "tp7")},
     "libradtran": {"paths": lambda path: read_paths(path / "a.out")},
     "response.csv": {
         "columns": read_columns,
@@ -123,8 +123,6 @@ FAST = {
     "sweep.toml": {"points": lambda path: points_of(Design.load(path))},
     "posterior.nc": {"posterior": read_posterior, "draws": PosteriorDraws.read},
     "optics.nc": {"table": lambda path: read_into(optics_table(), path)},
-    "sweep.nc": {"open": lambda path: open_sweep(path).close()},
-    "propagation.nc": {"open": lambda path: open_propagation(path).close()},
 }
 """Readers that take some milliseconds."""
 
@@ -135,14 +133,17 @@ SLOW = {
     "image.png": {"evaluate": _evaluate},
     "scene": {"plan": lambda path: make_plan(Scenario.load(path / "scene.toml"))},
     "sweep": {"resume": _resume},
+    "sweep.nc": {"open": lambda path: open_sweep(path).close()},
+    "propagation.nc": {"open": lambda path: open_propagation(path).close()},
     "fit.state": {"fit": _fit_on},
     "cache": {"run": _with_what_was_kept},
 }
 """Readers that take some hundredths to tenths of a second."""
 
-PAGES = dict.fromkeys(
-    ("cube.nc", "measured.nc", "cube.zarr", "sweep", "sweep.nc", "propagation.nc", "posterior.nc"), {"report": _report}
-)
+PAGES = {
+    name: {"report": _report}
+    for name in ("cube.nc", "measured.nc", "cube.zarr", "sweep", "sweep.nc", "propagation.nc", "posterior.nc")
+}
 """Readers that draw many figures: seconds."""
 
 READERS = {"fast": FAST, "slow": SLOW, "pages": PAGES}

@@ -8,8 +8,8 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
-TESTS = Path(__file__).parents[1]
-sys.path += [str(each) for each in (TESTS, TESTS / "unit") if str(each) not in sys.path]
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
 
 from cheap import CHEAP
 from posterior_example import example_posterior
@@ -92,12 +92,12 @@ def small_stratus(**changes):
     return Scenario.from_dict(json.loads(Scenario.load("stratus").to_json()), SMALL | changes)
 
 
-def make_files(folder, kinds=()):
-    """Write one file, or one folder, of each kind and return them by name; some kinds if any are named."""
+def make_files(folder, runs=True):
+    """Write one file, or one folder, of each kind and return them by name; ``runs``: those of commands that compute."""
     folder.mkdir(parents=True, exist_ok=True)
-    for write in (_images, _airs, _texts, _rasters, _scene, _results, _kept):
+    for write in (_images, _airs, _texts, _rasters, _scene, _optics, *((_results, _kept) if runs else ())):
         write(folder)
-    return {path.name: path for path in sorted(folder.iterdir()) if not kinds or path.name in kinds}
+    return {path.name: path for path in sorted(folder.iterdir())}
 
 
 def noise():
@@ -200,6 +200,7 @@ def _texts(folder):
     (folder / "response.csv").write_text("wavelength_um,response\n10,0\n10.5,1\n11,0.5\n12,0\n")
     (folder / "index.csv").write_text("wavelength_um,n,k\n0.5,1.33,1e-9\n3,1.4,0.2\n20,1.3,0.1\n")
     (folder / "psf.txt").write_text("0.1 0.2 0.1\n0.2 1.0 0.3\n0.0 0.2 0.1\n")
+    example_posterior(folder / "posterior.nc")
     (folder / "scenario.json").write_text(Scenario.load("cirrus").to_json())
     swept = "[sweep]\nsea.temperature = {from = 280, to = 290, steps = 3}\nview.zenith = [0, 30]\n"
     shipped = (Catalog().root / "scenarios" / "stratus.toml").read_text(encoding="utf-8")
@@ -211,7 +212,7 @@ def _rasters(folder):
 
     latitude, longitude = np.linspace(34.5, 35.5, 30), np.linspace(149.5, 150.5, 30)
     write_netcdf(folder / "raster.nc", latitude, longitude, surface_class=np.tile(longitude > 150.0, (30, 1)))
-    place = rasterio.transform.from_bounds(149.5, 34.5, 150.5, 35.5, 40, 40)
+    place = rasterio.Affine(1 / 40, 0.0, 149.5, 0.0, -1 / 40, 35.5)
     about = {"driver": "GTiff", "height": 40, "width": 40, "count": 1, "dtype": "uint8", "crs": "EPSG:4326"}
     with rasterio.open(folder / "raster.tif", "w", **about, transform=place) as file:
         file.write(np.tile(np.arange(40) > 20, (40, 1)).astype(np.uint8), 1)
@@ -227,8 +228,7 @@ def _scene(folder):
 
 
 def _results(folder):
-    """Write what commands write and others read: cubes, sweeps, posteriors, propagations, the state of a fit."""
-    example_posterior(folder / "posterior.nc")
+    """Write what commands write and others read: cubes, sweeps, propagations, the state of a fit."""
     scenario = small_stratus()
     for name in ("cube.nc", "cube.zarr"):
         run(make_plan(scenario), folder / name)
@@ -248,11 +248,14 @@ def optics_table():
     return BulkTable(cloud, index, Accuracy(radius_nodes=50, spectral_step=0.05, moments=16))
 
 
-def _kept(folder):
-    """Write what runs keep for later runs."""
+def _optics(folder):
     table = optics_table()
     table.complete(np.log(np.linspace(10.0, 11.0, 9)), lambda pieces, _: pieces)
     table_store.write(table, folder / "optics.nc")
+
+
+def _kept(folder):
+    """Write what runs keep for later runs."""
     before = os.environ.get("HCSS_CACHE_DIR")
     os.environ["HCSS_CACHE_DIR"] = str(folder / "cache")
     try:

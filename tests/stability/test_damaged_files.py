@@ -1,6 +1,5 @@
 """Files that are damaged, or declare more than they contain: one error that names the file, or a valid result."""
 
-import shutil
 import struct
 import time
 import zlib
@@ -8,7 +7,7 @@ import zlib
 import netCDF4
 import numpy as np
 import pytest
-from damage import what_escapes
+from damage import fresh_copy, what_escapes
 from file_readers import READERS
 from input_files import make_files
 
@@ -19,33 +18,25 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, read_atmosphere_table
 from hcss_twin.models.clouds.imagery.reader import read_image
 
-LONG = pytest.mark.long
+GROUPS = ("fast", pytest.param("slow", marks=pytest.mark.long))
 
 
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    return make_files(tmp_path_factory.mktemp("made") / "files")
+@pytest.fixture(scope="module", params=GROUPS)
+def group(request, tmp_path_factory):
+    """A group of readers with its files, the folder of these, and a folder for copies."""
+    folder = tmp_path_factory.mktemp(request.param)
+    return request.param, make_files(folder / "files", runs=request.param != "fast"), folder
 
 
-@pytest.fixture
-def folder(files, tmp_path):
-    (tmp_path / "files").symlink_to(next(iter(files.values())).parent)
-    return tmp_path
+def test_every_reader_reads_the_file_before_it_is_damaged(group):
+    name, files, folder = group
+    for file, readers in READERS[name].items():
+        for reader in readers.values():
+            reader(fresh_copy(files[file], folder))
 
 
-def test_every_reader_reads_the_file_before_it_is_damaged(files, folder):
-    for group in ("fast", "slow"):
-        for name, readers in READERS[group].items():
-            for reader in readers.values():
-                copy = folder / name
-                shutil.rmtree(copy, ignore_errors=True)
-                shutil.copytree(files[name], copy) if files[name].is_dir() else shutil.copy(files[name], copy)
-                reader(copy)
-
-
-@pytest.mark.parametrize(("group", "count"), [("fast", 300), ("slow", 20), pytest.param("slow", 300, marks=LONG)])
-def test_only_errors_of_the_package_escape(files, folder, group, count):
-    escaped, outcomes = what_escapes(group, files, folder, range(10_000, 10_000 + count))
+def test_only_errors_of_the_package_escape(group):
+    escaped, outcomes = what_escapes(*group, range(10_000, 10_300))
     assert not escaped
     assert outcomes["refused"]
 
