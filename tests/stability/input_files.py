@@ -95,7 +95,7 @@ def small_stratus(**changes):
 def make_files(folder, runs=True):
     """Write one file, or one folder, of each kind and return them by name; ``runs``: those of commands that compute."""
     folder.mkdir(parents=True, exist_ok=True)
-    for write in (_images, _airs, _texts, _rasters, _scene, _optics, *((_results, _kept) if runs else ())):
+    for write in (_images, write_airs, _texts, _rasters, _scene, _optics, *((_results, _kept) if runs else ())):
         write(folder)
     return {path.name: path for path in sorted(folder.iterdir())}
 
@@ -123,7 +123,8 @@ def _images(folder):
     write_entry(folder / "entry.nc", import_image(folder / "image.npy", ImportOptions(pixel_size_m=100.0)))
 
 
-def _airs(folder):
+def write_airs(folder):
+    """Write profiles, tables and outputs of radiation codes."""
     (folder / "profile.csv").write_bytes((Catalog().root / "atmospheres" / "us-standard-1976.csv").read_bytes())
     _profiles(folder / "profile.nc", [35.0])
     _profiles(folder / "profiles.nc", [30.0, 35.0, 40.0])
