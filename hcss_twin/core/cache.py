@@ -19,6 +19,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write, remove_orphans
@@ -236,15 +237,14 @@ def write_record(path: Path, record: Any, classes: tuple[type, ...]) -> None:
         If the tree contains another type.
     """
     arrays: dict[str, NDArray[Any]] = {}
-    structure = json.dumps(_encode(record, classes, arrays))
-    with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, structure=np.array(structure), **arrays)
+    arrays["structure"] = np.array(json.dumps(_encode(record, classes, arrays)))
+    write_arrays(path, arrays)
 
 
 def read_record(path: Path, classes: tuple[type, ...]) -> Any:
     """Read what :func:`write_record` wrote; raises exceptions of many kinds if the file is not such a record."""
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        return _decode(json.loads(str(archive["structure"])), {each.__name__: each for each in classes}, archive)
+    arrays = read_arrays(path)
+    return _decode(json.loads(str(arrays["structure"])), {each.__name__: each for each in classes}, arrays)
 
 
 def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any]]) -> Any:

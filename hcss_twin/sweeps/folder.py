@@ -12,8 +12,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import TypeAdapter
+
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reading
 from hcss_twin.sweeps.points import PointOutcome, SweepPoint, sha256_of
 
 PointState = Literal["pending", "done", "failed"]
@@ -154,12 +157,14 @@ class SweepFolder:
         path = self.path / INDEX
         if not path.exists():
             return None
-        try:
+        with reading(path, SweepError, "give another folder"):
             known = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise SweepError(f"{path} cannot be read: {error}; give another folder") from error
-        names = {"format", "sweep", "versions", "points"}
-        if not isinstance(known, dict) or not names <= set(known) or known["format"] != FORMAT:
+        types = {"format": int, "sweep": str, "keys": list, "versions": dict, "points": list}
+        if (
+            not isinstance(known, dict)
+            or not all(isinstance(known.get(name), kind) for name, kind in types.items())
+            or known["format"] != FORMAT
+        ):
             raise SweepError(f"{path} is not a sweep index of this version; give another folder")
         return known
 
@@ -175,7 +180,7 @@ class SweepFolder:
     def _require_same(self, known: Mapping[str, Any], versions: Mapping[str, str]) -> None:
         remedy = "allowed: another folder, or --force, which removes its cubes and starts again"
         if known["sweep"] != self._digest:
-            keys = ", ".join(known.get("keys", ()))
+            keys = ", ".join(map(str, known["keys"]))
             mine = ", ".join(self._about["keys"])
             raise SweepError(
                 f"{self.path} holds another sweep: {len(known['points'])} points over {keys}; this one has "
@@ -209,17 +214,17 @@ class SweepFolder:
         path = self.path / LOG
         if not path.exists():
             return
-        text = path.read_text(encoding="utf-8")
+        with reading(path, SweepError):
+            text = path.read_text(encoding="utf-8", errors="replace")
         if text and not text.endswith("\n"):  # killed while writing
             with path.open("a", encoding="utf-8") as file:
                 file.write("\n")
+        logged, known = TypeAdapter(PointRecord), range(len(self.records))
         for line in text.splitlines():
-            try:
-                record = PointRecord(**json.loads(line))
-            except (ValueError, TypeError):
-                continue  # its cube is checked
-            if 0 <= record.point < len(self.records):
-                self.records[record.point] = record
+            with contextlib.suppress(ValueError):  # the line is damaged: its cube is checked
+                record = logged.validate_json(line)
+                if record.point in known and record.file in (None, cube_name(record.point, len(known))):
+                    self.records[record.point] = replace(record, values=self.records[record.point].values)
         for number, record in enumerate(self.records):
             cube = None if record.file is None else self.path / record.file
             if cube is not None and not (cube.is_file() and cube.stat().st_size == record.bytes):
@@ -230,7 +235,10 @@ class SweepFolder:
         for point, record in zip(self._points, self.records, strict=True):
             path = self.path / cube_name(point.number, len(self._points))
             if record.file is None and path.is_file() and _is_cube_of(path, point):
-                error = _certificate_error(path)
+                try:
+                    error = _certificate_error(path)
+                except CubeError:  # damaged: it is computed again
+                    continue
                 outcome = PointOutcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
                 self.note(outcome)
 

@@ -7,7 +7,9 @@ import zlib
 import netCDF4
 import numpy as np
 import pytest
-from damage import make_files, what_escapes
+from damage import fresh_copy, what_escapes
+from file_readers import READERS
+from input_files import make_files
 
 from hcss_twin.core.errors import CatalogError, CubeError, HcssError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, reads
@@ -16,22 +18,25 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, read_atmosphere_table
 from hcss_twin.models.clouds.imagery.reader import read_image
 
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    return make_files(tmp_path_factory.mktemp("files"))
+GROUPS = ("fast", pytest.param("slow", marks=pytest.mark.long))
 
 
-@pytest.mark.parametrize(
-    ("kinds", "count"),
-    [
-        (("image", "entry", "profile", "response", "modtran", "scene", "posterior"), 300),
-        (("cube", "cube.zarr"), 12),
-        pytest.param(("cube", "cube.zarr"), 300, marks=pytest.mark.long),
-    ],
-)
-def test_only_errors_of_the_package_escape(files, tmp_path, kinds, count):
-    escaped, outcomes = what_escapes(files, tmp_path, count, seed=10_000, kinds=kinds)
+@pytest.fixture(scope="module", params=GROUPS)
+def group(request, tmp_path_factory):
+    """A group of readers with its files, the folder of these, and a folder for copies."""
+    folder = tmp_path_factory.mktemp(request.param)
+    return request.param, make_files(folder / "files", runs=request.param != "fast"), folder
+
+
+def test_every_reader_reads_the_file_before_it_is_damaged(group):
+    name, files, folder = group
+    for file, readers in READERS[name].items():
+        for reader in readers.values():
+            reader(fresh_copy(files[file], folder))
+
+
+def test_only_errors_of_the_package_escape(group):
+    escaped, outcomes = what_escapes(*group, range(10_000, 10_300))
     assert not escaped
     assert outcomes["refused"]
 

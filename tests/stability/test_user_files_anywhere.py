@@ -13,6 +13,7 @@ from cheap import CHEAP
 from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
+from input_files import small_table
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin import HcssError, Scenario, ScenarioError, make_plan, simulate
@@ -20,7 +21,7 @@ from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
-from hcss_twin.models.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION, read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.models.clouds.database import read_entry, write_entry
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
@@ -110,28 +111,6 @@ def test_a_scenario_says_which_of_its_fields_names_the_bad_file(overrides, field
         make_plan(Scenario.load("stratus", TINY | overrides))
     assert any(problem.field.startswith(field) for problem in caught.value.problems), str(caught.value)
     assert "bad." in str(caught.value)
-
-
-def small_table(path, **changed):
-    """An atmosphere table of 3 heights, 2 angles and 5 wavenumbers."""
-    values = {
-        "target_altitude_m": np.array([0.0, 1000.0, 5000.0]),
-        "zenith_deg": np.array([0.0, 60.0]),
-        "wavenumber_cm1": np.linspace(900.0, 1000.0, 5),
-        "transmittance": np.full((3, 2, 5), 0.5),
-        "path_radiance": np.full((3, 2, 5), 0.01),
-        "level_altitude_m": np.array([0.0, 5000.0, 1e5]),
-        "level_pressure_Pa": np.array([1e5, 5e4, 1.0]),
-        "level_temperature_K": np.array([290.0, 260.0, 200.0]),
-    } | changed
-    with netCDF4.Dataset(path, "w") as file:
-        file.format, file.format_version, file.source = FORMAT, FORMAT_VERSION, "made up"
-        for name in (*DIMENSIONS, "level"):
-            file.createDimension(name, len(values.get(name, values["level_altitude_m"])))
-        for name, array in values.items():
-            dims = DIMENSIONS if array.ndim == 3 else (name if name in DIMENSIONS else "level",)
-            file.createVariable(name, "f8", dims)[:] = array
-    return path
 
 
 @SOME

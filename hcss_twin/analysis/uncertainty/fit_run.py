@@ -21,6 +21,7 @@ from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
+from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError, PosteriorOptionError
 from hcss_twin.core.files import atomic_write
@@ -171,11 +172,8 @@ class Checkpoint:
         if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
-        with (
-            reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"),
-            self._path.open("rb") as stream,
-            np.load(stream, allow_pickle=False) as file,
-        ):
+        with reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
+            file = read_arrays(self._path)
             if str(file["fingerprint"]) != self._fingerprint:
                 raise PosteriorError(
                     f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"
@@ -204,8 +202,8 @@ class Checkpoint:
         arrays |= {f"random_{i}": np.asarray(part) for i, part in enumerate(chains.random_state)}
         arrays |= {"positions": chains.positions, "log_probability": chains.log_probability}
         arrays |= {"noises": np.asarray(len(state.noises)), "fingerprint": np.asarray(self._fingerprint)}
-        with atomic_write(self._path, PosteriorError) as draft, draft.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+        with atomic_write(self._path, PosteriorError) as draft:
+            write_arrays(draft, arrays)
         self._written = time.monotonic()
 
     def remove(self) -> None:
