@@ -30,7 +30,7 @@ from PythonicDISORT.pydisort import pydisort
 
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.starting_layer import halvings
+from hcss_twin.physics.multiple_scattering.starting_layer import START, halvings
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
@@ -207,7 +207,7 @@ def print_speed(quick: bool) -> None:
         )
     least = float(gauss_streams(8).mu.min())
     depth = 10.0 * (1.0 - 0.9 * 0.85**16)
-    print(f"\n8 streams: {halvings(depth, least)} doublings for thickness 10")
+    print(f"\n8 streams: {halvings(depth, least, START)} doublings for thickness 10")
     modes = best_s(lambda: solve_sun(tau, albedo, moments, views, 0.6, azimuth, 8, 8, 1, 0.0), repeats) / count
     print(f"Sun, 8 streams, 8 modes: {modes * 1e6:.0f} us per layer")
     fast = best_s(lambda: solve_layers_two_stream(tau, albedo, moments, [1.0, 0.5], 8), repeats) / count

@@ -27,7 +27,15 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
-from hcss_twin.physics.multiple_scattering.starting_layer import accumulate, eliminate, halvings, inner, starting_layer
+from hcss_twin.physics.multiple_scattering.starting_layer import (
+    START,
+    START_OF_MODES,
+    accumulate,
+    eliminate,
+    halvings,
+    inner,
+    starting_layer,
+)
 
 OPAQUE = 1e-18
 """A layer whose direct and diffuse transmission are below this no longer changes when doubled."""
@@ -61,12 +69,12 @@ def solve_chains(
         thinner that a new start costs less, the chain restarts.
     whole : (int, int)
         Number of beams; 1 if the kernels are means over azimuth, whose rows sum to 1 with direct transmission and
-        emissivity, else 0.
+        emissivity, else 0; then nothing is emitted.
     part : (int, int)
         First chain and step.
     out : (ndarray (cells, R, S), ndarray (cells, R, S), ndarray (2, cells, R))
         Unscaled kernels of reflection and transmission toward the last R directions from the first S; emissivity and
-        far share toward the last R.
+        far share toward the last R, for means over azimuth.
     """
     same, other, co_albedo = kernels
     mu, scale = directions
@@ -74,13 +82,16 @@ def solve_chains(
     beams, closed = whole
     reflected, transmitted, emitted = out
     rows, columns = same.shape[1], same.shape[2]
-    skipped, sources = rows - reflected.shape[1], reflected.shape[2]
+    unseen, sources = rows - reflected.shape[1], reflected.shape[2]
+    # Light toward the beams is needed for results only.
+    skipped = min(unseen, beams)
     # Two more columns: beside T the emissivity and the far share, beside R the emissivity and the
     # light (e - f) / 2 toward the lower layer.
-    reflection = np.empty((rows, columns + 2))
-    transmission = np.empty((rows, columns + 2))
-    down = np.empty((rows, columns + 2))
-    up = np.empty((rows, columns + 2))
+    width = columns + 2 * closed
+    reflection = np.empty((rows, width))
+    transmission = np.empty((rows, width))
+    down = np.empty((rows, width))
+    up = np.empty((rows, width))
     matrix = np.empty((columns - beams, columns - beams))
     direct = np.empty(rows)
     least_mu = mu[0]
@@ -91,41 +102,45 @@ def solve_chains(
         opaque = False
         for place in range(first[chain], first[chain + 1]):
             v = column[place]
-            times = halvings(thickness[place], least_mu)
+            times = halvings(thickness[place], least_mu, START if closed else START_OF_MODES)
             if place > first[chain] and doublings[place] <= times + SPARE:
                 times = doublings[place]
             else:
                 depth = thickness[place] * 0.5**times
                 opaque = False
-                starting_layer(same[v], other[v], depth, mu, scale, co_albedo[v], beams, reflection, transmission)
+                starting_layer(
+                    same[v], other[v], depth, mu, scale, co_albedo[v], beams, skipped, reflection, transmission
+                )
             for _ in range(times):
                 if not opaque:
                     for i in range(rows):
                         direct[i] = math.exp(-depth / mu[i])
-                    opaque = _is_opaque(transmission, direct, columns)
+                    opaque = _is_opaque(transmission, direct, skipped, columns)
                 if opaque:
-                    for i in range(rows):
+                    for i in range(skipped, rows):
                         for j in range(columns):
                             transmission[i, j] = 0.0
-                        transmission[i, columns + 1] *= 0.5
+                        if closed:
+                            transmission[i, columns + 1] *= 0.5
                 else:
-                    _double(reflection, transmission, direct, beams, columns, down, up, matrix)
+                    _double(reflection, transmission, direct, beams, columns, skipped, down, up, matrix)
                     if closed:
                         _close(reflection, transmission, direct, scale, beams, columns)
                 depth *= 2.0
             cell = cells[place]
-            for i in range(skipped, rows):
-                emitted[0, cell, i - skipped] = transmission[i, columns] / scale[i]
-                emitted[1, cell, i - skipped] = transmission[i, columns + 1] / scale[i]
+            for i in range(unseen, rows):
+                if closed:
+                    emitted[0, cell, i - unseen] = transmission[i, columns] / scale[i]
+                    emitted[1, cell, i - unseen] = transmission[i, columns + 1] / scale[i]
                 for j in range(sources):
                     unscaled = 1.0 / (scale[i] * scale[j])
-                    reflected[cell, i - skipped, j] = reflection[i, j] * unscaled
-                    transmitted[cell, i - skipped, j] = transmission[i, j] * unscaled
+                    reflected[cell, i - unseen, j] = reflection[i, j] * unscaled
+                    transmitted[cell, i - unseen, j] = transmission[i, j] * unscaled
 
 
 @inner
-def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
-    for i in range(direct.size):
+def _is_opaque(transmission: Any, direct: Any, skipped: int, columns: int) -> bool:
+    for i in range(skipped, direct.size):
         if direct[i] > OPAQUE:
             return False
         for j in range(columns):
@@ -136,16 +151,26 @@ def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
 
 @inner
 def _double(
-    reflection: Any, transmission: Any, direct: Any, beams: int, columns: int, down: Any, up: Any, matrix: Any
+    reflection: Any,
+    transmission: Any,
+    direct: Any,
+    beams: int,
+    columns: int,
+    skipped: int,
+    down: Any,
+    up: Any,
+    matrix: Any,
 ) -> None:
-    """Replace the layer by two copies of it; ``down``, ``up`` (D, C + 2) and ``matrix`` (N, N) are working memory."""
-    rows = direct.size
+    """Replace the layer by two copies of it; ``down``, ``up`` (as ``reflection``) and ``matrix`` are working memory."""
+    rows, width = reflection.shape
     streams = columns - beams
-    for i in range(rows):
-        reflection[i, columns] = transmission[i, columns]
-        reflection[i, columns + 1] = 0.5 * (transmission[i, columns] - transmission[i, columns + 1])
+    emits = width > columns
+    if emits:
+        for i in range(skipped, rows):
+            reflection[i, columns] = transmission[i, columns]
+            reflection[i, columns + 1] = 0.5 * (transmission[i, columns] - transmission[i, columns + 1])
     for i in range(beams, columns):
-        for j in range(columns + 2):
+        for j in range(width):
             down[i, j] = 0.0
     accumulate(down, reflection, reflection, beams, columns, beams, columns)
     for k in range(streams):
@@ -155,38 +180,41 @@ def _double(
         matrix[k, k] += 1.0
         for j in range(columns):
             down[i, j] = transmission[i, j] + down[i, j] * direct[j]
-        down[i, columns] += transmission[i, columns]
-        down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
+        if emits:
+            down[i, columns] += transmission[i, columns]
+            down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
     # Symmetric, and positive definite because no layer reflects more than it receives.
     eliminate(matrix, down, beams)
     # From here on the last column of ``down`` is the upward light if only the base is warm.
-    for i in range(rows):
+    for i in range(skipped, rows):
         for j in range(columns):
             up[i, j] = reflection[i, j] * direct[j]
-        for j in range(columns, columns + 2):
+        for j in range(columns, width):
             up[i, j] = reflection[i, j]
-    accumulate(up, reflection, down, 0, rows, beams, columns)
+    accumulate(up, reflection, down, skipped, rows, beams, columns)
     for side in range(2):
-        start, stop = (0, beams) if side == 0 else (columns, rows)
+        start, stop = (skipped, beams) if side == 0 else (columns, rows)
         for i in range(start, stop):
             for j in range(columns):
                 down[i, j] = transmission[i, j]
-            down[i, columns] = transmission[i, columns]
-            down[i, columns + 1] = 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
+            if emits:
+                down[i, columns] = transmission[i, columns]
+                down[i, columns + 1] = 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
         accumulate(down, reflection, up, start, stop, beams, columns)
-    for i in range(rows):
+    for i in range(skipped, rows):
         for j in range(columns):
             reflection[i, j] += direct[i] * up[i, j]
-    accumulate(reflection, transmission, up, 0, rows, beams, columns)
+    accumulate(reflection, transmission, up, skipped, rows, beams, columns)
     # ``up`` is no longer needed and becomes the new T.
-    for i in range(rows):
+    for i in range(skipped, rows):
         for j in range(columns):
             up[i, j] = direct[i] * down[i, j] + transmission[i, j] * direct[j]
-        up[i, columns] = transmission[i, columns] + direct[i] * down[i, columns]
-        up[i, columns + 1] = 0.5 * transmission[i, columns + 1] + direct[i] * down[i, columns + 1]
-    accumulate(up, transmission, down, 0, rows, beams, columns)
-    for i in range(rows):
-        for j in range(columns + 2):
+        if emits:
+            up[i, columns] = transmission[i, columns] + direct[i] * down[i, columns]
+            up[i, columns + 1] = 0.5 * transmission[i, columns + 1] + direct[i] * down[i, columns + 1]
+    accumulate(up, transmission, down, skipped, rows, beams, columns)
+    for i in range(skipped, rows):
+        for j in range(width):
             transmission[i, j] = up[i, j]
 
 
