@@ -7,11 +7,11 @@ from collections.abc import MutableMapping, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables, WaveTables
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
@@ -270,7 +270,7 @@ class WaveStage:
         return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _cubic(weights, place, last):  # type: ignore[no-untyped-def]
     """Set the weights of the cubic through the four nodes around a place (0 to ``last``); return the first node."""
     first = min(max(int(place) - 1, 0), last - 3)
@@ -283,7 +283,7 @@ def _cubic(weights, place, last):  # type: ignore[no-untyped-def]
     return first
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add(  # type: ignore[no-untyped-def]
     radiance, change, reach_up, reach_cross, upwind, crosswind, clear, samples
 ):

@@ -15,10 +15,10 @@ import math
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.sea.pierson_moskowitz import GRAVITY_M_S2
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import Grid, Motion
@@ -120,7 +120,7 @@ class WaveField:
         return down, np.exp(1j * self._k_x[:, None] * x[None, :])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
     """Add both slopes to ``slopes`` (2, y, x) wave by wave: rounding in matrix products depends on the window shape."""
     waves, width = row.shape[1], column.shape[1]
