@@ -19,11 +19,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables, ShadowTables
 from hcss_twin.plan.plan import Plan
@@ -95,6 +94,8 @@ def _loss(terms: Array, quantities: Quantities, names: Sequence[str]) -> Array:
 
 def _depth(extinction_m1: Array, weights: Array, path_m: Array) -> Array:
     """Negative logarithm (N,) of the weighted mean of exp(-k s) over the wavenumbers (V,)."""
+    from scipy.special import logsumexp  # takes 0.1 s to import
+
     seen = weights > 0.0
     k, w = extinction_m1[seen], weights[seen]
     least = float(np.min(k))
@@ -179,7 +180,7 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float) -> SunPaths:
     return SunPaths(shifts, from_flat, layer.thickness_max_m / count)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
     """Add the cloud of each slice to ``heights``, in single precision like the thickness."""
     full, nothing = np.float32(slice_m), np.float32(0.0)
@@ -302,7 +303,7 @@ class InstantShadows:
         return heights
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _cast(  # type: ignore[no-untyped-def]
     radiance, mask, row, column, samples, clear, in_cloud, part, depth, loss
 ):

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Grid
 
 POINTS_AT_ONCE = 2**21
@@ -82,7 +82,7 @@ def pixel_sums(values: NDArray[Any], samples: int) -> NDArray[np.float64]:
     return sums
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _sums(values, samples):  # type: ignore[no-untyped-def]
     rows, columns = values.shape[0] // samples, values.shape[1] // samples
     sums = np.zeros((rows, columns))

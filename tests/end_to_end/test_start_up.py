@@ -57,7 +57,8 @@ def test_a_run_with_kept_tables_imports_no_reader_no_plotter_and_no_solver(tmp_p
     hcss_twin.simulate(hcss_twin.Scenario.load("stratus", SCENARIO))
     found = imported("run", "stratus", *SMALL, "-o", "again.nc", cwd=tmp_path)
     heavy = {"pandas", "xarray", "matplotlib", "PIL", "pvlib", "tifffile", "h5py", "requests",
-             "scipy.optimize", "scipy.interpolate", "scipy.integrate", "scipy.sparse", "scipy.ndimage"}  # fmt: skip
+             "scipy.optimize", "scipy.interpolate", "scipy.integrate", "scipy.sparse", "scipy.ndimage",
+             "scipy.special", "scipy.linalg"}  # fmt: skip
     assert not found & heavy
 
 

@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import ImageError
+from hcss_twin.core.kernels import kernel
 
 # Images with shorter sides have too few scales for the estimators.
 SMALLEST_SIDE = 32
@@ -111,7 +111,7 @@ def complete_part(valid: NDArray[np.bool_]) -> tuple[slice, slice]:
     return slice(int(top), int(bottom)), slice(int(left), int(right))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _largest(valid: Any) -> tuple[int, int, int, int]:
     """Find the largest rectangle in each row's histogram of valid run heights, with a stack of increasing heights."""
     rows, columns = valid.shape

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.measures.checks import checked_image, checked_levels, checked_mask, range_within
 from hcss_twin.core.errors import ImageError
+from hcss_twin.core.kernels import kernel
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def to_grey_levels(
     return grey
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _quantised(pixels: Any, cloudy: Any, everywhere: bool, low: float, per_half: float, levels: int) -> Any:
     rows, columns = pixels.shape
     grey = np.zeros((rows, columns), np.uint8)
@@ -115,7 +115,7 @@ def joint_histogram(
     return counts
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _pair_counts(grey: Any, levels: int) -> Any:
     """Return the counts of pairs as int64 (levels, levels)."""
     rows, columns = grey.shape
@@ -139,7 +139,7 @@ def _pair_counts(grey: Any, levels: int) -> Any:
     return (even.astype(np.int64) + odd.astype(np.int64)).reshape(levels, levels)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _measures(counts: Any, pairs: float) -> tuple[float, float, float]:
     """Return entropy in bits, density, and the number of pairs of equal levels."""
     levels = counts.shape[0]

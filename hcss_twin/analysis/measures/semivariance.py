@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.measures.checks import checked_image, checked_mask
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
+from hcss_twin.core.kernels import kernel
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _sums(
     return sums, pairs
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _squares(image: Any, lag: int) -> tuple[float, float]:
     rows, columns = image.shape
     # One sum per column; with a single sum each addition would wait for the previous one.
@@ -121,7 +121,7 @@ def _squares(image: Any, lag: int) -> tuple[float, float]:
     return x.sum(), y.sum()
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _masked_squares(image: Any, valid: Any, lag: int) -> tuple[float, float, int, int]:
     rows, columns = image.shape
     x, y = np.zeros(columns), np.zeros(columns)

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.uncertainty.parameter_space import SHAPE
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENGTH_M
 
@@ -81,7 +81,7 @@ class BatchVariogram:
         return semivariogram, variance
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _distance(lag_cells: float, curvature: Any) -> Any:
     """Return 1 - correlation of points at a distance in cells."""
     lag = min(lag_cells, _REACH_CELLS)
@@ -91,7 +91,7 @@ def _distance(lag_cells: float, curvature: Any) -> Any:
     return lag * lag * (curvature[low] * (1.0 - fraction) + curvature[low + 1] * fraction)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _pair_mean(step: float, count: int, curvature: Any, node: Any, weight: Any) -> float:
     """Return the mean correlation of pairs of ``count`` pixels along one axis."""
     if step >= NEAREST_FROM:
@@ -105,7 +105,7 @@ def _pair_mean(step: float, count: int, curvature: Any, node: Any, weight: Any) 
     return reach * total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _fill(
     shapes: Any,
     lags: Any,

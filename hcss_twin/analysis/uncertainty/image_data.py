@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
@@ -26,6 +25,7 @@ from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.analysis.measures.semivariance import semivariances
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import highest_values
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
@@ -148,13 +148,13 @@ def _threshold(clear: int, size: int) -> float:
     return float(ndtri(clear / size)) if clear else -math.inf
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _count(values: Any, low: Any, scale: Any, counts: Any) -> None:
     for i in range(values.size):
         counts[int((values[i] - low) * scale)] += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _look_up(values: Any, low: Any, scale: Any, table: Any, result: Any) -> None:
     for i in range(values.size):
         result[i] = table[int((values[i] - low) * scale)]

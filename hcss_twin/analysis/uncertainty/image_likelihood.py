@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.special import ndtri
 
 from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
@@ -18,9 +17,10 @@ from hcss_twin.analysis.uncertainty.image_data import ImageData, ScoreSemivarian
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, PosteriorError
+from hcss_twin.core.kernels import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def log_densities(
     positions: Any,
     semivariance: Any,

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 
 Thickness = NDArray[np.float32]
@@ -140,7 +140,7 @@ def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
     return index.astype(np.int32), shift, first
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
     """Whether a thickness is outside the nodes by more than rounding, or NaN."""
     if nodes.size == 0:
@@ -149,7 +149,7 @@ def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
     return not (nodes[0] * (1 - ROUNDING) <= thickness <= nodes[nodes.size - 1] * (1 + ROUNDING))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-untyped-def]
     """Interval of a thickness, and its position in the interval, 0 to 1."""
     last = nodes.size - 2
@@ -161,7 +161,7 @@ def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-unt
     return index, (inside - low) / (high - low)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _points(  # type: ignore[no-untyped-def]
     radiance, row, column, table, thickness, bits, nodes, guide, shift, first
 ):
@@ -191,7 +191,7 @@ def _points(  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _one_layer(  # type: ignore[no-untyped-def]
     radiance, row, column, samples, clear, thickness, bits, nodes, guide, shift, first, alone
 ):
@@ -223,7 +223,7 @@ def _one_layer(  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _two_layers(  # type: ignore[no-untyped-def]
     radiance, row, column, samples, clear, both,
     thickness_a, bits_a, nodes_a, guide_a, shift_a, first_a, alone_a,
@@ -266,7 +266,7 @@ def _two_layers(  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add_linear(sums, x, table, index, part):  # type: ignore[no-untyped-def]
     """Add to ``sums[x]`` the value interpolated between two nodes of a table (N, C)."""
     for c in range(sums.shape[1]):
@@ -274,7 +274,7 @@ def _add_linear(sums, x, table, index, part):  # type: ignore[no-untyped-def]
         sums[x, c] += low + part * (table[index + 1, c] - low)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add_bilinear(sums, x, table, index, above, part, rest):  # type: ignore[no-untyped-def]
     """Add to ``sums[x]`` the value interpolated between four nodes of a table (N, M, C)."""
     for c in range(sums.shape[1]):
@@ -285,7 +285,7 @@ def _add_bilinear(sums, x, table, index, above, part, rest):  # type: ignore[no-
         sums[x, c] += near + part * (far - near)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _write(radiance, row, column, sums, count, share):  # type: ignore[no-untyped-def]
     """Write means of neighbouring pixels plane by plane, several times as fast as pixel by pixel."""
     for c in range(sums.shape[1]):

@@ -7,9 +7,9 @@ from copy import copy
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
 from hcss_twin.plan.plan import Plan
@@ -118,7 +118,7 @@ class ViewedLookUp:
             radiance[:, y, x] = np.maximum(sums, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add(sums, part, up, across):  # type: ignore[no-untyped-def]
     """Add a part (C, y, x) to the sums, weighted by row and column."""
     for c in range(sums.shape[0]):

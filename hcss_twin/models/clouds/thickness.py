@@ -9,12 +9,13 @@ in the paper), and the thickness may rise smoothly from the cloud's edge (``laye
 
 from __future__ import annotations
 
+import math
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numba import njit
-from scipy.special import ndtr, ndtri
 
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import Field, FrameSummary, exceedance, highest_values
 from hcss_twin.providers import CloudLayer, Grid
 
@@ -43,7 +44,9 @@ def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> F
     if lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
     highest = float(field.max())
-    thickness = _scaled_thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest), exponent)
+    thickness = _scaled_thickness(
+        field, layer, float(lowest), _share_above(float(lowest)), _share_above(highest), exponent
+    )
     thickness.ravel()[surplus] = 0.0
     return thickness
 
@@ -64,7 +67,7 @@ def thickness_in_frame(
     """
     if summary.lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
-    shares = ndtr(-summary.lowest), ndtr(-summary.highest)
+    shares = _share_above(summary.lowest), _share_above(summary.highest)
     thickness = _scaled_thickness(field, layer, summary.lowest, *shares, exponent)
     if first + (field.shape[0] - 1) * columns + field.shape[1] - 1 > summary.last:
         y, x = np.nonzero(field == np.float32(summary.lowest))
@@ -81,7 +84,13 @@ def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> F
     """
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
-    return _scaled_thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0, exponent)
+    lowest = -NormalDist().inv_cdf(layer.coverage) if layer.coverage < 1.0 else -math.inf
+    return _scaled_thickness(field, layer, lowest, layer.coverage, 0.0, exponent)
+
+
+def _share_above(value: float) -> float:
+    """Return the share Q = 1 - p of a standard normal field above a value (eq 5)."""
+    return 0.5 * math.erfc(value * math.sqrt(0.5))
 
 
 def _scaled_thickness(
@@ -110,7 +119,7 @@ def _scaled_thickness(
     return thickness
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _map_field(
     field: Any,
     thickness: Any,

@@ -8,13 +8,14 @@ integrals.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
-from scipy import special
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import choose_from
+from hcss_twin.physics.incomplete_gamma import lower_and_upper
 from hcss_twin.providers import Microphysics
 
 DENSITY_KG_M3 = {"water": 1000.0, "ice": 917.0}
@@ -54,11 +55,9 @@ def _log_incomplete(cloud: Microphysics, power: float) -> float:
     if s <= 0.0:
         raise ValueError(f"power {power}: allowed above {-cloud.alpha - 1.0} for alpha {cloud.alpha}")
     t1, t2 = (cloud.b * radius**cloud.nu for radius in cloud.radius_range_um)
+    (below_1, above_1), (below_2, above_2) = lower_and_upper(s, t1), lower_and_upper(s, t2)
     # Using the smaller of the two complementary tails avoids cancellation.
-    if t1 > s:
-        share = special.gammaincc(s, t1) - special.gammaincc(s, t2)
-    else:
-        share = special.gammainc(s, t2) - special.gammainc(s, t1)
+    share = above_1 - above_2 if t1 > s else below_2 - below_1
     if not share > 0.0:
         low, high = cloud.radius_range_um
         most = (s / cloud.b) ** (1.0 / cloud.nu)
@@ -66,15 +65,17 @@ def _log_incomplete(cloud: Microphysics, power: float) -> float:
             f"radius_range_um {low:g}, {high:g}: contains no particles, whose radius is about {most:.3g} um; "
             "allowed: a range that contains them"
         )
-    return float(np.log(share) + special.gammaln(s) - power / cloud.nu * np.log(cloud.b) - np.log(cloud.nu))
+    return math.log(share) + math.lgamma(s) - power / cloud.nu * math.log(cloud.b) - math.log(cloud.nu)
 
 
 def density(cloud: Microphysics, radius_um: Array) -> Array:
     """Return the size distribution n(r), m-3 um-1, for radii of any shape; 0 outside the range."""
+    from scipy.special import xlogy  # takes 0.1 s to import
+
     check(cloud)
     radius = np.asarray(radius_um, dtype=np.float64)
     scale = (cloud.alpha + 1.0) / cloud.nu * np.log(cloud.b) - _log_incomplete(cloud, 0.0)
-    shape = np.exp(scale + special.xlogy(cloud.alpha, radius) - cloud.b * radius**cloud.nu)
+    shape = np.exp(scale + xlogy(cloud.alpha, radius) - cloud.b * radius**cloud.nu)
     inside = (radius >= cloud.radius_range_um[0]) & (radius <= cloud.radius_range_um[1])
     result: Array = np.where(inside, cloud.number_density_m3 * shape, 0.0)
     return result
@@ -212,9 +213,11 @@ def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
         Radii, ascending, and the number density that each represents: the integral of f(r) n(r) dr is
         ``sum(number_m3 * f(radius_um))``.
     """
+    from scipy.special import roots_legendre  # takes 0.1 s to import
+
     check(cloud)
     low, high = (float(np.sqrt(limit)) for limit in _limits(cloud))
-    abscissa, weight = special.roots_legendre(nodes)
+    abscissa, weight = roots_legendre(nodes)
     half = 0.5 * (high - low)
     root = low + half * (abscissa + 1.0)
     radius: Array = root**2
@@ -223,6 +226,8 @@ def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
 
 def _limits(cloud: Microphysics) -> tuple[float, float]:
     """Return the limits (um) of the relevant radii."""
+    from scipy import special  # takes 0.1 s to import
+
     r1, r2 = cloud.radius_range_um
     area = special.gammaincinv((cloud.alpha + 3.0) / cloud.nu, _NEGLIGIBLE)
     sixth = special.gammainccinv((cloud.alpha + 7.0) / cloud.nu, _NEGLIGIBLE)

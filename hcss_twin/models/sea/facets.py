@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.special import erfcx
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.slope_statistics import SlopeStatistics, slope_density
@@ -107,6 +106,8 @@ def smith_lambda(mu: Array, variance_along: Array | float) -> Array:
         v = np.divide(mu, np.sqrt(2.0 * np.asarray(variance_along)) * sine)
     # Beyond 26 the value is below the smallest double; this also makes v finite at the zenith.
     v = np.minimum(v, 30.0)
+    from scipy.special import erfcx  # takes 0.1 s to import
+
     tail = 1.0 / (np.sqrt(np.pi) * v) - erfcx(v)
     return np.asarray(0.5 * np.exp(-(v**2)) * np.maximum(tail, 0.0), dtype=np.float64)
 

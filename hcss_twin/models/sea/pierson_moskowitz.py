@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import exp1
 
 ALPHA = 8.1e-3
 BETA = 0.74
@@ -105,6 +104,8 @@ def resolved_mean_square_slope(wind_speed_m_s: float, cutoff_rad_s: float) -> fl
         raise ValueError(f"cutoff_rad_s {cutoff_rad_s}: allowed finite, above 0")
     if wind == 0.0:
         return 0.0
+    from scipy.special import exp1  # takes 0.1 s to import
+
     return 0.25 * ALPHA * float(exp1(BETA * (GRAVITY_M_S2 / (wind * cutoff_rad_s)) ** 4))
 
 

@@ -16,7 +16,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
@@ -220,6 +219,8 @@ class Tilt:
         The mean of max(mu - z sin(zenith), 0) over Gaussian slopes z along the view. For the sea as a whole it is mu (1
         + Lambda), see :func:`hcss_twin.models.sea.facets.smith_lambda`.
         """
+        from scipy.special import ndtr  # takes 0.1 s to import
+
         sine = np.sqrt((1.0 - mu) * (1.0 + mu))
         middle = mu - self.turned(wind_azimuth)[0] * sine
         width = np.maximum(np.sqrt(self.rest.variance_along(wind_azimuth)) * sine, 1e-12)

@@ -12,12 +12,16 @@ import math
 from typing import Any
 
 import numpy as np
+<<<<<<< HEAD
 from numba import njit
 from numpy.typing import DTypeLike, NDArray
+=======
+>>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
 from scipy.special import ndtri
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.kernels import kernel
 
 MAX_COUNTED = 1e12
 """Maximum expected number of electrons; above it, rounding would distort the distribution."""
@@ -145,7 +149,7 @@ def poisson(mean: Array, key: int, corner: tuple[int, int] = (0, 0)) -> Array:
     return numbers
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _mixed(state: Any) -> Any:
     """Finaliser of splitmix64 (Steele et al., OOPSLA 2014)."""
     state = np.uint64((state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9))
@@ -153,6 +157,7 @@ def _mixed(state: Any) -> Any:
     return np.uint64(state ^ (state >> np.uint64(31)))
 
 
+<<<<<<< HEAD
 @njit(cache=True, nogil=True)
 def row_key(key: Any, row: Any) -> Any:
     """Return the key of a row of the image, which may be negative."""
@@ -162,10 +167,19 @@ def row_key(key: Any, row: Any) -> Any:
 @njit(cache=True, nogil=True)
 def pixel_key(row_key: Any, column: Any) -> Any:
     """Return the key of a pixel of a row."""
+=======
+@kernel()
+def _row_key(key: Any, row: Any) -> Any:
+    return _mixed(np.uint64(key + np.uint64(np.uint64(row) * np.uint64(0xD1B54A32D192ED03))))
+
+
+@kernel()
+def _pixel_key(row_key: Any, column: Any) -> Any:
+>>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
     return _mixed(np.uint64(row_key + np.uint64(np.uint64(column) * np.uint64(0xDB4F0B9175AE2165))))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _uniform(pixel_key: Any, draw: Any) -> float:
     """Return the draw, from 0, of a pixel: a number between 0 and 1, both excluded."""
     step = np.uint64(np.uint64(draw + 1) * np.uint64(0x9E3779B97F4A7C15))
@@ -174,7 +188,7 @@ def _uniform(pixel_key: Any, draw: Any) -> float:
     return (float(bits) + 0.5) * 2.0**-52
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fill_uniform(numbers: Array, key: Any, first_row: Any, first_column: Any) -> None:
     for y in range(numbers.shape[0]):
         own_row = row_key(key, np.int64(first_row + y))
@@ -182,7 +196,7 @@ def _fill_uniform(numbers: Array, key: Any, first_row: Any, first_column: Any) -
             numbers[y, x] = _uniform(pixel_key(own_row, np.int64(first_column + x)), 0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fill_poisson(numbers: Array, mean: Array, key: Any, first_row: Any, first_column: Any) -> None:
     for y in range(mean.shape[0]):
         own_row = row_key(key, np.int64(first_row + y))
@@ -198,7 +212,7 @@ def draw_poisson(mean: float, pixel_key: Any) -> Any:
     return _multiplied(mean, pixel_key) if mean < _SMALL_MEAN else _rejected(mean, pixel_key)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _multiplied(mean: float, pixel_key: Any) -> float:
     least, product, count = math.exp(-mean), 1.0, -1
     while product > least or count < 0:
@@ -207,7 +221,7 @@ def _multiplied(mean: float, pixel_key: Any) -> float:
     return float(count)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _rejected(mean: float, pixel_key: Any) -> float:
     log_mean = math.log(mean)
     b = 0.931 + 2.53 * math.sqrt(mean)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 
 _STRIPS = 512
 """Strips of latitude in which edges are looked up."""
@@ -104,7 +104,7 @@ def _strip(latitude: Array, south: float, north: float) -> NDArray[np.int64]:
     return strip
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _is_inside(y, x, x0, y0, x1, y1, first, number, south, north):  # type: ignore[no-untyped-def]
     inside = np.zeros(y.size, dtype=np.bool_)
     scale = first.size - 1

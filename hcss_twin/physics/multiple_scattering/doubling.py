@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
@@ -44,7 +44,7 @@ SPARE = 3
 """Number of doublings that cost about as much as a starting layer."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def solve_chains(
     kernels: tuple[Any, Any, Any],
     directions: tuple[Any, Any],

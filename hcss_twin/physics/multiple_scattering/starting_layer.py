@@ -30,10 +30,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from hcss_twin.core.kernels import kernel
 
 # Decorator for functions called only by compiled functions.
-inner = njit(cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inner = kernel(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @inner
@@ -105,7 +106,7 @@ def eliminate(matrix: Any, right: Any, first: int) -> None:
 START, START_OF_MODES = 0.05, 0.2
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def halvings(thickness: float, least_mu: float, start: float) -> int:
     """Return how often a layer is halved to become a starting layer for all directions."""
     count = 0

@@ -46,8 +46,8 @@ def bare(line: str) -> str:
 def functions(root: Path) -> list[Function]:
     """All functions of the package below ``root``."""
     texts = {path: path.read_text(encoding="utf-8") for path in sorted((root / PACKAGE).rglob("*.py"))}
-    # Decorators: njit, and names that stand for it with options.
-    compilers = {"njit", *(name for text in texts.values() for name in re.findall(r"^(\w+) = njit\(", text, re.M))}
+    # Decorators: kernel, and names that stand for it with options.
+    compilers = {"kernel", *(name for text in texts.values() for name in re.findall(r"^(\w+) = kernel\(", text, re.M))}
     found = []
     for path, text in texts.items():
         file, lines = path.relative_to(root).as_posix(), tuple(text.splitlines())

@@ -168,5 +168,5 @@ def _numeric(function: ast.FunctionDef, value: ast.expr) -> bool:
     if isinstance(value, ast.Tuple | ast.Compare | ast.Constant | ast.BoolOp | ast.UnaryOp):
         return False
     if function.returns is None:
-        return any("njit" in ast.unparse(each) for each in function.decorator_list)
+        return any("kernel" in ast.unparse(each) for each in function.decorator_list)
     return ast.unparse(function.returns) in {"float", "int", "Array", "NDArray[np.float64]", "NDArray[np.float32]"}

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.lattice import fill_row
 
 BLOCK_ROWS, BLOCK_COLUMNS = 64, 256
@@ -172,7 +172,7 @@ class BlockCache:
         each(part, len(keys))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fill_blocks(planes: Any, rows: Any, columns: Any, slots: Any, pool: Any) -> None:
     bits = np.empty(BLOCK_COLUMNS, dtype=np.uint32)
     work = np.empty(BLOCK_COLUMNS, dtype=np.float32)

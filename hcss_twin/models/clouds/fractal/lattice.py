@@ -18,8 +18,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hcss_twin.core.kernels import kernel
 
 _f4, _u4, _u8, _i4 = np.float32, np.uint32, np.uint64, np.int32
 
@@ -33,7 +34,7 @@ _MULTIPLIER_2 = 0x94D049BB133111EB
 _OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32], work: NDArray[np.float32]) -> None:
     """Convert ``bits`` (N,) to normals in ``values`` (N,): the top bit is the sign, the others the tail.
 
@@ -120,7 +121,7 @@ def unit_offset(seed: int, octave: int, axis: int) -> float:
     return (fold(_OFFSET_KEY, seed, octave, axis) >> 11) * 2.0**-53
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     """Return the key of the columns of one row that share the upper 32 bits of their index."""
     word = plane
@@ -132,7 +133,7 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     return word
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     """Mix a column index between two keys, by multiply and xor-shift rounds.
 
@@ -148,7 +149,7 @@ def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     return _u4(h ^ _u4(h >> _u4(16)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fill_row(
     plane: np.uint64,
     y: np.int64,
@@ -169,7 +170,7 @@ def fill_row(
     normals_from_bits(bits, values, work)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fill_scattered(
     plane: np.uint64,
     y: np.int64,
@@ -193,7 +194,7 @@ def fill_scattered(
     normals_from_bits(bits, values, work)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _nodes(plane: np.uint64, y: NDArray[np.int64], x: NDArray[np.int64], values: NDArray[np.float32]) -> None:
     bits = np.empty(x.size, dtype=np.uint32)
     work = np.empty(x.size, dtype=np.float32)

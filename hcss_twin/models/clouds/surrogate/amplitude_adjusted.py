@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
+
+from hcss_twin.core.kernels import kernel
 
 # Mean number of values per bin: few enough for insertion sort.
 _PER_BIN = 4
@@ -72,7 +73,7 @@ def match_ranks(field: NDArray[Any], amplitudes: NDArray[Any]) -> NDArray[Any]:
     return matched.reshape(field.shape)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _count(values: Any, low: float, scale: float, bins: int) -> Any:
     """Return the bin of each value (N,) and the cumulative number of values up to and including each bin (bins,)."""
     bin_of = np.empty(values.size, np.int32)
@@ -86,7 +87,7 @@ def _count(values: Any, low: float, scale: float, bins: int) -> Any:
     return bin_of, ends
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _place(values: Any, bin_of: Any, ends: Any) -> Any:
     """Place the values in their bins, sort each bin, and return the sorting indices (N,)."""
     order = np.empty(values.size, np.int64)
