@@ -19,7 +19,7 @@ from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.engine.tables.waves import WaveStage
 from hcss_twin.engine.truth import Truth
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, points_of, relative, windows

@@ -10,7 +10,8 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
-from hcss_twin.models.radiance.spectral_grid import COLDEST_K, HOTTEST_K, BrightnessTemperature, SpectralGrid
+from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import few_columns

@@ -10,7 +10,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.engine.compile import compile_tables
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.accuracy import SHARES, share_out
 from hcss_twin.plan.description import describe
 

@@ -10,7 +10,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.description import describe
 from hcss_twin.plan.windows import windows
 from hcss_twin.reports.plan_text import plan_text

@@ -28,6 +28,7 @@ output = {variables = ["radiance", "cloud_mask"], certificate = 0}
 
 COUNTING = {"name": "generic-mwir", "variables": ["all"]}
 BLURRED = {"parameters": {"psf": "gaussian", "psf_sigma": 1.2}}
+WIDE = {"parameters": {"psf": "gaussian", "psf_sigma": 2.5}}  # reaches 12 pixels
 ROWS, COLUMNS = slice(10, 30), slice(5, 45)
 WINDOW = {"image.window.rows": [10, 30], "image.window.columns": [5, 45]}
 MEASURED = ("radiance", "photon_rate", "digital_number", "saturated")
@@ -68,17 +69,17 @@ def test_the_measured_window_is_that_part_of_the_measured_image(tmp_path, mode):
 
 def test_the_window_of_an_image_whose_clouds_end_with_it_sees_the_rest_of_the_image(tmp_path, monkeypatch):
     monkeypatch.delattr("hcss_twin.models.clouds.fractal.generator.FractalClouds.thickness_around_m")
-    plan = planned(BLURRED, **WINDOW)
+    plan = planned(WIDE, **WINDOW)
     assert plan.sensor.given == (slice(0, 40), slice(0, 50))
     (note,) = plan.sensor.notes
     assert "sees the scene up to 10 rows and columns beyond them" in note
     assert "the clouds of 'stratus' are known within the image" in note
-    whole, clean = measured(tmp_path / "whole.nc", BLURRED)
-    window, _ = measured(tmp_path / "window.nc", BLURRED, **WINDOW)
+    whole, clean = measured(tmp_path / "whole.nc", WIDE)
+    window, _ = measured(tmp_path / "window.nc", WIDE, **WINDOW)
     np.testing.assert_allclose(whole.radiance[:, :, ROWS, COLUMNS], window.radiance, rtol=3e-7)
     # of the whole nothing is known around it
-    assert "takes the scene beyond them for its mirror image" in planned(BLURRED).sensor.notes[0]
-    assert_same(whole, hcss_twin.sense(clean, BLURRED), ["radiance"])
+    assert "takes the scene beyond them for its mirror image" in planned(WIDE).sensor.notes[0]
+    assert_same(whole, hcss_twin.sense(clean, WIDE), ["radiance"])
     for name in ("whole", "window"):
         assert verify_cube(tmp_path / f"{name}.sensor.nc", frames=1).verdict == Verdict.IDENTICAL
 

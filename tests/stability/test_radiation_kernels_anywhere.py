@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, SpectralBand, choose_nodes, dense_grid
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, choose_nodes, dense_grid
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.geometry import scattering_cosine, wind_azimuths
 from hcss_twin.physics.monotone_cubic import pchip_in_window

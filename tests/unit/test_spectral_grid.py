@@ -3,7 +3,8 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ProviderError
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, SolarSpectrum, SpectralBand, dense_grid
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.planck import planck
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.models import ResponseBand
@@ -93,10 +94,33 @@ def test_brightness_temperature_inverts_planck(limits):
     np.testing.assert_allclose(found[0], temperature, atol=2e-4)
 
 
-def test_radiance_of_no_temperature_is_refused():
+@pytest.mark.parametrize("limits", [(1.5, 1.7), (2.7, 3.0), (3.0, 5.0), (8.0, 14.0), (15.0, 30.0)])
+def test_temperature_is_that_of_the_black_body_within_steps_of_single_precision(limits):
+    grid = dense_grid([flat(*limits)], NATIVE)
+    kelvin = np.geomspace(60.001, 2999.9, 5001)
+    exact = planck(grid.wavenumber_cm1, kelvin[:, None]) @ grid.weights_cm1[0]
+    single = exact.astype(np.float32)
+    known = single > 1.2e-38
+    slope = np.gradient(kelvin, np.log(exact))
+    expected = (kelvin + slope * (single / exact - 1.0))[known]  # of the rounded radiance
+    found = BrightnessTemperature(grid, ["flat"])(single[known].reshape(1, 1, -1))[0, 0]
+    assert np.all(np.abs(found - expected) <= 2.5 * np.spacing(expected.astype(np.float32)))
+
+
+def test_radiance_below_the_normal_numbers_has_a_temperature_too():
+    grid = dense_grid([flat(1.5, 1.7)], NATIVE)
+    exact = planck(grid.wavenumber_cm1, 84.0) @ grid.weights_cm1[0]
+    assert 1e-40 < exact < 1e-38
+    found = BrightnessTemperature(grid, ["flat"])(np.full((1, 1, 2), exact, np.float32))
+    np.testing.assert_allclose(found, 84.0, atol=1e-3)
+
+
+@pytest.mark.parametrize("value", [0.0, -0.0, -1.0, 1e9, np.inf, -np.inf, np.nan])
+def test_radiance_of_no_temperature_is_refused(value):
     grid = dense_grid([flat(8.0, 14.0)], NATIVE)
+    radiance = np.array([10.0, value, 12.0], np.float32).reshape(1, 1, 3)
     with pytest.raises(ProviderError, match=r"'flat'.*brightness"):
-        BrightnessTemperature(grid, ["flat"])(np.zeros((1, 1, 1), dtype=np.float32))
+        BrightnessTemperature(grid, ["flat"])(radiance)
 
 
 def test_solar_spectrum_integrates_to_the_catalogued_band_values():

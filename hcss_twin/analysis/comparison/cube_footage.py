@@ -16,7 +16,8 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
 from hcss_twin.cube.export.selection import Plane, Selection, select
 from hcss_twin.engine.provenance import Recorded
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, dense_grid
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import dense_grid
 from hcss_twin.scenario.bands import Bands, spectral_band
 
 if TYPE_CHECKING:

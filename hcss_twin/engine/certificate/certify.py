@@ -21,7 +21,7 @@ from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
 from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View

@@ -1,7 +1,7 @@
 """Spectral bands: response, wavenumbers of the spectra, and integration over the band.
 
 A band radiance is a weighted sum of spectral radiance over a dense grid, or over a few wavenumbers chosen for the scene
-(:func:`choose_nodes`). :class:`BrightnessTemperature` inverts it for black bodies.
+(:func:`choose_nodes`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import ProviderError
-from hcss_twin.physics.planck import planck, wavenumber_from_um
+from hcss_twin.physics.planck import wavenumber_from_um
 
 
 @dataclass(frozen=True)
@@ -276,53 +275,3 @@ def _factors(summands: Array, tolerance: float) -> Array:
     result = np.zeros_like(every)
     result[chosen] = factors
     return result
-
-
-COLDEST_K, HOTTEST_K = 60.0, 3000.0
-_TEMPERATURES = 4096
-
-
-class BrightnessTemperature:
-    """Converts band radiance to brightness temperature, for each band of a grid.
-
-    The table is even in 1/T; 1/T is interpolated in ln(radiance), which is nearly linear: error below 1e-5 K over
-    150-350 K.
-    """
-
-    def __init__(self, grid: SpectralGrid, names: Sequence[str]) -> None:
-        self._names = tuple(names)
-        self._inverse_temperature = np.linspace(1 / COLDEST_K, 1 / HOTTEST_K, _TEMPERATURES)
-        radiance = planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
-        self._ln_radiance = np.log(np.maximum(radiance, np.finfo(float).tiny)).T
-
-    def __call__(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return kelvin for ``radiance`` (B, y, x).
-
-        Raises
-        ------
-        ProviderError
-            If no black body between 60 and 3000 K has that radiance.
-        """
-        result = np.empty_like(radiance)
-        for band, table in enumerate(self._ln_radiance):
-            values = radiance[band].astype(np.float64)
-            if values.min() <= 0 or np.log(values.max()) > table[-1] or np.log(values.min()) < table[0]:
-                raise ProviderError(
-                    f"band '{self._names[band]}': radiance {values.min():g} to {values.max():g} W m-2 sr-1 has no "
-                    f"brightness temperature between {COLDEST_K:g} and {HOTTEST_K:g} K"
-                )
-            result[band] = 1.0 / np.interp(np.log(values), table, self._inverse_temperature)
-        return result
-
-    @property
-    def highest_radiance(self) -> Array:
-        """Band radiance (B,) of the hottest tabulated black body."""
-        return np.exp(self._ln_radiance[:, -1])
-
-    def where_known(self, radiance: Array) -> Array:
-        """Return kelvin for ``radiance`` (B, N), NaN where no black body between 60 and 3000 K has that radiance."""
-        result = np.full(radiance.shape, np.nan)
-        for values, kelvin, table in zip(radiance, result, self._ln_radiance, strict=True):
-            known = (values >= np.exp(table[0])) & (values <= np.exp(table[-1]))
-            kelvin[known] = 1.0 / np.interp(np.log(values[known]), table, self._inverse_temperature)
-        return result

@@ -15,7 +15,7 @@ from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.sweeps.propagation.pixel_maps import CLOUD
