@@ -176,4 +176,5 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "sea_sun_terms": (_is_names, "a set of names of terms"),
     "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
+    "single_precision": (lambda value: isinstance(value, bool), "True or False"),
 }

@@ -11,7 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from hcss_twin import providers as api
 from hcss_twin.core.arrays import Array
-from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, MEASURED_LIMITS, THICKNESS_TOLERANCE
+from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, MEASURED, MEASURED_LIMITS, THICKNESS_TOLERANCE
 from hcss_twin.providers.registry.guards.base import ABOVE_ZERO, POSITIVE, Guard
 
 
@@ -59,12 +59,8 @@ class GuardedClouds(Guard):
         return self._array(f"{name}()", value, shape, (0.0, most), np.float32)
 
 
-_MEASURED: Mapping[str, tuple[DTypeLike, str]] = {
-    "photon_rate": (np.float64, "fiu"),  # or float32, as radiance
-    "digital_number": (np.int32, "iu"),
-    "saturated": (np.uint8, "iu"),
-}
-"""Target type and accepted type kinds of a sensor's further variables."""
+_COUNTED: Mapping[str, tuple[DTypeLike, str]] = {"digital_number": (np.int32, "iu"), "saturated": (np.uint8, "iu")}
+"""Target type and accepted type kinds of what a sensor counts."""
 
 
 class GuardedSensor(Guard):
@@ -73,27 +69,24 @@ class GuardedSensor(Guard):
     def __init__(self, provider: Any, label: str, speaker: str, inputs: api.SensorInputs) -> None:
         super().__init__(provider, label, speaker)
         self._shape = len(inputs.bands), inputs.grid.rows, inputs.grid.columns
-        self._dtype: DTypeLike = np.float32 if getattr(provider, "single_precision", False) else np.float64
+        self._dtype: type[np.floating[Any]] = np.float32 if getattr(provider, "single_precision", False) else np.float64
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> api.Measured:
         value = self._call("measure", radiance, frame, time_s)
         what, declared = "measure()", self._read("variables")
         if not isinstance(value, api.Measured):
             raise self._refuse(what, "Measured", type(value).__name__)
-        given = {name: getattr(value, name) for name in _MEASURED if getattr(value, name) is not None}
+        given = {name: getattr(value, name) for name in MEASURED if getattr(value, name) is not None}
         if set(given) != set(declared):
             raise self._refuse(
                 what, f"radiance and {', '.join(declared) or 'nothing else'}", ", ".join(given) or "none"
             )
-        types = {name: _MEASURED[name] for name in given}
-        if "photon_rate" in given:
-            types["photon_rate"] = (self._dtype, "fiu")
+        most = float(np.finfo(self._dtype).max)
+        real = (-most, most), self._dtype, "fiu"
+        checks = {name: real if name == "photon_rate" else (MEASURED_LIMITS[name], *_COUNTED[name]) for name in given}
         return api.Measured(
-            self._array(f"{what}.radiance", value.radiance, self._shape, dtype=self._dtype),
-            **{
-                name: self._array(f"{what}.{name}", each, self._shape, MEASURED_LIMITS[name], *types[name])
-                for name, each in given.items()
-            },
+            self._array(f"{what}.radiance", value.radiance, self._shape, *real),
+            **{name: self._array(f"{what}.{name}", each, self._shape, *checks[name]) for name, each in given.items()},
         )
 
 
