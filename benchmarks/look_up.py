@@ -62,9 +62,8 @@ def main() -> None:
     nodes, upper = np.geomspace(*RANGE_M, NODES), np.geomspace(*UPPER_RANGE_M, UPPER_NODES)
     low, high = sky(RANGE_M, 4.0, 1), sky(UPPER_RANGE_M, 8.0, 2)
     print(f"{SIDE} x {SIDE} points; nanoseconds per point and channel")
-    print(
-        f"{'channels':>10}{'numpy':>10}{'kernel':>10}{'of 2 x 2':>16}{'of 8 x 8':>16}{'two layers':>14}{'of 2 x 2':>16}"
-    )
+    names = ("channels", "numpy", "kernel", "of 2 x 2", "of 8 x 8", "two layers", "of 2 x 2")
+    print("".join(f"{name:>12}" for name in names))
     for channels in (3, 18):
         clear, alone = random.random(channels), random.random((NODES, channels))
         one = DenseTable(clear, (nodes,), (alone,), None)
@@ -80,9 +79,7 @@ def main() -> None:
             *(best_s(lambda two=two, n=n, out=radiance: LookUp(two).fill(out, [low, high], n)) for n in (1, 2)),
         ]
         cells = [each / SIDE**2 / channels * 1e9 for each in seconds]
-        print(
-            f"{channels:10}{cells[0]:10.1f}{cells[1]:10.1f}{cells[2]:16.1f}{cells[3]:16.1f}{cells[4]:14.1f}{cells[5]:16.1f}"
-        )
+        print(f"{channels:12}" + "".join(f"{each:12.1f}" for each in cells))
 
 
 if __name__ == "__main__":
