@@ -10,10 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.kernels import kernel
 
 LARGEST = 32767
 """Largest packed number; the smallest is its negative."""
@@ -84,7 +84,7 @@ def packed(values: NDArray[np.float32], packing: Packing) -> NDArray[np.int16]:
     return numbers
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _round(values, scale, offset):  # type: ignore[no-untyped-def]
     """Round to steps; return the number of values beyond the limits, or not a number."""
     beyond, per_step = 0, 1.0 / scale
@@ -95,7 +95,7 @@ def _round(values, scale, offset):  # type: ignore[no-untyped-def]
     return beyond
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _pack(values, scale, offset):  # type: ignore[no-untyped-def]
     numbers = np.empty(values.shape, np.int16)
     flat, into = values.ravel(), numbers.ravel()

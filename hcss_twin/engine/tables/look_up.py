@@ -8,6 +8,7 @@ of its single-precision representation, which approximate its logarithm.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,17 @@ class LookUp:
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
 
+    @cached_property
+    def _pair(self) -> NDArray[np.float32]:
+        """Columns (2 + N, 2 + M, C) of both layers, without cloud twice before the nodes of either."""
+        lower, upper = (alone.T.astype(np.float32) for alone in self._lifted)
+        pair = np.empty((lower.shape[0], upper.shape[0], lower.shape[1]), np.float32)
+        pair[:2], pair[2:, :2] = upper, lower[2:, None]
+        if self._table.both is not None:
+            # Without a table for both layers no point can have both.
+            pair[2:, 2:] = self._table.both
+        return pair
+
     def fill(
         self,
         radiance: NDArray[np.float32],
@@ -85,17 +97,14 @@ class LookUp:
             if not inside:
                 _refuse_outside(values, nodes)
             return
-        arguments = (
-            argument
-            for values, nodes, guide, alone in zip(layers, table.nodes_m, self._guides, table.alone, strict=True)
-            for argument in (values, values.view(np.int32), nodes, *guide, alone)
-        )
+        places = [
+            (values, values.view(np.int32), nodes, *guide)
+            for values, nodes, guide in zip(layers, table.nodes_m, self._guides, strict=True)
+        ]
         if len(layers) == 1:
-            inside = _one_layer(radiance, row, column, samples, table.clear, *arguments)
+            inside = _one_layer(radiance, row, column, samples, np.ascontiguousarray(self._lifted[0].T), places[0])
         else:
-            # Without a table for both layers no point can have both.
-            both = np.empty((0, 0, table.clear.size), np.float32) if table.both is None else table.both
-            inside = _two_layers(radiance, row, column, samples, table.clear, both, *arguments)
+            inside = _two_layers(radiance, row, column, samples, self._pair, *places)
         if not inside:
             for values, nodes in zip(layers, table.nodes_m, strict=True):
                 _refuse_outside(values, nodes)
@@ -192,97 +201,86 @@ def _points(  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def _one_layer(  # type: ignore[no-untyped-def]
-    radiance, row, column, samples, clear, thickness, bits, nodes, guide, shift, first, alone
-):
-    """Fill a window of a scene with one layer; False if a thickness is outside the table."""
-    channels = clear.size
-    width = thickness.shape[1] // samples
-    sums = np.empty((min(width, PIXELS_AT_ONCE), channels))
+def _place(interval, share, i, points, layer):  # type: ignore[no-untyped-def]
+    """Set interval and position of points of row i; 0 and 0 without cloud. False if one is outside the nodes."""
+    thickness, bits, nodes, guide, shift, first = layer
+    values, bits_of = thickness[i, points], bits[i, points]
+    for x in range(values.size):
+        value = np.float64(values[x])
+        if value <= 0.0:
+            interval[x], share[x] = np.uint32(0), 0.0
+            continue
+        if _outside(value, nodes):
+            return False
+        index, part = _locate(value, bits_of[x], nodes, guide, shift, first)
+        interval[x], share[x] = np.uint32(index + 2), part
+    return True
+
+
+@kernel()
+def _one_layer(radiance, row, column, samples, table, layer):  # type: ignore[no-untyped-def]
+    """Fill a window of a scene with one layer; False if a thickness is outside its table.
+
+    ``table`` (2 + N, C) has clear sky twice before the nodes.
+    """
+    thickness, flat, step = layer[0], table.reshape(-1), np.uint32(table.shape[1])
+    channels, width = table.shape[1], thickness.shape[1] // samples
+    index, part = np.empty(PIXELS_AT_ONCE * samples, np.uint32), np.empty(PIXELS_AT_ONCE * samples)
+    sums = np.empty((PIXELS_AT_ONCE, channels))
     for y in range(thickness.shape[0] // samples):
         for left in range(0, width, PIXELS_AT_ONCE):
             count = min(PIXELS_AT_ONCE, width - left)
-            for x in range(count):
-                for c in range(channels):
-                    sums[x, c] = 0.0
-                clear_points = 0
-                for i in range(y * samples, (y + 1) * samples):
-                    for j in range((left + x) * samples, (left + x + 1) * samples):
-                        value = np.float64(thickness[i, j])
-                        if value <= 0.0:
-                            clear_points += 1
-                            continue
-                        if _outside(value, nodes):
-                            return False
-                        index, part = _locate(value, bits[i, j], nodes, guide, shift, first)
-                        _add_linear(sums, x, alone, index, part)
-                if clear_points:
-                    for c in range(channels):
-                        sums[x, c] += clear_points * clear[c]
+            points = slice(left * samples, (left + count) * samples)
+            sums[:] = 0.0
+            for i in range(y * samples, (y + 1) * samples):
+                if not _place(index, part, i, points, layer):
+                    return False
+                for x in range(count):
+                    for j in range(x * samples, (x + 1) * samples):
+                        k, share = index[j] * step, part[j]
+                        for c in range(channels):
+                            n = k + np.uint32(c)
+                            sums[x, c] += flat[n] + share * (flat[n + step] - flat[n])
             _write(radiance, row + y, column + left, sums, count, 1.0 / (samples * samples))
     return True
 
 
 @kernel()
-def _two_layers(  # type: ignore[no-untyped-def]
-    radiance, row, column, samples, clear, both,
-    thickness_a, bits_a, nodes_a, guide_a, shift_a, first_a, alone_a,
-    thickness_b, bits_b, nodes_b, guide_b, shift_b, first_b, alone_b,
-):  # fmt: skip
-    """Fill a window of a scene with two layers; False if a thickness is outside its table."""
-    channels = clear.size
-    width = thickness_a.shape[1] // samples
-    sums = np.empty((min(width, PIXELS_AT_ONCE), channels))
-    for y in range(thickness_a.shape[0] // samples):
+def _two_layers(radiance, row, column, samples, table, lower, upper):  # type: ignore[no-untyped-def]
+    """Fill a window of a scene with two layers; False if a thickness is outside its table.
+
+    ``table`` (2 + N, 2 + M, C) has no cloud twice before the nodes of either layer, so that no point is a special case.
+    """
+    thickness, flat = lower[0], table.reshape(-1)
+    channels, width = table.shape[2], thickness.shape[1] // samples
+    step, line = np.uint32(channels), np.uint32(table.shape[1] * channels)
+    points = PIXELS_AT_ONCE * samples
+    index, above, place = np.empty(points, np.uint32), np.empty(points, np.uint32), np.empty(points, np.uint32)
+    part, rest, weight = np.empty(points), np.empty(points), np.empty((4, points), np.float32)
+    sums = np.empty((PIXELS_AT_ONCE, channels))
+    for y in range(thickness.shape[0] // samples):
         for left in range(0, width, PIXELS_AT_ONCE):
             count = min(PIXELS_AT_ONCE, width - left)
-            for x in range(count):
-                for c in range(channels):
-                    sums[x, c] = 0.0
-                clear_points = 0
-                for i in range(y * samples, (y + 1) * samples):
-                    for j in range((left + x) * samples, (left + x + 1) * samples):
-                        a, b = np.float64(thickness_a[i, j]), np.float64(thickness_b[i, j])
-                        if a > 0.0:
-                            if _outside(a, nodes_a):
-                                return False
-                            index, part = _locate(a, bits_a[i, j], nodes_a, guide_a, shift_a, first_a)
-                        if b > 0.0:
-                            if _outside(b, nodes_b):
-                                return False
-                            above, rest = _locate(b, bits_b[i, j], nodes_b, guide_b, shift_b, first_b)
-                        if a > 0.0 and b > 0.0:
-                            _add_bilinear(sums, x, both, index, above, part, rest)
-                        elif a > 0.0:
-                            _add_linear(sums, x, alone_a, index, part)
-                        elif b > 0.0:
-                            _add_linear(sums, x, alone_b, above, rest)
-                        else:
-                            clear_points += 1
-                if clear_points:
-                    for c in range(channels):
-                        sums[x, c] += clear_points * clear[c]
+            inside = slice(left * samples, (left + count) * samples)
+            sums[:] = 0.0
+            for i in range(y * samples, (y + 1) * samples):
+                if not (_place(index, part, i, inside, lower) and _place(above, rest, i, inside, upper)):
+                    return False
+                for j in range(count * samples):
+                    place[j] = index[j] * line + above[j] * step
+                    weight[0, j], weight[1, j] = (1.0 - part[j]) * (1.0 - rest[j]), (1.0 - part[j]) * rest[j]
+                    weight[2, j], weight[3, j] = part[j] * (1.0 - rest[j]), part[j] * rest[j]
+                for x in range(count):
+                    for j in range(x * samples, (x + 1) * samples):
+                        k, near, far = place[j], weight[0, j], weight[1, j]
+                        near_up, far_up = weight[2, j], weight[3, j]
+                        for c in range(channels):
+                            n = k + np.uint32(c)
+                            sums[x, c] += (near * flat[n] + far * flat[n + step]) + (
+                                near_up * flat[n + line] + far_up * flat[n + line + step]
+                            )
             _write(radiance, row + y, column + left, sums, count, 1.0 / (samples * samples))
     return True
-
-
-@kernel()
-def _add_linear(sums, x, table, index, part):  # type: ignore[no-untyped-def]
-    """Add to ``sums[x]`` the value interpolated between two nodes of a table (N, C)."""
-    for c in range(sums.shape[1]):
-        low = table[index, c]
-        sums[x, c] += low + part * (table[index + 1, c] - low)
-
-
-@kernel()
-def _add_bilinear(sums, x, table, index, above, part, rest):  # type: ignore[no-untyped-def]
-    """Add to ``sums[x]`` the value interpolated between four nodes of a table (N, M, C)."""
-    for c in range(sums.shape[1]):
-        # In double precision: differences of single-precision numbers would lose digits.
-        near, far = np.float64(table[index, above, c]), np.float64(table[index + 1, above, c])
-        near += rest * (np.float64(table[index, above + 1, c]) - near)
-        far += rest * (np.float64(table[index + 1, above + 1, c]) - far)
-        sums[x, c] += near + part * (far - near)
 
 
 @kernel()

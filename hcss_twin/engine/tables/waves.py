@@ -272,7 +272,7 @@ class WaveStage:
 
 
 <<<<<<< HEAD
-@njit(cache=True, nogil=True)
+@kernel()
 def _cubic(weights, first, place, last):  # type: ignore[no-untyped-def]
     """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each place, from 0."""
     end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
@@ -287,7 +287,7 @@ def _cubic(weights, first, place, last):  # type: ignore[no-untyped-def]
         weights[3, x] = t * a * b * six
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add(radiance, change, to_nodes, slopes, clear, samples):  # type: ignore[no-untyped-def]
     """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table.
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
 
@@ -96,7 +96,7 @@ class BrightnessTemperature:
         return result
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _look_up(bits, table, lowest, highest, kelvin):  # type: ignore[no-untyped-def]
     """Write the temperatures of an image (Y, X) of bits of radiance; False if one is outside the table.
 

@@ -9,11 +9,11 @@ from each other by turning the phases. Tiles start at fixed pixels, so that valu
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.fft import ifft
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 
 ROWS, COLUMNS = 32, 256
 """Size of a tile, in pixels."""
@@ -75,7 +75,7 @@ class PlaneWaveSums:
         return sums
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _spread(grid, first, weight, amplitude, middle, turns):  # type: ignore[no-untyped-def]
     """Add each wave and its mirror image at the negative wavenumber to the grid (wavenumber, row)."""
     length, rows = grid.shape
@@ -99,7 +99,7 @@ def _spread(grid, first, weight, amplitude, middle, turns):  # type: ignore[no-u
                 other[lane] += weight[n, i] * mirrored[lane]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _store(sums, tile, scale, top, left):  # type: ignore[no-untyped-def]
     """Store the part of a tile (column, row), which starts at ``top`` and ``left``, that lies in the window."""
     length, rows = tile.shape

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 <<<<<<< HEAD
-from numba import njit
 from numpy.typing import DTypeLike, NDArray
 =======
 >>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
@@ -158,13 +157,13 @@ def _mixed(state: Any) -> Any:
 
 
 <<<<<<< HEAD
-@njit(cache=True, nogil=True)
+@kernel()
 def row_key(key: Any, row: Any) -> Any:
     """Return the key of a row of the image, which may be negative."""
     return _mixed(np.uint64(key + np.uint64(np.uint64(row) * np.uint64(0xD1B54A32D192ED03))))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def pixel_key(row_key: Any, column: Any) -> Any:
     """Return the key of a pixel of a row."""
 =======
@@ -204,7 +203,7 @@ def _fill_poisson(numbers: Array, mean: Array, key: Any, first_row: Any, first_c
             numbers[y, x] = draw_poisson(mean[y, x], pixel_key(own_row, np.int64(first_column + x)))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def draw_poisson(mean: float, pixel_key: Any) -> Any:
     """Return the Poisson number of a pixel; see :func:`poisson`."""
     if mean <= 0.0:

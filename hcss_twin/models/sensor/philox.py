@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from hcss_twin.core.kernels import kernel
 
 BLOCK, LANE = 64, 16
 """Columns of a block, and of each of its four parts, which the four numbers of a call belong to."""
@@ -27,13 +28,13 @@ _HALF_PI = np.float32(0.5 * np.pi * 2.0**-31)
 _TWO_LN_2 = np.float32(2.0 * np.log(2.0))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _round(a: Any, b: Any, c: Any, d: Any, low: Any, high: Any) -> Any:
     first, second = a * _FACTOR_0, c * _FACTOR_1
     return (second >> _32) ^ b ^ low, second & _LOW, (first >> _32) ^ d ^ high, first & _LOW
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def philox(a: Any, b: Any, c: Any, d: Any, low: Any, high: Any) -> Any:
     """Return four numbers of 32 bits for a counter of four and a key of two such numbers, all as uint64."""
     # no loop, which would prevent that several blocks are computed at once
@@ -52,7 +53,7 @@ def philox(a: Any, b: Any, c: Any, d: Any, low: Any, high: Any) -> Any:
     return _round(a, b, c, d, low, high)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _normal_pair(one: Any, other: Any) -> Any:
     """Return sqrt(-2 ln u) times sine and cosine of 2 pi v, for u and v of 31 and 32 bits; errors below 2e-6.
 
@@ -86,7 +87,7 @@ def _normal_pair(one: Any, other: Any) -> Any:
     return share * cosine, radius - share * sine
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def fill_normals(numbers: Any, row: Any, block: Any, key: Any) -> None:
     """Fill ``numbers`` (N,) of float32, N a multiple of 64, for the pixels of a row from a block of columns on."""
     low, high, own_row, none = key & _LOW, key >> _32, np.uint64(row) & _LOW, np.uint64(0)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.sensor.noise import MAX_COUNTED, draw_poisson, pixel_key, row_key
 from hcss_twin.models.sensor.philox import BLOCK, fill_normals
 
@@ -60,7 +60,7 @@ class Detector(NamedTuple):
     most: float
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def measure(  # type: ignore[no-untyped-def]
     image, down, across, reach, gain, offset, detector, keys, corner, radiance, rate, number, saturated
 ):
@@ -117,21 +117,21 @@ def measure(  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _mirrored(index, size):  # type: ignore[no-untyped-def]
     while index < 0 or index >= size:
         index = -1 - index if index < 0 else 2 * size - 1 - index
     return index
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add_four(total, a, b, c, d, weights):  # type: ignore[no-untyped-def]
     p, q, r, s = weights[0], weights[1], weights[2], weights[3]
     for x in range(total.size):
         total[x] += (p * a[x] + q * b[x]) + (r * c[x] + s * d[x])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _blur_row(image, y, down, across, reach, wide, blurred):  # type: ignore[no-untyped-def]
     """Write one row of the blurred image; the order of operations is the same for each pixel of any window."""
     rows, columns = image.shape
@@ -155,7 +155,7 @@ def _blur_row(image, y, down, across, reach, wide, blurred):  # type: ignore[no-
             _add_four(blurred, a, b, c, d, across[term, k:])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _pattern_row(pattern, y, own):  # type: ignore[no-untyped-def]
     if pattern.size and pattern.shape[1] == own.size:
         own[:] = pattern[y]
@@ -163,14 +163,14 @@ def _pattern_row(pattern, y, own):  # type: ignore[no-untyped-def]
         own[:] = pattern[y, 0]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _scale_row(values, factor, scaled):  # type: ignore[no-untyped-def]
     by = np.float32(factor)
     for x in range(values.size):
         scaled[x] = values[x] * by
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _noise_row(blurred, gain, offset, normals, detector, signal):  # type: ignore[no-untyped-def]
     """Write a row of signals with noise; return whether pixels have fewer and more electrons than it is for.
 
@@ -202,7 +202,7 @@ def _noise_row(blurred, gain, offset, normals, detector, signal):  # type: ignor
     return (few if detector.shot else np.int32(0)), many
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _few_row(blurred, gain, offset, normals, detector, key, column, signal):  # type: ignore[no-untyped-def]
     """Draw few electrons from Poisson's distribution; negative means, which blur can cause, are kept."""
     for x in range(signal.size):
@@ -212,7 +212,7 @@ def _few_row(blurred, gain, offset, normals, detector, key, column, signal):  # 
             signal[x] = drawn - detector.dark + detector.deviation * normals[x]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _clip_row(signal, detector, saturated):  # type: ignore[no-untyped-def]
     full = np.float32(detector.full - detector.dark)
     for x in range(signal.size):
@@ -220,7 +220,7 @@ def _clip_row(signal, detector, saturated):  # type: ignore[no-untyped-def]
         signal[x] = min(signal[x], full)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _number_row(signal, detector, radiance, number, saturated):  # type: ignore[no-untyped-def]
     f = np.float32
     full, per_step, most = f(detector.full - detector.dark), f(1.0 / detector.step), f(detector.most)
