@@ -11,13 +11,14 @@ import os
 import shutil
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from threading import RLock
 from types import TracebackType
 from typing import Any, ClassVar, Self
 
+import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
@@ -113,8 +114,7 @@ class StreamedWriter(ABC):
             If arrays do not match the header, a value is not allowed, or writing fails.
         """
         with self._turn:
-            if not self._is_open:
-                raise CubeError(f"{self.path}: not open for writing; frames are written inside a 'with' block")
+            self._require_open()
             window = self._written.room_for(index, place)
             check_frame(self.header, index, arrays, place)
             with self._explained():
@@ -122,10 +122,40 @@ class StreamedWriter(ABC):
                     array = arrays[spec.name]
                     stored = array if spec.packing is None else packed(array, spec.packing)
                     self._array(spec.name)[(index, ..., *window)] = stored
-                names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
-                for name, array in self._geometry.values(names, window, time_s).items():
+                for name, array in self._geometry_of(index, window).items():
                     self._array(name)[(index, *window)] = array
             self._written.add(index, window)
+
+    def write_frames(self, first: int, frames: Sequence[Mapping[str, NDArray[Any]]]) -> None:
+        """Write consecutive whole frames at once: for small ones, calls of the library take longer than the data.
+
+        Parameters
+        ----------
+        first : int
+            Number of the first frame.
+        frames : sequence of mapping
+            At least one, each as for :meth:`write_frame`.
+        """
+        with self._turn:
+            self._require_open()
+            numbers = range(first, first + len(frames))
+            for index, arrays in zip(numbers, frames, strict=True):
+                window = self._written.room_for(index, None)
+                check_frame(self.header, index, arrays)
+            geometry = [self._geometry_of(index, window) for index in numbers]
+            with self._explained():
+                for each in (frames, geometry):
+                    for name in each[0]:
+                        self._array(name)[first : numbers.stop] = np.stack([arrays[name] for arrays in each])
+            for index in numbers:
+                self._written.add(index, window)
+
+    def _geometry_of(self, index: int, window: tuple[slice, slice]) -> dict[str, NDArray[Any]]:
+        return self._geometry.values(self._geometry.of_frames, window, self.header.frame_times_s[index])
+
+    def _require_open(self) -> None:
+        if not self._is_open:
+            raise CubeError(f"{self.path}: not open for writing; frames are written inside a 'with' block")
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
         """Add global attributes that are known only once frames are written.
@@ -283,14 +313,17 @@ class BackgroundWriter:
         CubeError
             If an earlier frame could not be written.
         """
-        self._hand_over(arrays, self._writer.write_frame, index, arrays)
+        self._hand_over(frame_bytes(arrays), self._writer.write_frame, index, arrays)
 
     def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Queue a part of a frame, like :meth:`write_frame`."""
-        self._hand_over(arrays, self._writer.write_tile, index, place, arrays)
+        self._hand_over(frame_bytes(arrays), self._writer.write_tile, index, place, arrays)
 
-    def _hand_over(self, arrays: Mapping[str, NDArray[Any]], write: Callable[..., None], *arguments: Any) -> None:
-        size = sum(array.nbytes for array in arrays.values())
+    def write_frames(self, first: int, frames: Sequence[Mapping[str, NDArray[Any]]]) -> None:
+        """Queue consecutive whole frames, like :meth:`write_frame`."""
+        self._hand_over(sum(map(frame_bytes, frames)), self._writer.write_frames, first, frames)
+
+    def _hand_over(self, size: int, write: Callable[..., None], *arguments: Any) -> None:
         most = MAX_WAITING if size * MAX_WAITING <= MAX_WAITING_BYTES else 1
         while self._waiting and (len(self._waiting) >= most or self._waiting[0].done()):
             self._waiting[0].result()
@@ -322,6 +355,11 @@ class BackgroundWriter:
         self._thread.shutdown(wait=False)
         if interrupted is not None:
             raise interrupted
+
+
+def frame_bytes(arrays: Mapping[str, NDArray[Any]]) -> int:
+    """Return the size of the arrays of a frame."""
+    return sum(array.nbytes for array in arrays.values())
 
 
 def _nothing() -> None:

@@ -7,7 +7,7 @@ import logging
 import tempfile
 import warnings
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -20,7 +20,7 @@ from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.cube.streamed_writer import BackgroundWriter
+from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
 from hcss_twin.cube.zarr_writer import cube_writer
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
@@ -30,9 +30,11 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
 from hcss_twin.engine.sense import measured_path, require_netcdf, sense_run
+from hcss_twin.engine.stream import Frame
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
@@ -56,6 +58,9 @@ def overlaps(plan: Plan) -> bool:
 
 IN_MEMORY_BYTES = 512 * 2**20
 """Cubes up to this size are loaded into memory; larger ones stay in a temporary file."""
+
+BATCH_BYTES = 2**16
+"""Frames are collected until they exceed this size: writing 64 kB costs about as much as a call of the library."""
 
 _T = TypeVar("_T")
 Progress = Callable[[Iterable[_T], int], Iterable[_T]]
@@ -141,12 +146,32 @@ def _write_clean(
         if progress is not None:
             parts = progress(parts, parts_of(plan))
         with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
-            for part in parts:
-                sink.write_tile(part.frame, part.place, part.arrays)
+            for first, place, frames in _batches(parts):
+                if len(frames) > 1:
+                    sink.write_frames(first, frames)
+                else:
+                    sink.write_tile(first, place, frames[0])
         if tables is not None and sample is not None:
             certificate = with_verdict(plan, certify(plan, tables, sample.frames, References(from_curves)))
             writer.set_attributes(certificate.attributes())
     return certificate, tables
+
+
+def _batches(parts: Iterable[Part]) -> Iterator[tuple[int, Window | None, list[Frame]]]:
+    """Yield consecutive small frames together, with the number of the first; other frames and tiles one by one."""
+    frames: list[Frame] = []
+    first, size = 0, 0
+    for part in parts:
+        if part.place is not None:
+            yield part.frame, part.place, [part.arrays]
+            continue
+        first, size = part.frame - len(frames), size + frame_bytes(part.arrays)
+        frames.append(part.arrays)
+        if size > BATCH_BYTES:
+            yield first, None, frames
+            frames, size = [], 0
+    if frames:
+        yield first, None, frames
 
 
 def _require_no_input(plan: Plan, output: str | Path) -> None:

@@ -190,6 +190,7 @@ class PartMaker:
             self._surfaces = SurfaceStage(plan, tables)
         each = () if tables is None or self._surfaces is not None else tables.over_views or (tables,)
         self._readers = [TableReader(toward) for toward in each]
+        self._look_ups: list[LookUp] = []
         self._truth = Truth(plan)
         of_classes: tuple[RadianceTables | None, ...] = (tables,)
         if self._surfaces is not None and tables is not None:
@@ -315,7 +316,9 @@ class PartMaker:
         """Return the look-up at an instant; None if there is no radiance."""
         if self._surfaces is not None and self._quantities:
             return self._surfaces.look_up(time_s)
-        look_ups = [LookUp(reader.at(time_s)) for reader in self._readers]
+        before = self._look_ups or [None] * len(self._readers)
+        look_ups = [LookUp(reader.at(time_s), last) for reader, last in zip(self._readers, before, strict=True)]
+        self._look_ups = look_ups
         if self._plan.views is not None and look_ups:
             return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)
         return look_ups[0] if look_ups else None

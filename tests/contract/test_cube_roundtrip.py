@@ -49,6 +49,29 @@ def test_values_come_back_exactly_with_dims_types_and_attributes(tmp_path, compr
         assert cube.attrs["seed"] == 1
 
 
+@pytest.mark.parametrize("compression", [None, 1])
+def test_frames_written_together_give_the_bytes_of_frames_written_one_by_one(tmp_path, compression):
+    header = example_header(platform_speed_m_s=7000.0)
+    frames = [example_frame(header, index) for index in range(header.frames)]
+    write(tmp_path / "single.nc", header, compression=compression)
+    with CubeWriter(tmp_path / "together.nc", header, compression=compression) as writer:
+        writer.write_frame(0, frames[0])
+        writer.write_frames(1, frames[1:])
+    with open_cube(tmp_path / "single.nc") as single, open_cube(tmp_path / "together.nc") as together:
+        for name in single.variables:
+            assert single[name].to_numpy().tobytes() == together[name].to_numpy().tobytes(), name
+
+
+def test_a_wrong_frame_among_several_is_named_and_none_of_them_is_written(tmp_path):
+    header = example_header()
+    frames = [example_frame(header, index) for index in range(header.frames)]
+    wrong = {**frames[1], "radiance": np.full_like(frames[1]["radiance"], np.nan)}
+    with CubeWriter(tmp_path / "c.nc", header) as writer:
+        with pytest.raises(CubeError, match="frame 2, radiance"):
+            writer.write_frames(1, [frames[1], wrong])
+        writer.write_frames(0, frames)
+
+
 def test_a_cube_without_variables_by_layer_has_no_layers(tmp_path):
     header = example_header(variables=tuple(expand(["radiance", "cloud_mask"], {})))
     write(tmp_path / "c.nc", header)

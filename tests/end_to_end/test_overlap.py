@@ -44,6 +44,15 @@ def test_the_cube_is_the_same_to_the_byte_written_beside_the_computing_or_in_bet
     assert simulate.run(plan, tmp_path / "between.nc").read_bytes() == beside
 
 
+def test_small_frames_written_together_give_the_bytes_of_frames_written_one_by_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    plan = planned(**{"frames.count": 9, "image.rows": 8, "output.variables": ["all"]})
+    together = simulate.run(plan, tmp_path / "together.nc").read_bytes()
+    monkeypatch.setattr(simulate, "BATCH_BYTES", 0)
+    monkeypatch.delattr(BackgroundWriter, "write_frames")  # not needed for single frames
+    assert simulate.run(plan, tmp_path / "single.nc").read_bytes() == together
+
+
 class Recorder:
     """In place of a CubeWriter: a disk as slow as the test says."""
 

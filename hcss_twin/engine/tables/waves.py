@@ -271,7 +271,6 @@ class WaveStage:
         return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
 
 
-<<<<<<< HEAD
 @kernel()
 def _cubic(weights, first, place, last):  # type: ignore[no-untyped-def]
     """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each place, from 0."""
@@ -293,26 +292,6 @@ def _add(radiance, change, to_nodes, slopes, clear, samples):  # type: ignore[no
 
     ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
     """
-=======
-@kernel()
-def _cubic(weights, place, last):  # type: ignore[no-untyped-def]
-    """Set the weights of the cubic through the four nodes around a place (0 to ``last``); return the first node."""
-    first = min(max(int(place) - 1, 0), last - 3)
-    t = place - first
-    a, b, c = t - 1.0, t - 2.0, t - 3.0
-    weights[0] = -a * b * c / 6.0
-    weights[1] = t * b * c / 2.0
-    weights[2] = -t * a * c / 2.0
-    weights[3] = t * a * b / 6.0
-    return first
-
-
-@kernel()
-def _add(  # type: ignore[no-untyped-def]
-    radiance, change, reach_up, reach_cross, upwind, crosswind, clear, samples
-):
-    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table."""
->>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
     channels, rows, columns = radiance.shape
     last_up, last_cross = change.shape[1] - 1, change.shape[2] - 1
     middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import kernel
 from hcss_twin.models.sea.pierson_moskowitz import GRAVITY_M_S2
 from hcss_twin.models.sea.plane_waves import PlaneWaveSums
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
@@ -112,37 +111,6 @@ class WaveField:
         height: Array = ((down * (self._slope / self._wavenumber)) @ along).real
         return height
 
-<<<<<<< HEAD
-=======
-    def _unit(self, component: Array) -> Array:
-        return np.asarray(component / self._wavenumber, dtype=np.float64)
-
-    def _plane_waves(
-        self, time_s: float, rows: slice, columns: slice, x_m: float
-    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Return the factors (y, N) and (N, x) of exp(i (k.r - omega t + phase))."""
-        y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
-        x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
-        now = np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
-        down = np.exp(1j * y[:, None] * self._k_y[None, :]) * now
-        return down, np.exp(1j * self._k_x[:, None] * x[None, :])
-
-
-@kernel()
-def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
-    """Add both slopes to ``slopes`` (2, y, x) wave by wave: rounding in matrix products depends on the window shape."""
-    waves, width = row.shape[1], column.shape[1]
-    real, imaginary = column.real.copy(), column.imag.copy()
-    for y in range(row.shape[0]):
-        of_x, of_y = slopes[0, y], slopes[1, y]
-        for n in range(waves):
-            a, b = row[y, n].real, row[y, n].imag
-            for x in range(width):
-                sine = a * imaginary[n, x] + b * real[n, x]
-                of_x[x] += along[n] * sine
-                of_y[x] += down[n] * sine
-
->>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
 
 def _scatter(share: Array) -> Array:
     """Return the quantiles (angles) of the distribution with density 2/pi cos^2."""

@@ -12,10 +12,7 @@ import math
 from typing import Any
 
 import numpy as np
-<<<<<<< HEAD
 from numpy.typing import DTypeLike, NDArray
-=======
->>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
 from scipy.special import ndtri
 
 from hcss_twin.core.arrays import Array
@@ -156,7 +153,6 @@ def _mixed(state: Any) -> Any:
     return np.uint64(state ^ (state >> np.uint64(31)))
 
 
-<<<<<<< HEAD
 @kernel()
 def row_key(key: Any, row: Any) -> Any:
     """Return the key of a row of the image, which may be negative."""
@@ -166,15 +162,6 @@ def row_key(key: Any, row: Any) -> Any:
 @kernel()
 def pixel_key(row_key: Any, column: Any) -> Any:
     """Return the key of a pixel of a row."""
-=======
-@kernel()
-def _row_key(key: Any, row: Any) -> Any:
-    return _mixed(np.uint64(key + np.uint64(np.uint64(row) * np.uint64(0xD1B54A32D192ED03))))
-
-
-@kernel()
-def _pixel_key(row_key: Any, column: Any) -> Any:
->>>>>>> 3cc2bb8f9112fdecce8e2cd8bd000c81cc707694
     return _mixed(np.uint64(row_key + np.uint64(np.uint64(column) * np.uint64(0xDB4F0B9175AE2165))))
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from threading import Lock
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import plane_key, unit_offset
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.rows import add_octave, cubic_weights, split
 
 _X, _Y, _T = 0, 1, 2
@@ -67,7 +68,7 @@ class _Axis:
     def interpolates(self) -> bool:
         return bool(self.weights.shape[1] == 4)
 
-    @property
+    @cached_property
     def span(self) -> tuple[int, int]:
         return int(self.start[0]), int(self.start[-1]) + self.weights.shape[1]
 
@@ -114,8 +115,8 @@ class FractalField:
             )
         if total.size == 0:
             return total
-        times = [self._time(octave, time_s) for octave in self._octaves]
-        along_x = [_axis(octave, octave.x, x, unit_offset(self._seed, octave.k, _X)) for octave in self._octaves]
+        times = self._times(time_s)
+        along_x = self._axes(x, _X)
         with self._lock:
             for start, stop in self._strips(y, along_x):
                 strip = PixelWindow(y.first + start, stop - start, y.origin)
@@ -140,7 +141,7 @@ class FractalField:
         along_x: list[_Axis],
         times: list[tuple[list[int], NDArray[np.float32]]],
     ) -> None:
-        along_y = [_axis(octave, octave.y, y, unit_offset(self._seed, octave.k, _Y)) for octave in self._octaves]
+        along_y = self._axes(y, _Y)
         planes = [
             tuple(plane_key(self._seed, octave.k, t, ay.phase, ax.phase) for t in cells)
             for octave, ay, ax, (cells, _) in zip(self._octaves, along_y, along_x, times, strict=True)
@@ -205,18 +206,46 @@ class FractalField:
             along_x.interpolates and along_y.interpolates and octave.y.step <= _GATHER_ROWS_UNTIL,
         )
 
-    def _time(self, octave: Octave, time_s: float) -> tuple[list[int], NDArray[np.float32]]:
-        """Return the time-plane cells and their weights, which include the amplitude of the octave."""
-        amplitude = math.sqrt(octave.variance)
-        if octave.t.step == 0.0:
-            return [0], np.array([amplitude], dtype=np.float32)
+    def _times(self, time_s: float) -> list[tuple[list[int], NDArray[np.float32]]]:
+        """Return each octave's time-plane cells and their weights, which include its amplitude."""
         # Without interpolation, frames are at whole steps of the time axis, half a cell from the next rounding.
-        offset = 0.5 if octave.t.nearest else unit_offset(self._seed, octave.k, _T)
-        cells, fraction = split(np.full(1, time_s * octave.t.step + offset))
-        cell = int(cells[0])
-        if octave.t.nearest:
-            return [cell], np.array([amplitude], dtype=np.float32)
-        return [cell + tap - 1 for tap in range(4)], (amplitude * cubic_weights(fraction)[0]).astype(np.float32)
+        coordinates = [
+            np.full(1, time_s * octave.t.step + (0.5 if octave.t.nearest else unit_offset(self._seed, octave.k, _T)))
+            for octave in self._octaves
+        ]
+        result = []
+        for octave, (cells, weights) in zip(self._octaves, _cells(coordinates), strict=True):
+            amplitude, cell = math.sqrt(octave.variance), int(cells[0])
+            if octave.t.step == 0.0 or octave.t.nearest:
+                cell = 0 if octave.t.step == 0.0 else cell
+                result.append(([cell], np.array([amplitude], dtype=np.float32)))
+            else:
+                result.append(([cell + tap - 1 for tap in range(4)], (amplitude * weights[0]).astype(np.float32)))
+        return result
+
+    def _axes(self, window: PixelWindow, axis: int) -> list[_Axis]:
+        """Return each octave's nodes and weights of a window along one axis."""
+        position, coordinates = window.position, []
+        scales = [octave.x if axis == _X else octave.y for octave in self._octaves]
+        for octave, scale in zip(self._octaves, scales, strict=True):
+            if not (scale.nearest and octave.is_noise):
+                offset = unit_offset(self._seed, octave.k, axis)
+                coordinates.append(position * scale.step + (offset + 0.5 if scale.nearest else offset))
+        cells = iter(_cells(coordinates))
+        result = []
+        for octave, scale in zip(self._octaves, scales, strict=True):
+            if scale.nearest and octave.is_noise:
+                # Each part of a pixel has a node; the parts seen at one time form a lattice, numbered by the phase.
+                node = math.floor(window.origin * scale.phases)
+                first, phase = divmod(node, scale.phases)
+                start = np.arange(window.first + first, window.first + first + window.count, dtype=np.int64)
+                result.append(_Axis(start, _NEAREST, phase))
+            else:
+                cell, weights = next(cells)
+                result.append(
+                    _Axis(cell, _NEAREST, 0) if scale.nearest else _Axis(cell - 1, weights.astype(np.float32), 0)
+                )
+        return result
 
     def _each(self, part: Callable[[int, int], None], count: int, fewest: int = 1) -> None:
         """Run ``part(start, stop)`` over ``count`` items, in several threads where worthwhile."""
@@ -239,16 +268,15 @@ def _is_stored(octave: Octave) -> bool:
     return not octave.t.nearest and (octave.is_noise or not (octave.x.nearest or octave.y.nearest))
 
 
-def _axis(octave: Octave, scale: AxisScale, window: PixelWindow, offset: float) -> _Axis:
-    """Return the nodes and weights of a window along one axis."""
-    if not scale.nearest:
-        cell, fraction = split(window.position * scale.step + offset)
-        return _Axis(cell - 1, cubic_weights(fraction).astype(np.float32), 0)
-    if octave.is_noise:
-        # Each part of a pixel has a node; the parts seen at one time form a lattice, numbered by the phase.
-        node = math.floor(window.origin * scale.phases)
-        first, phase = divmod(node, scale.phases)
-        start = np.arange(window.first + first, window.first + first + window.count, dtype=np.int64)
-        return _Axis(start, _NEAREST, phase)
-    cell, _ = split(window.position * scale.step + (offset + 0.5))
-    return _Axis(cell, _NEAREST, 0)
+def _cells(coordinates: Sequence[NDArray[np.float64]]) -> list[tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    """Return the cells of lattice coordinates, and the weights of the nodes around each.
+
+    All at once, because starting a kernel takes longer than a small image.
+    """
+    cell, fraction = split(np.concatenate([*coordinates, np.empty(0)]))
+    weights, result, start = cubic_weights(fraction), [], 0
+    for each in coordinates:
+        stop = start + each.size
+        result.append((cell[start:stop], weights[start:stop]))
+        start = stop
+    return result

@@ -15,6 +15,7 @@ functions, so that results are bit-identical on every machine with IEEE arithmet
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -107,11 +108,13 @@ def fold(start: int, *indices: int) -> int:
     return word
 
 
+@lru_cache(maxsize=4096)  # a frame has up to 80 planes, most of which the next frames share
 def plane_key(seed: int, octave: int, t: int, phase_y: int = 0, phase_x: int = 0) -> int:
     """Return the key of one time plane of one octave's lattice; phases number sub-lattices."""
     return fold(_INCREMENT, seed, octave, t, phase_y, phase_x)
 
 
+@lru_cache(maxsize=4096)
 def unit_offset(seed: int, octave: int, axis: int) -> float:
     """Return the offset in [0, 1) cells of one octave's lattice along one axis.
 
