@@ -9,11 +9,9 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import multiprocessing
-import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -23,7 +21,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
-from hcss_twin.core.processes import end_with_parent
+from hcss_twin.core.processes import worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.compile import tables_of
@@ -93,9 +91,7 @@ def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Ex
     elif workers == 1:
         yield None, 1
     else:
-        # A fork would copy locks held by threads; a new process has none.
-        context = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_follow_the_parent)
+        pool = worker_pool(workers)
         try:
             yield pool, workers
         finally:
@@ -117,12 +113,6 @@ def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
         if count == 0:
             raise HcssError(f"--scheduler {scheduler}: the cluster has no workers")
         yield client.get_executor(), count
-
-
-def _follow_the_parent() -> None:
-    """Ignore Ctrl-C, which the parent handles, and end when the parent ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with_parent()
 
 
 AHEAD = 2

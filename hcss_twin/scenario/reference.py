@@ -102,18 +102,15 @@ def json_schema() -> dict[str, Any]:
 
 
 def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
-    if name in _PLAIN:
-        return
-    if entry.get("type") == "number":
+    if entry.get("type") == "number" and name not in _PLAIN:
         entry["anyOf"] = [{key: entry.pop(key) for key in list(entry) if key in _NUMBER_KEYS}]
     choices = entry.get("anyOf", [])
-    numbers = [choice for choice in choices if choice.get("type") == "number"]
-    for number in numbers:
+    for choice in choices:
         # Pydantic does not rename the limits of optional numbers.
         for key, keyword in _KEYWORDS.items():
-            if key in number:
-                number[keyword] = number.pop(key)
-    if numbers:
+            if key in choice:
+                choice[keyword] = choice.pop(key)
+    if name not in _PLAIN and any(choice.get("type") == "number" for choice in choices):
         choices.append({"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*\S*\s*$"})
 
 

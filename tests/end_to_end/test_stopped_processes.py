@@ -10,6 +10,7 @@ import psutil
 import pytest
 
 from hcss_twin.cli.main import cli, main
+from hcss_twin.core.processes import worker_pool
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
@@ -41,6 +42,17 @@ def test_workers_end_within_a_second_of_a_killed_parent(tmp_path):
         for each in alive:
             each.kill()
     assert not alive
+
+
+def test_a_worker_starts_with_blocked_interrupts_and_before_it_loads_the_engine():
+    with worker_pool(1) as pool:
+        assert signal.SIGINT in pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, []).result()
+        assert not pool.submit(modules_of_the_engine).result()
+
+
+def modules_of_the_engine():
+    """Return the modules of the engine that this process has loaded."""
+    return [name for name in sys.modules if name.startswith("hcss_twin.engine")]
 
 
 def is_alive(process):

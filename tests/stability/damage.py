@@ -6,20 +6,16 @@ Each damage is determined by its seed.
 import random
 import re
 import shutil
-import signal
 import traceback
 import warnings
 from collections import Counter
-from contextlib import contextmanager
 
 import netCDF4
 import numpy as np
 from file_readers import READERS
+from hang import Hang, limited
 
 from hcss_twin.core.errors import HcssError
-
-LONGEST_S = 60
-"""A reader that takes longer hangs."""
 
 WORDS = [b"", b"0", b"-1", b"1e999", b"nan", b"null", b"[]", b"{}", b"true", b'"x"', b"\xff", b"9" * 400, b"[" * 5000]
 
@@ -110,24 +106,6 @@ def _damage_archive(path, draw):
         np.savez(file, **arrays)
 
 
-class Hang(BaseException):
-    """A reader has taken longer than :data:`LONGEST_S`."""
-
-
-@contextmanager
-def _limited():
-    def end(*_):
-        raise Hang(f"more than {LONGEST_S} s")
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.alarm(LONGEST_S)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
-
-
 def fresh_copy(path, folder):
     """Return a copy of a file or folder, of the same name, in a folder."""
     copy = folder / path.name
@@ -152,7 +130,7 @@ def read_damaged(group, files, folder, number):
     except Exception:  # the library that damages refuses
         return "not damaged", name, reader, None
     try:
-        with warnings.catch_warnings(), _limited():
+        with warnings.catch_warnings(), limited():
             warnings.simplefilter("ignore")
             READERS[group][name][reader](copy)
     except HcssError:

@@ -173,7 +173,7 @@ class Checkpoint:
             return None
         remedy = f"delete {self._path} to begin anew"
         with reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
-            file = read_arrays(self._path)
+            file: dict[str, Any] = dict(read_arrays(self._path))
             if str(file["fingerprint"]) != self._fingerprint:
                 raise PosteriorError(
                     f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"

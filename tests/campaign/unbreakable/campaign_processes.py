@@ -3,6 +3,7 @@
 import json
 import os
 import secrets
+import signal
 import subprocess
 import sys
 import time
@@ -78,9 +79,9 @@ class Command:
                 each.kill()
         self.process.wait()
         said = self.said()
-        # Processes that the command has started report their own exceptions.
+        # The tracker of a killed process removes its semaphores, and says so.
         for word in ("Traceback", "Exception ignored", "leaked", "Segmentation", "Fatal Python"):
-            if word in said:
+            if word in said and not (word == "leaked" and code == -signal.SIGKILL):
                 problems.append(f"{word}: {said[said.index(word) :][-400:]}")
         return code, problems
 

@@ -56,13 +56,14 @@ COMMANDS = {
     "fit": ["fit", "{sound}/image.npy", "--pixel-size", "1 km", "-o", "posterior.nc", "--octaves", "0", "4",
             "--samples", "100", *(word for name in ("gamma=3", "H=0.6", "Lx=8", "Ly=8") for word in ("--fix", name))],
     "evaluate": ["evaluate", "{sound}/cube.nc", "{sound}/cube.nc", "-o", "page.html", "--json", "numbers.json"],
-    "import an atmosphere": ["atmosphere", "import", "{sound}/modtran.tp7", "--profile", "us-standard-1976", "-o", "table.nc"],
+    "import an atmosphere": ["atmosphere", "import", "{sound}/modtran.tp7", "-o", "table.nc",
+                             "--profile", "us-standard-1976"],
     "plot an atmosphere": ["atmosphere", "plot", "band-model", "-o", "atmosphere.png"],
     "new plugin": ["new-plugin", "clouds", "campaign", "--folder", "plugin"],
 }  # fmt: skip
 """Commands by name; all but the last replace what they have written, or go on with it."""
 
-FORCED = ("run", "sense", "report", "export", "volume", "evaluate", "propagate", "match", "import", "plot")
+FORCED = ("run", "sense", "report", "export", "volume", "evaluate", "propagate", "match", "import")
 """Beginnings of the names of commands that need ``--force`` to replace their output."""
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -174,7 +175,8 @@ def _state(folder):
 def summary(rows):
     """Return lines of text."""
     killed = [row for row in rows.values() if row["killed"]]
-    yield f"{len(rows)} commands, {len(killed)} killed before their end, {len({row['command'] for row in killed})} kinds"
+    kinds = len({row["command"] for row in killed})
+    yield f"{len(rows)} commands of {kinds} kinds, {len(killed)} killed before their end"
     yield f"  signals: {dict(Counter(row['signal'] for row in killed))}"
     if killed:
         slow = max(killed, key=lambda row: row["ended_s"])
