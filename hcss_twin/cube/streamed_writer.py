@@ -27,6 +27,7 @@ from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.packing import packed
+from hcss_twin.cube.variables import VariableSpec
 
 
 class StreamedWriter(ABC):
@@ -119,9 +120,7 @@ class StreamedWriter(ABC):
             check_frame(self.header, index, arrays, place)
             with self._explained():
                 for spec in self.header.variables:
-                    array = arrays[spec.name]
-                    stored = array if spec.packing is None else packed(array, spec.packing)
-                    self._array(spec.name)[(index, ..., *window)] = stored
+                    self._array(spec.name)[(index, ..., *window)] = _stored(spec, arrays[spec.name])
                 for name, array in self._geometry_of(index, window).items():
                     self._array(name)[(index, *window)] = array
             self._written.add(index, window)
@@ -144,9 +143,11 @@ class StreamedWriter(ABC):
                 check_frame(self.header, index, arrays)
             geometry = [self._geometry_of(index, window) for index in numbers]
             with self._explained():
-                for each in (frames, geometry):
-                    for name in each[0]:
-                        self._array(name)[first : numbers.stop] = np.stack([arrays[name] for arrays in each])
+                for spec in self.header.variables:
+                    together = np.stack([arrays[spec.name] for arrays in frames])
+                    self._array(spec.name)[first : numbers.stop] = _stored(spec, together)
+                for name in geometry[0]:
+                    self._array(name)[first : numbers.stop] = np.stack([arrays[name] for arrays in geometry])
             for index in numbers:
                 self._written.add(index, window)
 
@@ -281,6 +282,10 @@ MAX_WAITING = 2
 
 MAX_WAITING_BYTES = 256 * 2**20
 """Larger frames are queued one at a time: memory then holds two, one being computed and one being written."""
+
+
+def _stored(spec: VariableSpec, values: NDArray[Any]) -> NDArray[Any]:
+    return values if spec.packing is None else packed(values, spec.packing)
 
 
 class BackgroundWriter:
