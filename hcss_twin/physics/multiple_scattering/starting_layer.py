@@ -100,8 +100,8 @@ def eliminate(matrix: Any, right: Any, first: int) -> None:
 
 
 # Largest tau' / mu of a starting layer, for the mean over azimuth and for other modes. Its error, relative to the
-# exponent of transmission, is the sixth power of this over 100800: 2e-13, which keeps the sum of emission, reflection and
-# transmission, and 6e-10 along the most slanted stream, ten thousand times less where mu is five times as large.
+# exponent of transmission, is the sixth power of this over 100800: 2e-13, which keeps the sum of emission, reflection
+# and transmission, and 6e-10 along the most slanted stream, ten thousand times less where mu is five times as large.
 START, START_OF_MODES = 0.05, 0.2
 
 
