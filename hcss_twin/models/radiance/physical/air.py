@@ -13,8 +13,8 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.models.radiance.physical.composite_paths import CompositePaths, PathTransmittance
-from hcss_twin.physics.paths import SPACE, Leg, Path
+from hcss_twin.models.radiance.physical.composite_paths import CompositePaths, LayerAmounts, PathTransmittance
+from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import TransmittanceProvider
@@ -94,12 +94,19 @@ class Air:
     wavenumber_cm1 : ndarray (V,)
     sublayers : int
         Parts into which the layers between two levels are divided for their emission; even.
+    layers : dict, optional
+        Absorber amounts that other wavenumbers share.
     """
 
     def __init__(
-        self, provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array, sublayers: int = SUBLAYERS
+        self,
+        provider: TransmittanceProvider,
+        profile: Profile,
+        wavenumber_cm1: Array,
+        sublayers: int = SUBLAYERS,
+        layers: LayerAmounts | None = None,
     ) -> None:
-        self._crossing = PathTransmittance(provider, wavenumber_cm1)
+        self._crossing = PathTransmittance(provider, wavenumber_cm1, {} if layers is None else layers)
         self._profile = profile
         self._sublayers = sublayers
         self._power_law = provider.declares.legs == "to_space"
@@ -227,8 +234,9 @@ class Air:
         parts = self._sublayers
         ends = (*edges[:-1], SPACE if to_space else edges[-1])
         ends = ends[::-1] if downward else ends
-        within = [sorted((ends[n - n % parts], ends[n + 1])) for n in range(len(ends) - 1)]
-        return self._crossing.nested([[Leg(low, high, zenith) for low, high in within] for zenith in zenith_deg], parts)
+        near = [(ends[n - n % parts], ends[n + 1]) for n in range(len(ends) - 1)]
+        within = [(high, low) if downward else (low, high) for low, high in near]
+        return self._crossing.nested(within, zenith_deg, parts)
 
     def _edges(self, lower_m: float, upper_m: float, levels: Array) -> tuple[float, ...]:
         """Return the ends of a leg, and of all parts of the layers within it."""

@@ -1,13 +1,13 @@
 """Emission, reflection and transmission operators of a cloud layer, which sum to one in every direction.
 
-They are solved on a grid of thicknesses and interpolated.
+They are solved on a grid of thicknesses and interpolated; for few thicknesses, they are solved for these.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from typing import Any
@@ -35,6 +35,9 @@ FEW_STREAMS = 16
 PEAK_DEGREE = 16
 """Light scattered by a smaller angle than polynomials of this degree resolve, some 10 deg, still illuminates the air
 below a cloud."""
+
+FEW_THICKNESSES = 3
+"""As many thicknesses, each with its own chain of doublings, cost no more than a grid."""
 
 _WINDOW = 10
 """Nodes of the interpolating polynomial; its error is 1e-6 of full reflection, as with 6 nodes at 6 per doubling."""
@@ -199,6 +202,7 @@ class SlabSolver:
         self._closed_form = closed_form
         self._sun_share = sun_share
         self._tables: dict[CloudLayer, OperatorTable] = {}
+        self._single: dict[tuple[CloudLayer, float], tuple[Array, ...]] = {}
         self._optics = optics
         self._numerics = numerics
         self._wavenumber = wavenumber_cm1
@@ -207,32 +211,25 @@ class SlabSolver:
     def solve(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
         """Return ``layer`` at every thickness, one column for each.
 
-        Operators are solved once, on a logarithmic grid of thicknesses, and interpolated in ln(thickness); row sums are
-        preserved, because the interpolation weights sum to one.
+        For more than a few thicknesses, operators are solved once, on a logarithmic grid of thicknesses, and
+        interpolated in ln(thickness); row sums are preserved, because the interpolation weights sum to one.
 
         Parameters
         ----------
         thickness_m : ndarray (T,)
-            Above 0.
+            Above 0, each once.
         top_K, base_K : ndarray (T,)
             Temperatures of the two faces.
         """
-        if layer not in self._tables:
-            grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
-            self._tables[layer] = OperatorTable(grid, self._solve(layer, grid))
-        table = self._tables[layer]
         tops = layer.cloud_top_m(thickness_m)
         slabs = []
-        for t, thickness in enumerate(thickness_m.tolist()):
-            if table.least_m <= thickness <= table.most_m:
-                operators = table.at(thickness)
-            else:  # outside the range of the layer's table
-                operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
+        for t, operators in enumerate(self._operators(layer, thickness_m.tolist())):
+            thickness = float(thickness_m[t])
             *rows, back, through, beam, to_lower_air, turned = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
             slabs.append(
                 CloudSlab(
-                    base_m=(float(tops[t] - thickness),),
+                    base_m=(float(tops[t]) - thickness,),
                     top_m=(float(tops[t]),),
                     top_temperature_K=(float(top_K[t]),),
                     base_temperature_K=(float(base_K[t]),),
@@ -249,6 +246,21 @@ class SlabSolver:
                 )
             )
         return slabs
+
+    def _operators(self, layer: CloudLayer, thickness_m: list[float]) -> Iterator[tuple[Array, ...]]:
+        """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
+        known = [h for of, h in self._single if of == layer]
+        if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
+            grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
+            self._tables[layer] = OperatorTable(grid, self._solve(layer, grid))
+        table = self._tables.get(layer)
+        beyond = [h for h in thickness_m if table is None or not table.least_m <= h <= table.most_m]
+        new = [h for h in beyond if (layer, h) not in self._single]
+        if new:
+            solved = self._solve(layer, np.array(new))
+            self._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(new)}
+        for h in thickness_m:
+            yield self._single[layer, h] if table is None or h in beyond else table.at(h)
 
     def _solve(self, layer: CloudLayer, thickness_m: Array) -> tuple[Array, ...]:
         """Return the operators of a layer with thickness as first axis, in the order of :class:`CloudSlab`."""

@@ -22,6 +22,12 @@ from hcss_twin.providers import TransmittanceProvider
 
 Rows = NDArray[np.intp]
 
+LayerAmounts = dict[tuple[tuple[float, ...], tuple[tuple[float, float], ...]], Array]
+"""Absorber amounts (Z, parts, K) by zenith angles (Z,) and the ends of the parts."""
+
+_MAX_LAYERS = 8192
+"""Layers in memory, of some kB each: columns share those between levels."""
+
 
 class CompositePaths(ABC):
     """P composite paths through the air of each of C columns."""
@@ -108,9 +114,12 @@ class PathTransmittance:
     provider : TransmittanceProvider
         May have ``absorber_amounts`` and ``transmittance_of_amounts``.
     wavenumber_cm1 : ndarray (V,)
+    layers : dict
+        Amounts of single layers that were computed before, for the same provider at any wavenumbers.
     """
 
-    def __init__(self, provider: TransmittanceProvider, wavenumber_cm1: Array) -> None:
+    def __init__(self, provider: TransmittanceProvider, wavenumber_cm1: Array, layers: LayerAmounts) -> None:
+        self._layers = layers
         self._provider = provider
         self._wavenumber = wavenumber_cm1
         self._amounts = getattr(provider, "absorber_amounts", None)
@@ -123,24 +132,43 @@ class PathTransmittance:
         amounts = self._amounts([path for row in paths for path in row])
         return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
 
-    def nested(self, legs: Sequence[Sequence[Leg]], parts: int) -> CompositePaths:
-        """Return paths (P x N, 1) in one column, from the near end of a row of legs (P, N) to the far end of each leg.
+    def nested(
+        self, legs_m: Sequence[tuple[float, float]], zenith_deg: tuple[float, ...], parts: int
+    ) -> CompositePaths:
+        """Return paths (Z x N, 1) in one column, from the near end of a row of legs (N,) to the far end of each leg.
 
         Each leg begins at the near end of its layer, and every ``parts``-th leg crosses its layer. Columns share the
         amounts of layers between the same levels. The amounts of parts of a layer do not add up to those of the layer.
+
+        Parameters
+        ----------
+        legs_m : sequence of (float, float) (N,)
+            Lower and upper end.
+        zenith_deg : tuple of float (Z,)
         """
         if self._amounts is None or self._of_amounts is None:
-            joined = [
-                Leg(min(row[0].lower_m, last.lower_m), max(row[0].upper_m, last.upper_m), last.zenith_deg)
-                for row in legs
-                for last in row
-            ]
-            return _LegPaths(tuple((Path((leg,)),) for leg in joined))
-        amounts = self._amounts([Path((leg,)) for row in legs for leg in row])
-        by_layer = amounts.reshape(len(legs), -1, parts, amounts.shape[1])
+            near_low, near_high = legs_m[0]
+            return _LegPaths(
+                tuple(
+                    (Path((Leg(min(near_low, low), max(near_high, high), zenith),)),)
+                    for zenith in zenith_deg
+                    for low, high in legs_m
+                )
+            )
+        layers = [tuple(legs_m[first : first + parts]) for first in range(0, len(legs_m), parts)]
+        known = self._layers
+        if len(known) > _MAX_LAYERS:
+            known.clear()
+        new = [layer for layer in layers if (zenith_deg, layer) not in known]
+        if new:
+            legs = [Leg(low, high, zenith) for layer in new for zenith in zenith_deg for low, high in layer]
+            amounts = self._amounts([Path((leg,)) for leg in legs])
+            amounts = amounts.reshape(len(new), len(zenith_deg), parts, -1)
+            known |= {(zenith_deg, layer): own for layer, own in zip(new, amounts, strict=True)}
+        by_layer = np.stack([known[zenith_deg, layer] for layer in layers], axis=1)
         crossed = np.cumsum(by_layer[:, :, -1], axis=1)
         by_layer[:, 1:] += crossed[:, :-1, None]
-        return _AbsorberPaths(by_layer.reshape(-1, 1, amounts.shape[1]))
+        return _AbsorberPaths(by_layer.reshape(-1, 1, by_layer.shape[3]))
 
     def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, C x V): all wavenumbers of the first column, then of the second, ..."""
