@@ -316,7 +316,7 @@ class PartMaker:
         """Return the look-up at an instant; None if there is no radiance."""
         if self._surfaces is not None and self._quantities:
             return self._surfaces.look_up(time_s)
-        before = self._look_ups or [None] * len(self._readers)
+        before: Sequence[LookUp | None] = self._look_ups or [None] * len(self._readers)
         look_ups = [LookUp(reader.at(time_s), last) for reader, last in zip(self._readers, before, strict=True)]
         self._look_ups = look_ups
         if self._plan.views is not None and look_ups:

@@ -10,7 +10,7 @@ import numpy as np
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.packing import Packing, packing_of
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.models.radiance.spectral_grid import COLDEST_K, HOTTEST_K, BrightnessTemperature
+from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy, extreme_radiances, relative_slope
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR
@@ -129,7 +129,7 @@ class _Packings:
         black = BrightnessTemperature(self._assembly.spectral_grid, [band.name for band in self._assembly.bands])
         kelvin = black.where_known(np.array(radiance)[:, None])[:, 0].astype(np.float64)
         beyond = np.where(np.array(radiance) > black.highest_radiance, HOTTEST_K, COLDEST_K)
-        return np.where(np.isnan(kelvin), beyond, kelvin)
+        return np.asarray(np.where(np.isnan(kelvin), beyond, kelvin), dtype=np.float64)
 
     def _of_radiance(self, spec: VariableSpec, packing: Packing) -> Packing:
         """Return the packing with its error in each band, after comparing it with the accuracy."""

@@ -266,7 +266,7 @@ class SlabSolver:
         """Return the operators of a layer with thickness as first axis, in the order of :class:`CloudSlab`."""
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         depth = thickness_m[:, None] * scattering.extinction_m1
-        solve = partial(self._operators, depth, scattering.albedo, scattering.moments)
+        solve = partial(self._new_operators, depth, scattering.albedo, scattering.moments)
         where, digest = self._directions, hashlib.sha256()
         for each in (depth, scattering.albedo, scattering.moments, where.mu, self._is_bright):
             digest.update(np.ascontiguousarray(each).tobytes())
@@ -278,7 +278,7 @@ class SlabSolver:
         """Wavenumbers (V,) at which sunlight matters; at others the closed form with its error of 15 % suffices."""
         return (self._sun_share > self._numerics.faint_sun) & (not self._closed_form)
 
-    def _operators(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, ...]:
+    def _new_operators(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, ...]:
         """Return the operators of layers with optical thickness (T, V), in the order of :class:`CloudSlab`."""
         where = self._directions
         solved, brdf, btdf, turned = self._solved(depth, albedo, moments)
