@@ -33,6 +33,8 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
+        if not hasattr(FunctionCache, "_load_overload"):  # a version of numba with another cache
+            return njit(cache=True, nogil=True, **options)(function)
         dispatcher: Any = njit(nogil=True, **options)(function)
         dispatcher._cache = _KernelCache(function)
         return dispatcher
