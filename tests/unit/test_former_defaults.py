@@ -48,3 +48,21 @@ def test_a_scenario_with_former_defaults_is_read_again_as_it_was():
 
 def test_the_version_needs_no_quotes():
     assert Scenario.from_dict(GIVEN, {"defaults": 0.1}).coefficients == "lowtran7"
+
+
+@pytest.mark.parametrize(
+    ("sensor", "expected"),
+    [
+        ({"name": "modis"}, {"name": "modis", "parameters": {"method": "frames"}}),
+        ({"parameters": {"method": "rows"}}, {"parameters": {"method": "rows"}}),
+        ({"model": "my-sensor"}, {"model": "my-sensor"}),
+        (
+            {"stages": [{"model": "radiometer"}, {"model": "mine"}]},
+            {"stages": [{"model": "radiometer", "parameters": {"method": "frames"}}, {"model": "mine"}]},
+        ),
+    ],
+)
+def test_a_radiometer_measures_as_in_the_version_that_is_named(sensor, expected):
+    assert optics("0.1", sensor=sensor)["sensor"] == expected
+    assert optics(sensor=sensor)["sensor"] == sensor
+    assert "sensor" not in optics("0.1")

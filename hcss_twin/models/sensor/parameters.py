@@ -127,7 +127,7 @@ class RadiometerParameters(BaseModel):
         "rows",
         description='"rows": one random number for shot and read noise, with their mean, variance and skewness '
         '(Poisson numbers below 100 electrons), single precision; "frames": as in version 0.1, separate numbers for '
-        "shot and read noise, blur by Fourier transforms, 50 times as slow.",
+        "shot and read noise, blur by Fourier transforms, up to 20 times as slow.",
     )
     quantum_efficiency: _Fraction = Field(1.0, description="Electrons per photon, above 0 to 1.")
     shot_noise: bool = Field(True, description="Whether to add shot noise (Poisson statistics of electrons).")
