@@ -56,9 +56,10 @@ print(scenario_text("cube.nc"))
   largest error (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate applies to the rounded
   numbers.
 * `output.packing = "int16"` stores variables of known range as 16-bit integers with `scale_factor` and `add_offset`,
-  powers of two and their multiples, which every reader unpacks to the same numbers; -32768 is reserved for missing
-  values. `packing_maximum_error` (units of the variable), `packing_maximum_relative_error` and
-  `packing_maximum_error_kelvin` (of each band) state the error. A value beyond the steps ends the run with an error.
+  powers of two and their multiples, which every reader unpacks to the same numbers (xarray from a Zarr store
+  in double precision); -32768 is reserved for missing values. `packing_maximum_error` (units of the variable),
+  `packing_maximum_relative_error` and `packing_maximum_error_kelvin` (of each band) state the error. A value beyond the
+  steps ends the run with an error.
 * NaN occurs only in the variables marked below, and negative radiance only in measured cubes.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.

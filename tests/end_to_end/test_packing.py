@@ -9,12 +9,13 @@ from astropy.io import fits
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube
-from hcss_twin.core.errors import CubeError, ScenarioError, SweepError
+from hcss_twin.core.errors import CertificateWarning, CubeError, ScenarioError, SweepError
 from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.packing import FILL, LARGEST, packing_of, round_to_steps
 from hcss_twin.engine.sense import section_of, sense_file
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
+from hcss_twin.plan import packing as packing_of_plans
 from hcss_twin.plan.description import describe
 from hcss_twin.reports.plan_text import plan_text
 from hcss_twin.sweeps.dataset import differences
@@ -123,6 +124,13 @@ def test_exports_and_sensors_read_the_unpacked_numbers(folder, tmp_path):
 def test_steps_beyond_the_accuracy_are_refused(changes, message):
     with pytest.raises(ScenarioError, match=rf"output.packing: 'int16'.*{message}"):
         planned(**changes)
+
+
+def test_steps_beyond_the_accuracy_would_fail_the_certificate(monkeypatch, tmp_path):
+    monkeypatch.setattr(packing_of_plans, "LARGEST_SHARE", 1e4)
+    plan = planned(bands=["swir-2.7-3.0", "lwir"], output__variables=["radiance"])
+    with pytest.warns(CertificateWarning, match="FAILED"):
+        run(plan, tmp_path / "coarse.nc")
 
 
 def test_brightness_temperature_packs_bands_of_unlike_radiance():

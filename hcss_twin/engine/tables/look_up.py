@@ -165,11 +165,12 @@ def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
 @kernel()
 def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-untyped-def]
     """Interval of a thickness, and its position in the interval, 0 to 1."""
-    last = nodes.size - 2
-    index = guide[(bits >> shift) - first]
-    while index < last and nodes[index + 1] <= thickness:
-        index += 1
-    low, high = nodes[index], nodes[index + 1]
+    # Unsigned numbers: for signed ones every access would test whether it counts from the end.
+    one, last = np.uint32(1), np.uint32(nodes.size - 2)
+    index = np.uint32(guide[np.uint32((bits >> shift) - first)])
+    while index < last and nodes[index + one] <= thickness:
+        index = np.uint32(index + one)
+    low, high = nodes[index], nodes[index + one]
     inside = min(max(thickness, low), high)
     return index, (inside - low) / (high - low)
 
