@@ -19,6 +19,7 @@ import tempfile
 import time
 
 HCSS = [sys.executable, "-m", "hcss_twin"]
+NIGHT = "time=2024-04-20T00:30:00+10:00"
 SCENE = """
 import sys, time
 from hcss_twin.cli import main
@@ -64,6 +65,8 @@ def main() -> None:
         "hcss plugins": [*HCSS, "plugins"],
         f"hcss plan {given.scenario}": [*HCSS, "plan", given.scenario],
         f"hcss run {given.scenario}, less the scene": [sys.executable, "-c", SCENE, *scene],
+        f"hcss run {given.scenario}, LWIR at night": [*HCSS, *scene, "--set", NIGHT, "--set", 'bands=["lwir"]'],
+        f"hcss run {given.scenario}, mask alone": [*HCSS, *scene, "--set", 'output.variables=["cloud_mask"]'],
     }
     with tempfile.TemporaryDirectory() as folder:
         for command in commands.values():
