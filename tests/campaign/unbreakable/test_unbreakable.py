@@ -34,6 +34,10 @@ def test_the_committed_scenarios_touch_every_key_and_both_sides_of_every_bound()
 def test_every_bound_has_two_sides_and_every_key_a_value():
     every, without = trials()
     assert not without
+    # Optional numbers without unit had no limits in the JSON schema.
+    assert {"atmosphere.water_vapour_scale", "clouds.effective_variance", "sensor.seed"} <= {
+        each.key for each in every if each.end
+    }
     sides = {(trial.key, trial.end, trial.side) for trial in every if trial.end}
     for key, end, _ in sides:
         assert {(key, end, "inside"), (key, end, "outside")} <= sides
