@@ -10,9 +10,12 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import Any
 
 
 class _Worker(SpawnProcess):
@@ -31,12 +34,31 @@ class _Worker(SpawnProcess):
 
 
 class _Context(SpawnContext):
-    Process = _Worker
+    """Starts new processes, because a fork would copy locks held by threads, and knows them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.started: list[_Worker] = []
+
+    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]  # a class in the base class
+        worker = _Worker(*args, **options)
+        self.started.append(worker)
+        return worker
 
 
-def worker_pool(workers: int) -> ProcessPoolExecutor:
-    """Return a pool of new processes; a fork would copy locks held by threads."""
-    return ProcessPoolExecutor(workers, mp_context=_Context(), initializer=_follow_the_parent)
+@contextmanager
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool of processes; after an exception, they are ended without waiting for their work."""
+    context = _Context()
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_follow_the_parent)
+    try:
+        yield pool
+    except BaseException:
+        for each in context.started:
+            each.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _follow_the_parent() -> None:

@@ -91,11 +91,8 @@ def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Ex
     elif workers == 1:
         yield None, 1
     else:
-        pool = worker_pool(workers)
-        try:
+        with worker_pool(workers) as pool:
             yield pool, workers
-        finally:
-            pool.shutdown(cancel_futures=True)
 
 
 @contextmanager

@@ -159,8 +159,8 @@ class MieParameters(BaseModel):
     )
     water_temperature_K: float | None = Field(
         default=None,
-        ge=200.0,
-        le=330.0,
+        ge=240.0,
+        le=273.0,
         description="Droplet temperature, an alternative to water_index: interpolates between the tables water-<T>K",
     )
     ice_index: str = Field(

@@ -5,6 +5,7 @@ Import this module only if Dask is installed.
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import re
@@ -154,6 +155,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     Raises SweepError if the processes do not start.
     """
     with ExitStack() as stack:
+        stack.enter_context(_without_reports_of_interrupts())
         scratch = stack.enter_context(TemporaryDirectory(prefix="hcss-sweep-", ignore_cleanup_errors=True))
         stack.enter_context(dask.config.set({**_OF_OUR_PROCESSES, "temporary-directory": scratch}))
         try:
@@ -169,13 +171,28 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
                         silence_logs=logging.CRITICAL,
                     )
                 )
-                cluster = Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
+                client = stack.enter_context(Client(processes, set_as_default=False))
+            # The workers load the engine, which takes seconds: signals must not wait for that.
+            cluster = Cluster(client, is_ours=True)
         except (OSError, RuntimeError, TimeoutError) as error:
             raise SweepError(
                 f"{workers} worker processes cannot be started: {error} (a Python script that starts them needs "
                 "'if __name__ == \"__main__\":' around its own code)"
             ) from error
         yield cluster
+
+
+@contextmanager
+def _without_reports_of_interrupts() -> Iterator[None]:
+    """Keep asyncio from printing tracebacks of what an interrupt has cancelled, until it is collected."""
+    logger = logging.getLogger("asyncio")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        gc.collect()
+        logger.setLevel(before)
 
 
 @contextmanager

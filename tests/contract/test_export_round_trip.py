@@ -14,6 +14,7 @@ from astropy.wcs import WCS
 from example_cube import example_frame, example_header
 from PIL import Image
 
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.export.place import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, LocalPlane
 from hcss_twin.cube.reader import open_cube
@@ -313,3 +314,16 @@ def test_memory_does_not_grow_with_the_number_of_frames(short_and_long, tmp_path
         tracemalloc.stop()
     frame_bytes = 2 * MEMORY_PIXELS**2 * 4
     assert peaks[1] < peaks[0] + 2 * frame_bytes
+
+
+@pytest.mark.parametrize("to", ["envi", "geotiff", "png"])
+def test_a_file_that_cannot_be_written_whole_is_an_error_and_leaves_nothing(cube, tmp_path, to):
+    resource = pytest.importorskip("resource", reason="POSIX limits")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (64, hard))
+    try:
+        with pytest.raises(CubeError, match="cannot write"):
+            export_cube(cube, to, tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not list(tmp_path.iterdir())

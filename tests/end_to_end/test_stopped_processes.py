@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import psutil
 import pytest
@@ -53,6 +55,34 @@ def test_a_worker_starts_with_blocked_interrupts_and_before_it_loads_the_engine(
 def modules_of_the_engine():
     """Return the modules of the engine that this process has loaded."""
     return [name for name in sys.modules if name.startswith("hcss_twin.engine")]
+
+
+def test_an_interrupted_pool_does_not_wait_for_its_work():
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_work_of(300)
+    assert time.monotonic() - start < 150
+
+
+def interrupt_work_of(seconds):
+    with worker_pool(1) as pool:
+        pool.submit(os.getpid).result()
+        pool.submit(time.sleep, seconds)
+        raise KeyboardInterrupt
+
+
+def test_signals_wait_for_the_start_of_the_processes_of_a_sweep_but_not_of_the_engine_in_them(monkeypatch):
+    pytest.importorskip("distributed")
+    from hcss_twin.sweeps import cluster
+
+    seen = []
+    client = SimpleNamespace(register_plugin=lambda _: seen.append(signal.getsignal(signal.SIGTERM)))
+    monkeypatch.setattr(cluster, "LocalCluster", lambda **_: nullcontext())
+    monkeypatch.setattr(cluster, "Client", lambda *_, **__: nullcontext(client))
+    before = signal.getsignal(signal.SIGTERM)
+    with cluster.local_cluster(1):
+        pass
+    assert seen == [before]
 
 
 def is_alive(process):

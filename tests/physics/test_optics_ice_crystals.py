@@ -5,6 +5,7 @@ import shutil
 import netCDF4
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
@@ -223,9 +224,10 @@ def test_water_index_between_two_tables_is_linear_in_temperature() -> None:
 
 @pytest.mark.parametrize(("kelvin", "closest"), [(239.0, "240"), (274.0, "273")])
 def test_water_temperatures_without_data_are_refused(kelvin, closest) -> None:
-    optics = MieOptics(OpticsInputs(Catalog()), MieParameters(water_temperature_K=kelvin))
+    with pytest.raises(ValidationError, match=f"equal to {closest}"):
+        MieParameters(water_temperature_K=kelvin)
     with pytest.raises(ValueError, match=f"allow 240 to 273 K; closest is {closest}"):
-        optics.single_scattering(STRATUS, np.array([900.0]))
+        load_water_at(Catalog(), kelvin)
 
 
 def test_an_index_and_a_temperature_together_are_refused() -> None:

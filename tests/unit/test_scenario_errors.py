@@ -67,9 +67,9 @@ WRONG = [
     ("sea.temperature = 200", "sea.temperature", "choice is 260"),
     ("sea.temperature = '15 K'", "sea.temperature", "choice is 260"),
     (
-        "optics.parameters.water_temperature_K = 5",
+        "optics.parameters.water_temperature_K = -5",
         "optics.parameters.water_temperature_K",
-        "choice is 278.15, which is 5 degC",
+        "choice is 268.15, which is -5 degC",
     ),
     ("optics.parameters.radius_nodes = 3", "optics.parameters.radius_nodes", "choice is 50"),
     ("motion.evolution_time = 0", "motion.evolution_time", "0.001 to 1e12 s", "choice is 0.001"),

@@ -46,37 +46,38 @@ def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: P
     grid = selection.grid
     west = grid.west_m - 0.5 * grid.step_x_m + frame.displacement_m
     north = grid.south_m + (selection.rows - 0.5) * grid.step_y_m
-    with rasterio.open(
-        path,
-        "w",
-        driver="GTiff",
-        width=selection.columns,
-        height=selection.rows,
-        count=len(values),
-        dtype=values.dtype.newbyteorder("="),
-        nodata=float("nan") if values.dtype.kind == "f" else None,
-        crs=grid.plane.proj_text,
-        transform=rasterio.Affine(grid.step_x_m, 0.0, west, 0.0, -grid.step_y_m, north),
-        interleave="band",
-    ) as file:
-        file.write(values)
-        # for readers that do not know the GDAL tags
-        document = {**description(selection, source), "frames": [vars(frame)], "row_order": "north first"}
-        file.update_tags(
-            TIFFTAG_IMAGEDESCRIPTION=json_text(document),
-            variable=ascii_text(selection.variable),
-            long_name=ascii_text(headline(selection)),
-            units=ascii_text(selection.units),
-            time=frame.time,
-            seconds_since_start=repr(frame.seconds),
-            centre_displacement_m=repr(frame.displacement_m),
-            cube_id=ascii_text(str(selection.attributes.get("id", ""))),
-            title=ascii_text(str(selection.attributes.get("title", ""))),
-        )
-        for number, plane in enumerate(selection.planes, 1):
-            file.set_band_description(number, ascii_text(plane.name or selection.variable))
-            file.set_band_unit(number, ascii_text(selection.units))
-            if plane.central_um is not None:
-                names = ("lower_um", "central_um", "upper_um")
-                file.update_tags(number, **{name: repr(getattr(plane, name)) for name in names})
+    # Through memory, because GDAL writes an incomplete file to a full disk and raises nothing.
+    with rasterio.MemoryFile() as memory:
+        with memory.open(
+            driver="GTiff",
+            width=selection.columns,
+            height=selection.rows,
+            count=len(values),
+            dtype=values.dtype.newbyteorder("="),
+            nodata=float("nan") if values.dtype.kind == "f" else None,
+            crs=grid.plane.proj_text,
+            transform=rasterio.Affine(grid.step_x_m, 0.0, west, 0.0, -grid.step_y_m, north),
+            interleave="band",
+        ) as file:
+            file.write(values)
+            # for readers that do not know the GDAL tags
+            document = {**description(selection, source), "frames": [vars(frame)], "row_order": "north first"}
+            file.update_tags(
+                TIFFTAG_IMAGEDESCRIPTION=json_text(document),
+                variable=ascii_text(selection.variable),
+                long_name=ascii_text(headline(selection)),
+                units=ascii_text(selection.units),
+                time=frame.time,
+                seconds_since_start=repr(frame.seconds),
+                centre_displacement_m=repr(frame.displacement_m),
+                cube_id=ascii_text(str(selection.attributes.get("id", ""))),
+                title=ascii_text(str(selection.attributes.get("title", ""))),
+            )
+            for number, plane in enumerate(selection.planes, 1):
+                file.set_band_description(number, ascii_text(plane.name or selection.variable))
+                file.set_band_unit(number, ascii_text(selection.units))
+                if plane.central_um is not None:
+                    names = ("lower_um", "central_um", "upper_um")
+                    file.update_tags(number, **{name: repr(getattr(plane, name)) for name in names})
+        path.write_bytes(memory.getbuffer())
     return count_missing(values)

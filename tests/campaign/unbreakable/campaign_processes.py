@@ -43,11 +43,12 @@ class Command:
         self.mark = secrets.token_hex(8)
         environment = {**os.environ, MARK: self.mark, "TMPDIR": str(self.temporary), "OMP_NUM_THREADS": "1"}
         environment |= options.pop("environment", {})
-        self._output = (self.folder.parent / f"{folder.name}.txt").open("w+b")
-        self.process = subprocess.Popen(
-            [sys.executable, *program, *map(str, arguments)],
-            cwd=folder, env=environment, stdout=self._output, stderr=self._output, start_new_session=True, **options,
-        )  # fmt: skip
+        self._output = self.folder.parent / f"{folder.name}.txt"
+        with self._output.open("wb") as output:
+            self.process = subprocess.Popen(
+                [sys.executable, *program, *map(str, arguments)],
+                cwd=folder, env=environment, stdout=output, stderr=output, start_new_session=True, **options,
+            )  # fmt: skip
 
     def wait(self, seconds):
         """Return the exit code, or None if the command runs longer."""
@@ -64,9 +65,9 @@ class Command:
                     found.append(each)
         return found
 
-    def finish(self):
+    def finish(self, longest_s=LONGEST_S):
         """Wait for the end of the command and of all of its processes; return the code and what is wrong."""
-        code, problems = self.wait(LONGEST_S), []
+        code, problems = self.wait(longest_s), []
         if code is None:
             problems.append(f"hangs: {self.said()[-200:]}")
         else:
@@ -87,8 +88,7 @@ class Command:
 
     def said(self):
         """Return what the command and its processes have printed."""
-        self._output.flush()
-        return Path(self._output.name).read_text(errors="replace")
+        return self._output.read_text(errors="replace")
 
 
 def torn_files(folder):

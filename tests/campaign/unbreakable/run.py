@@ -16,7 +16,7 @@ from pathlib import Path
 
 from campaign_rows import compute_rows, read_rows
 
-PARTS = {"files": "damaged_files", "kills": "kills", "scenarios": "schema_scenarios"}
+PARTS = {"files": "damaged_files", "kills": "kills", "scenarios": "schema_scenarios", "faults": "faults"}
 
 
 def main():

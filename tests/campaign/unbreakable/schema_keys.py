@@ -275,9 +275,11 @@ _PROVIDERS: dict[str, dict[str, Any]] = {
     "mie": {"clouds": CLOUD},
     "raster": {"surfaces": RASTER, "place": {"latitude": 35.0, "longitude": 150.0}, "view": {"zenith": 0.0}} | STILL,
 }
-_PHOTON = ("integration_time", "smear", "photon_temperature", "shot_noise", "read_noise", "dark_current", "fixed_pattern",
-           "offset_electrons", "well_depth", "electrons_per_number", "quantum_efficiency", "transmission",
-           "aperture_diameter", "pixel_angle")  # fmt: skip
+_PHOTON = (
+    *("integration_time", "smear", "photon_temperature", "shot_noise", "read_noise", "dark_current", "transmission"),
+    *("fixed_pattern", "offset_electrons", "well_depth", "electrons_per_number", "quantum_efficiency"),
+    *("aperture_diameter", "pixel_angle"),
+)
 _PARAMETERS: dict[str, dict[str, Any]] = {
     **{f"radiometer {name}": PHOTONS for name in _PHOTON},
     "radiometer fixed_pattern": PHOTONS | {"gain_deviation": 0.01},

@@ -173,7 +173,8 @@ def summary(rows):
     total = counts.total() or 1
     yield f"{counts.total()} scenarios: {dict(counts)}, {counts['accepted'] / total:.0%} accepted"
     bounds = {trial.name for trial in every if trial.end}
-    yield f"touched: {len(touched - bounds)} of {len(wanted - bounds)} keys, {len(touched & bounds)} of {len(bounds)} sides of bounds"
+    sides = f"{len(touched & bounds)} of {len(bounds)} sides of bounds"
+    yield f"touched: {len(touched - bounds)} of {len(wanted - bounds)} keys, {sides}"
     yield from (f"  not touched: {name}" for name in sorted(wanted - touched))
     yield from (f"  {problem}" for row in rows.values() for problem in row["problems"])
 

@@ -1,0 +1,87 @@
+"""A fixed sample of the campaign, and what its committed rows say."""
+
+import itertools
+
+import damaged_files
+import faults
+import kills
+import pytest
+import schema_scenarios
+from campaign_rows import compute_rows, read_rows
+from schema_keys import groups, trials
+
+PARTS = {"files": damaged_files, "kills": kills, "scenarios": schema_scenarios, "faults": faults}
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_no_committed_row_has_a_problem(name):
+    rows = read_rows(PARTS[name].RESULTS)
+    assert rows
+    for key, row in rows.items():
+        assert not row.get("problems"), key
+        assert not row.get("escaped"), key
+
+
+def test_the_committed_scenarios_touch_every_key_and_both_sides_of_every_bound():
+    rows = read_rows(schema_scenarios.RESULTS).values()
+    touched = {name for row in rows for name in row["touched"]}
+    every, without = trials()
+    assert not without
+    assert {trial.name for trial in every} - touched == set(schema_scenarios.UNREACHABLE)
+    assert sum(row["outcomes"].get("accepted", 0) for row in rows) >= 0.8 * schema_scenarios.COUNT
+
+
+def test_every_bound_has_two_sides_and_every_key_a_value():
+    every, without = trials()
+    assert not without
+    # Optional numbers without unit had no limits in the JSON schema.
+    assert {"atmosphere.water_vapour_scale", "clouds.effective_variance", "sensor.seed"} <= {
+        each.key for each in every if each.end
+    }
+    sides = {(trial.key, trial.end, trial.side) for trial in every if trial.end}
+    for key, end, _ in sides:
+        assert {(key, end, "inside"), (key, end, "outside")} <= sides
+    inside, beyond = groups()
+    assert sorted(trial.name for trial in itertools.chain(*inside, *beyond)) == sorted(trial.name for trial in every)
+
+
+def test_values_beyond_bounds_are_refused_with_the_names_of_their_keys(tmp_path):
+    schema_scenarios.write_files(tmp_path)
+    inside, beyond = groups()
+    first = len(inside)
+    for number in range(first, first + len(beyond), 6):
+        outcome, touched, message = schema_scenarios.outcome_of(number, tmp_path)
+        assert (outcome, message) == ("refused", "")
+        assert len(touched) == len(beyond[number - first])
+
+
+@pytest.mark.parametrize(
+    "name", ["array", "picture with a profile", "Zarr cube", "nested TOML", "sweep of 1e10 points"]
+)
+def test_bombs_are_refused(name):
+    row = faults.compute(f"bomb: {name}")
+    assert row["codes"] != [0]
+    assert not row["problems"]
+
+
+@pytest.mark.parametrize("key", ["1", "2", "3"])
+def test_a_killed_command_leaves_nothing_torn(key, monkeypatch, tmp_path):
+    monkeypatch.setattr(kills, "usual_s", lambda name: 2.0)
+    monkeypatch.setattr(kills, "COMMANDS", {"new plugin": kills.COMMANDS["new plugin"], "run": kills.COMMANDS["run"]})
+    monkeypatch.setattr(kills, "sound", lambda: (tmp_path, None))
+    assert not kills.compute(key)["problems"]
+
+
+def test_rows_of_an_interrupted_campaign_are_not_computed_again(tmp_path):
+    path, computed = tmp_path / "rows.json", []
+
+    def compute(key):
+        computed.append(key)
+        if key == "c":
+            raise KeyboardInterrupt
+        return {"key": key}
+
+    with pytest.raises(KeyboardInterrupt):
+        compute_rows(path, "abc", compute)
+    assert compute_rows(path, "ab", compute) == {"a": {"key": "a"}, "b": {"key": "b"}}
+    assert computed == ["a", "b", "c"]
