@@ -92,6 +92,8 @@ def test_brightness_temperature_inverts_planck(limits):
     radiance = planck(grid.wavenumber_cm1, temperature[..., None]) @ grid.weights_cm1[0]
     found = BrightnessTemperature(grid, ["flat"])(radiance[None].astype(np.float32))
     np.testing.assert_allclose(found[0], temperature, atol=2e-4)
+    one_row = BrightnessTemperature(grid, ["flat"])(radiance.astype(np.float32).reshape(1, -1))
+    np.testing.assert_array_equal(one_row.ravel(), found.ravel())
 
 
 @pytest.mark.parametrize("limits", [(1.5, 1.7), (2.7, 3.0), (3.0, 5.0), (8.0, 14.0), (15.0, 30.0)])

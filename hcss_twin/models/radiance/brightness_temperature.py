@@ -41,17 +41,17 @@ class BrightnessTemperature:
         self._by_bits = [self._table_by_bits(each) for each in self._ln_radiance]
 
     def __call__(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return kelvin for ``radiance`` (B, y, x).
+        """Return kelvin for ``radiance`` (B, ...).
 
         Raises
         ------
         ProviderError
             If no black body between 60 and 3000 K has that radiance.
         """
-        result = np.empty_like(radiance)
+        result = np.empty(radiance.shape, radiance.dtype)
         for band, (given, kelvin) in enumerate(zip(radiance, result, strict=True)):
             values = np.ascontiguousarray(given, dtype=np.float32)
-            if not _look_up(values.view(np.int32), *self._by_bits[band], kelvin):
+            if not _look_up(values.view(np.int32).ravel(), *self._by_bits[band], kelvin.reshape(-1)):
                 kelvin[:] = self._from_logarithm(band, values.astype(np.float64))
         return result
 
@@ -98,17 +98,16 @@ class BrightnessTemperature:
 
 @kernel()
 def _look_up(bits, table, lowest, highest, kelvin):  # type: ignore[no-untyped-def]
-    """Write the temperatures of an image (Y, X) of bits of radiance; False if one is outside the table.
+    """Write the temperatures of bits (N,) of radiance; False if one is outside the table.
 
     Bits of positive numbers ascend with them; those of NaN are higher, those of negative numbers negative.
     """
     first, mask, share = lowest >> _SHIFT << _SHIFT, (1 << _SHIFT) - 1, np.float32(2.0**-_SHIFT)
-    for y in range(bits.shape[0]):
-        for x in range(bits.shape[1]):
-            if not lowest <= bits[y, x] <= highest:
-                return False
-            place = bits[y, x] - first
-            index = np.uint32(place >> _SHIFT)
-            low = table[index]
-            kelvin[y, x] = low + np.float32(place & mask) * share * (table[index + np.uint32(1)] - low)
+    for x in range(bits.size):
+        if not lowest <= bits[x] <= highest:
+            return False
+        place = bits[x] - first
+        index = np.uint32(place >> _SHIFT)
+        low = table[index]
+        kelvin[x] = low + np.float32(place & mask) * share * (table[index + np.uint32(1)] - low)
     return True
