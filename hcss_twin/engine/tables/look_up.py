@@ -8,7 +8,6 @@ of its single-precision representation, which approximate its logarithm.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -47,15 +46,6 @@ class LookUp:
         # Clear sky is a separate interval before the nodes, channel by channel.
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
-
-    @cached_property
-    def _pair(self) -> NDArray[np.float32]:
-        """Columns (2 + N, 2 + M, C) of both layers, without cloud twice before the nodes of either."""
-        lower, upper = (alone.T.astype(np.float32) for alone in self._lifted)
-        pair = np.empty((lower.shape[0], upper.shape[0], lower.shape[1]), np.float32)
-        assert self._table.both is not None
-        pair[:2], pair[2:, :2], pair[2:, 2:] = upper, lower[2:, None], self._table.both
-        return pair
 
     def fill(
         self,
@@ -98,7 +88,7 @@ class LookUp:
         ]
         lifted = self._lifted[present[0]]
         if len(present) == 2:
-            inside = _two_layers(radiance, row, column, samples, self._pair, *places)
+            inside = _two_layers(radiance, row, column, samples, table.pair, *places)
         elif samples == 1:
             inside = _points(radiance, row, column, lifted, *places[0])
         else:
