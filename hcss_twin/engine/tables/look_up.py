@@ -8,7 +8,6 @@ of its single-precision representation, which approximate its logarithm.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,17 +51,6 @@ class LookUp:
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
 
-    @cached_property
-    def _pair(self) -> NDArray[np.float32]:
-        """Columns (2 + N, 2 + M, C) of both layers, without cloud twice before the nodes of either."""
-        lower, upper = (alone.T.astype(np.float32) for alone in self._lifted)
-        pair = np.empty((lower.shape[0], upper.shape[0], lower.shape[1]), np.float32)
-        pair[:2], pair[2:, :2] = upper, lower[2:, None]
-        if self._table.both is not None:
-            # Without a table for both layers no point can have both.
-            pair[2:, 2:] = self._table.both
-        return pair
-
     def fill(
         self,
         radiance: NDArray[np.float32],
@@ -93,22 +81,22 @@ class LookUp:
         if not layers:
             radiance[:] = table.clear[:, None, None]
             return
-        if len(layers) == 1 and samples == 1:
-            values, nodes = layers[0], table.nodes_m[0]
-            inside = _points(
-                radiance, row, column, self._lifted[0], values, values.view(np.int32), nodes, *self._guides[0]
-            )
-            if not inside:
+        for values, nodes in zip(layers, table.nodes_m, strict=True):
+            if nodes.size == 0:
                 _refuse_outside(values, nodes)
-            return
+        # A scene has the same bits with a layer that never has cloud as without it.
+        present = [number for number, nodes in enumerate(table.nodes_m) if nodes.size] or [0]
         places = [
-            (values, values.view(np.int32), nodes, *guide)
-            for values, nodes, guide in zip(layers, table.nodes_m, self._guides, strict=True)
+            (layers[number], layers[number].view(np.int32), table.nodes_m[number], *self._guides[number])
+            for number in present
         ]
-        if len(layers) == 1:
-            inside = _one_layer(radiance, row, column, samples, np.ascontiguousarray(self._lifted[0].T), places[0])
+        lifted = self._lifted[present[0]]
+        if len(present) == 2:
+            inside = _two_layers(radiance, row, column, samples, table.pair, *places)
+        elif samples == 1:
+            inside = _points(radiance, row, column, lifted, *places[0])
         else:
-            inside = _two_layers(radiance, row, column, samples, self._pair, *places)
+            inside = _one_layer(radiance, row, column, samples, np.ascontiguousarray(lifted.T), places[0])
         if not inside:
             for values, nodes in zip(layers, table.nodes_m, strict=True):
                 _refuse_outside(values, nodes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +83,15 @@ class DenseTable:
     nodes_m: tuple[Array, ...]
     alone: tuple[Array, ...]
     both: NDArray[np.float32] | None
+
+    @cached_property
+    def pair(self) -> NDArray[np.float32]:
+        """Columns (2 + N, 2 + M, C) of two layers, without cloud twice before the nodes of either."""
+        assert self.both is not None
+        lower, upper = self.alone
+        pair = np.empty((lower.shape[0] + 2, upper.shape[0] + 2, self.clear.size), np.float32)
+        pair[:2, :2], pair[:2, 2:], pair[2:, :2], pair[2:, 2:] = self.clear, upper, lower[:, None], self.both
+        return pair
 
     def blend(self, other: DenseTable, weight: float) -> DenseTable:
         """Interpolate linearly toward ``other``, with the same nodes."""
