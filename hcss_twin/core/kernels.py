@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.runtime import rtsys
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
@@ -25,7 +23,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
             return self._load_overload(sig, target_context)
 
 
-def kernel(**options: Any) -> Callable[[_Function], _Function]:
+def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function at its first call on a machine; it releases the interpreter's lock while it runs.
 
     Parameters
@@ -34,9 +32,9 @@ def kernel(**options: Any) -> Callable[[_Function], _Function]:
         More options of :func:`numba.njit`.
     """
 
-    def compiled(function: _Function) -> _Function:
-        dispatcher: Any = njit(nogil=True, **options)(function)
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = njit(nogil=True, **options)(function)
         dispatcher._cache = _KernelCache(function)
-        return dispatcher  # type: ignore[no-any-return]
+        return dispatcher
 
     return compiled
