@@ -190,7 +190,7 @@ class PartMaker:
             self._surfaces = SurfaceStage(plan, tables)
         each = () if tables is None or self._surfaces is not None else tables.over_views or (tables,)
         self._readers = [TableReader(toward) for toward in each]
-        self._look_ups: list[LookUp] = []
+        self._look_ups: Sequence[LookUp | None] = [None] * len(self._readers)
         self._truth = Truth(plan)
         of_classes: tuple[RadianceTables | None, ...] = (tables,)
         if self._surfaces is not None and tables is not None:
@@ -316,8 +316,8 @@ class PartMaker:
         """Return the look-up at an instant; None if there is no radiance."""
         if self._surfaces is not None and self._quantities:
             return self._surfaces.look_up(time_s)
-        before: Sequence[LookUp | None] = self._look_ups or [None] * len(self._readers)
-        look_ups = [LookUp(reader.at(time_s), last) for reader, last in zip(self._readers, before, strict=True)]
+        pairs = zip(self._readers, self._look_ups, strict=True)
+        look_ups = [LookUp(reader.at(time_s), before) for reader, before in pairs]
         self._look_ups = look_ups
         if self._plan.views is not None and look_ups:
             return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)

@@ -44,9 +44,11 @@ class LookUp:
 
     def __init__(self, table: DenseTable, before: LookUp | None = None) -> None:
         self._table = table
-        shared = before is not None and before._table.nodes_m is table.nodes_m
-        self._guides: list[tuple[NDArray[np.int32], int, int]] = []
-        self._guides += before._guides if before is not None and shared else map(_guide, table.nodes_m)
+        self._guides: list[tuple[NDArray[np.int32], int, int]]
+        if before is not None and before._table.nodes_m is table.nodes_m:
+            self._guides = before._guides
+        else:
+            self._guides = [_guide(nodes) for nodes in table.nodes_m]
         # Clear sky is a separate interval before the nodes, channel by channel.
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
