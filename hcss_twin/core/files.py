@@ -51,7 +51,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
     except (OSError, RuntimeError, UnicodeError) as cause:  # UnicodeError: the file name is not UTF-8
         raise error(f"cannot write {path}: {getattr(cause, 'strerror', None) or cause}") from cause
     finally:
-        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        with contextlib.suppress(OSError):  # it was never written: no folder, or a read-only file system
             draft.unlink()
 
 

@@ -1,6 +1,9 @@
 """Files that a later run reads instead of computing them: what another program has changed is not used."""
 
+import errno
 import json
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +11,7 @@ from cheap import CHEAP
 
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.errors import SweepError
+from hcss_twin.core.files import atomic_write
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.run import sweep
 
@@ -73,3 +77,12 @@ def test_a_damaged_index_of_a_sweep_is_refused(swept, change):
             again(swept)
     finally:
         index.write_text(kept)
+
+
+def test_a_read_only_file_system_is_an_error_although_a_draft_cannot_be_removed_from_it(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(SweepError, match=r"cannot write .*Read-only"), atomic_write(tmp_path / "a", SweepError):
+        refuse()

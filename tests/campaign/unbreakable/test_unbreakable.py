@@ -19,7 +19,7 @@ def test_no_committed_row_has_a_problem(name):
     assert rows
     for key, row in rows.items():
         assert not row.get("problems"), key
-        assert not row.get("escaped"), key
+        assert set(row.get("escaped", {}).values()) <= set(damaged_files.KNOWN), key
 
 
 def test_the_committed_scenarios_touch_every_key_and_both_sides_of_every_bound():
