@@ -26,6 +26,7 @@ from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.numerics import spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind
@@ -133,29 +134,37 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
     middle = times.size // 2
     if not plan.sun_matters or times.size == 1:
         return (float(times[middle]),), 0.0
+    _expect(plan, [0, (times.size - 1) // 2, middle, times.size - 1])
     known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
     change = _largest_share(known[times.size - 1] - known[0], known[0])
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
     if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
         # Half the change on either side; over less than an hour the change is nearly linear.
+        _expect(plan, [])
         return (float(times[middle]),), 0.6 * change
     pending, worst = [(0, times.size - 1)], 0.0
     while pending:
-        low, high = pending.pop()
-        if high - low < 2:
-            continue
-        middle = (low + high) // 2
-        exact = columns.probe(plan.sun_at(float(times[middle])))
-        weight = (times[middle] - times[low]) / (times[high] - times[low])
-        error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
-        # Over days, agreement at the middle alone proves nothing: the noons of three days agree.
-        near = times[high] - times[low] <= LONGEST_TIME_STEP_S
-        if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
-            worst = max(worst, error)
-            continue
-        known[middle] = exact
-        pending += [(low, middle), (middle, high)]
+        intervals, pending = [(low, high) for low, high in pending if high - low > 1], []
+        if len(intervals) > 1:
+            _expect(plan, [(low + high) // 2 for low, high in intervals])
+        for low, high in intervals:
+            middle = (low + high) // 2
+            exact = columns.probe(plan.sun_at(float(times[middle])))
+            weight = (times[middle] - times[low]) / (times[high] - times[low])
+            error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
+            # Over days, agreement at the middle alone proves nothing: the noons of three days agree.
+            near = times[high] - times[low] <= LONGEST_TIME_STEP_S
+            if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
+                worst = max(worst, error)
+                continue
+            known[middle] = exact
+            pending += [(low, middle), (middle, high)]
+    _expect(plan, sorted(known))
     return tuple(float(times[frame]) for frame in sorted(known)), worst
+
+
+def _expect(plan: Plan, frames: list[int]) -> None:
+    expect(plan.assembly.model, [plan.sun_at(float(plan.frame_times_s[frame])) for frame in frames])
 
 
 def _largest_share(difference: Array, whole: Array) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING
@@ -27,6 +27,7 @@ from hcss_twin.providers import (
     Optics,
     RadianceModel,
     SeaModel,
+    Sun,
     TransmittanceProvider,
     VariableProvider,
     View,
@@ -36,6 +37,13 @@ from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
+
+
+def expect(model: RadianceModel, suns: Iterable[Sun | None]) -> None:
+    """Name the suns of the next columns to a model that can solve clouds for several at once."""
+    prepare = getattr(model, "expect", None)
+    if prepare is not None:
+        prepare(tuple(suns))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns, largest_change
 from hcss_twin.providers import Sun
 
@@ -88,6 +88,7 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     @cache
     def at(level: int) -> list[Array]:
         model = assembly.at_level(level).model
+        expect(model, suns)
         return [columns.total(model, sun) for sun in dict.fromkeys(suns)]
 
     def change(level: int, finer: int) -> float:

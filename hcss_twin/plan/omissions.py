@@ -11,7 +11,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
     FewColumns,
@@ -194,6 +194,7 @@ def list_omissions(
     if faint_sunlight is not None:
         frames = [(frames[0][0], None)]
     columns = few_columns(assembly)
+    expect(assembly.model, [position for _, position in frames])
     known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}
     yield from low_sun(assembly, columns, known)
     yield from one_direction(assembly, columns, sun.track, known, views)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -160,3 +160,10 @@ class RadianceModelOptions(Protocol):
     """
 
     sea_sun_terms: frozenset[str]
+
+    def expect(self, suns: Sequence[Sun | None]) -> None:
+        """Prepare for columns at the same wavenumbers under each of these suns; results stay the same but for rounding.
+
+        A model may then solve for all of them what it solves for the first.
+        """
+        ...

@@ -9,6 +9,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import PhysicalParameters
+from hcss_twin.models.radiance.physical import cloud_slab
 from hcss_twin.models.radiance.physical.cloud_slab import OperatorTable, thickness_grid
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum
@@ -237,6 +238,35 @@ def test_a_column_is_the_same_whatever_was_asked_for_before(gas_name, order):
         np.testing.assert_allclose(
             total(used.clear(NU, sun)), total(Physical(inputs, parameters).clear(NU, sun)), rtol=1e-12
         )
+
+
+def test_suns_that_are_expected_change_nothing_but_the_number_of_solutions(monkeypatch):
+    """By reciprocity, suns are directions toward which light from the view is scattered: one solution serves all."""
+    inputs = scene(profile_at(None), "plain", "rough-sea", "plain", 50.0)
+    suns = [Sun(40.0, 200.0, 1.0), Sun(40.5, 203.0, 1.0), Sun(65.0, 30.0, 0.99)]
+    solved, solve = [], cloud_slab.solve_sun
+    monkeypatch.setattr(
+        cloud_slab, "solve_sun", lambda *what, **how: solved.append(what[0].shape) or solve(*what, **how)
+    )
+    for thickness in (np.array([[120.0]]), np.geomspace(50.0, 900.0, 6)[:, None]):
+        solved.clear()
+        together = Physical(inputs, PhysicalParameters())
+        together.expect([*suns, None])
+        found = [total(together.cloudy(NU, thickness, sun)) for sun in suns]
+        assert len(solved) == 1
+        for sun, values in zip(suns, found, strict=True):
+            alone = total(Physical(inputs, PhysicalParameters()).cloudy(NU, thickness, sun))
+            np.testing.assert_allclose(values, alone, rtol=1e-6)
+        assert len(solved) == 4
+
+
+def test_a_few_thicknesses_without_a_grid_equal_those_interpolated_on_it():
+    inputs = scene(profile_at(None), "plain", "rough-sea", "plain", 50.0)
+    sun, thickness = Sun(40.0, 200.0, 1.0), np.geomspace(60.0, 800.0, 5)[:, None]
+    grid = total(Physical(inputs, PhysicalParameters()).cloudy(NU, thickness, sun))
+    for row, few in enumerate(thickness):
+        exact = total(Physical(inputs, PhysicalParameters()).cloudy(NU, few[None], sun))[0]
+        np.testing.assert_allclose(grid[row], exact, rtol=1e-5)
 
 
 def test_seas_are_asked_for_what_they_emit_once_for_all_suns(monkeypatch):

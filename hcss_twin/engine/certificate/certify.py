@@ -22,7 +22,9 @@ from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
+from hcss_twin.plan.numerics import reference_level, spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
@@ -54,6 +56,8 @@ def certify(
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
     references = References() if references is None else references
+    for level in (0, spectral_level(plan.assembly), plan.assembly.numerical_level, reference_level(plan.assembly)):
+        expect(plan.assembly.at_level(level).model, [plan.sun_up_at(pixels.time_s) for pixels in frames])
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)

@@ -10,6 +10,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.thickness_axis import breakpoints
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
 
@@ -92,6 +93,7 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     grid = plan.spectral_grid
     moves = _sun_moves(plan, tolerance)
     suns = _suns_over_time(plan, np.linspace(0.0, 1.0, 3)) if moves else _suns_that_hardly_move(plan)
+    expect(plan.assembly.model, suns)
     known = np.concatenate(
         [
             *(_cloudy_spectra(plan, _first_columns(plan), sun) for sun in suns),
@@ -106,6 +108,7 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
         thickness = next(trials)
         count = TRIED_SUNS + trial
         others = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
+        expect(plan.assembly.model, others)
         tried = np.concatenate(
             [
                 *(_cloudy_spectra(plan, thickness, sun) for sun in others),

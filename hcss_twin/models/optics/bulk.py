@@ -12,7 +12,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,11 +153,10 @@ def panel_edges(kinks: Array, step: float) -> Array:
     ndarray (P + 1,)
         Panel edges, ascending, including all kinks.
     """
-    pieces = [
-        np.linspace(low, high, max(1, int(np.ceil((high - low) / step))), endpoint=False)
-        for low, high in pairwise(kinks)
-    ]
-    return np.concatenate([*pieces, kinks[-1:]])
+    width = np.diff(kinks)
+    pieces = np.maximum(np.ceil(width / step), 1.0).astype(np.intp)
+    number = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return np.append(number * np.repeat(width / pieces, pieces) + np.repeat(kinks[:-1], pieces), kinks[-1])
 
 
 class PanelTable:

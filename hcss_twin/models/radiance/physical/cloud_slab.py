@@ -9,7 +9,8 @@ import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property, partial
+from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -200,7 +201,8 @@ class SlabSolver:
     ) -> None:
         self._memory = memory
         self._closed_form = closed_form
-        self._sun_share = sun_share
+        # Where the sun contributes little, the closed form with its error of about 15 % suffices.
+        self._faint = (sun_share <= numerics.faint_sun) | closed_form
         self._tables: dict[CloudLayer, OperatorTable] = {}
         self._single: dict[tuple[CloudLayer, float], tuple[Array, ...]] = {}
         self._optics = optics
@@ -208,7 +210,9 @@ class SlabSolver:
         self._wavenumber = wavenumber_cm1
         self._directions = directions
 
-    def solve(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
+    def solve(
+        self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array, together: Sequence[SlabSolver]
+    ) -> list[CloudSlab]:
         """Return ``layer`` at every thickness, one column for each.
 
         For more than a few thicknesses, operators are solved once, on a logarithmic grid of thicknesses, and
@@ -220,10 +224,13 @@ class SlabSolver:
             Above 0, each once.
         top_K, base_K : ndarray (T,)
             Temperatures of the two faces.
+        together : sequence of SlabSolver
+            This solver, and those that differ from it in the sun's position only and will be asked for the same layer:
+            the diffuse light of all of them is solved once.
         """
         tops = layer.cloud_top_m(thickness_m)
         slabs = []
-        for t, operators in enumerate(self._operators(layer, thickness_m.tolist())):
+        for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together)):
             thickness = float(thickness_m[t])
             *rows, back, through, beam, to_lower_air, turned = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
@@ -247,139 +254,195 @@ class SlabSolver:
             )
         return slabs
 
-    def _operators(self, layer: CloudLayer, thickness_m: list[float]) -> Iterator[tuple[Array, ...]]:
+    def _operators(
+        self, layer: CloudLayer, thickness_m: list[float], together: Sequence[SlabSolver]
+    ) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
         known = [h for of, h in self._single if of == layer]
         if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
-            self._tables[layer] = OperatorTable(grid, self._solve(layer, grid))
+            solvers = [each for each in together if layer not in each._tables]
+            for solver, operators in zip(solvers, self._solve(layer, grid, solvers), strict=True):
+                solver._tables[layer] = OperatorTable(grid, operators)
         table = self._tables.get(layer)
         beyond = [h for h in thickness_m if table is None or not table.least_m <= h <= table.most_m]
         new = [h for h in beyond if (layer, h) not in self._single]
         if new:
-            solved = self._solve(layer, np.array(new))
-            self._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(new)}
+            solvers = [each for each in together if any((layer, h) not in each._single for h in new)]
+            for solver, solved in zip(solvers, self._solve(layer, np.array(new), solvers), strict=True):
+                solver._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(new)}
         for h in thickness_m:
             yield self._single[layer, h] if table is None or h in beyond else table.at(h)
 
-    def _solve(self, layer: CloudLayer, thickness_m: Array) -> tuple[Array, ...]:
-        """Return the operators of a layer with thickness as first axis, in the order of :class:`CloudSlab`."""
+    def _solve(
+        self, layer: CloudLayer, thickness_m: Array, solvers: Sequence[SlabSolver]
+    ) -> tuple[tuple[Array, ...], ...]:
+        """Return a layer's operators for each solver, with thickness as first axis, as in :class:`CloudSlab`."""
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
-        depth = thickness_m[:, None] * scattering.extinction_m1
-        solve = partial(self._new_operators, depth, scattering.albedo, scattering.moments)
-        where, digest = self._directions, hashlib.sha256()
-        for each in (depth, scattering.albedo, scattering.moments, where.mu, self._is_bright):
-            digest.update(np.ascontiguousarray(each).tobytes())
-        digest.update(repr((where.sun, where.relative_azimuth, self._numerics, self._closed_form)).encode())
-        return self._memory.get_or_compute(digest.digest(), solve)
+        own = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
+        digest = hashlib.sha256(repr((self._numerics, self._closed_form)).encode())
+        for each in solvers:
+            where = each._directions
+            digest.update(repr((where.sun, where.relative_azimuth)).encode())
+            for array in (where.mu, each._faint):
+                digest.update(array.tobytes())
+        for array in own:
+            digest.update(np.ascontiguousarray(array).tobytes())
 
-    @property
-    def _is_bright(self) -> NDArray[np.bool_]:
-        """Wavenumbers (V,) at which sunlight matters; at others the closed form with its error of 15 % suffices."""
-        return (self._sun_share > self._numerics.faint_sun) & (not self._closed_form)
+        def compute() -> tuple[Array, ...]:
+            return tuple(chain.from_iterable(self._new_operators(*own, solvers)))
 
-    def _new_operators(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, ...]:
-        """Return the operators of layers with optical thickness (T, V), in the order of :class:`CloudSlab`."""
-        where = self._directions
-        solved, brdf, btdf, turned = self._solved(depth, albedo, moments)
-        back, through, beam = self._sunlight(solved, brdf, btdf)
-        lower = self._to_lower_air(depth, albedo, moments)
-        extras = solved.mu.size - where.count
-        view_and_streams = [VIEW, *range(extras, solved.mu.size)]
-        factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
+        arrays = self._memory.get_or_compute(digest.digest(), compute)
+        size = len(arrays) // len(solvers)
+        return tuple(arrays[first : first + size] for first in range(0, len(arrays), size))
+
+    def _new_operators(
+        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver]
+    ) -> Iterator[tuple[Array, ...]]:
+        """Yield the operators of layers with optical thickness (T, V) for each solver."""
+        suns = [each._directions for each in solvers]
+        solved, kernels, turned = self._solved(depth, albedo, moments, suns, solvers)
+        extras = solved.mu.size - self._directions.count
+        streams = range(extras, solved.mu.size)
+        factor = 2.0 * np.pi * self._directions.streams.mu * self._directions.streams.weight
         # (T, V, D, N) -> (T, D, N, V)
         reflection, transmission = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams, extras:] * factor, 1, -1))
+            np.ascontiguousarray(np.moveaxis(each[:, :, [VIEW, *streams], extras:] * factor, 1, -1))
             for each in (solved.reflection, solved.transmission)
         )
         emissivity, far, direct = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams], 1, -1))
+            np.ascontiguousarray(np.moveaxis(each[:, :, [VIEW, *streams]], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
-        return emissivity, far, direct, reflection, transmission, back, through, beam, lower, turned
+        for number, where in enumerate(suns):
+            back, through, beam = _sunlight(where, number, solved, *kernels[number])
+            lower = _to_lower_air(where, depth, albedo, moments)
+            beams = turned[:, :, [0, 1 + number]]
+            beams[..., solvers[number]._faint] = 0.0
+            yield emissivity, far, direct, reflection, transmission, back, through, beam, lower, beams
 
-    def _to_lower_air(self, depth: Array, albedo: Array, moments: Array) -> Array:
-        """Return the transmittance (T, V) of :attr:`CloudSlab.to_lower_air`."""
-        where = self._directions
-        if where.sun is None:
-            return np.zeros_like(depth)
-        peak = extended_moments(moments, PEAK_DEGREE + 1)[PEAK_DEGREE]
-        slant = 1.0 / where.mu[VIEW] + 1.0 / where.mu_sun
-        result: Array = np.exp(-depth * (1.0 - albedo * peak) * slant)
-        return result
-
-    def _solved(self, depth: Array, albedo: Array, moments: Array) -> tuple[LayerOperators, Array, Array, Array]:
-        """Return diffuse operators; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
+    def _solved(
+        self,
+        depth: Array,
+        albedo: Array,
+        moments: Array,
+        suns: Sequence[ColumnDirections],
+        solvers: Sequence[SlabSolver],
+    ) -> tuple[LayerOperators, Array, Array]:
+        """Return diffuse operators; brdf and btdf (suns, 2, T, V) toward the view; and modes (T, M, 1 + suns, N, V).
 
         The modes are the diffuse transmission of view and sun beams toward the streams. Sunlight is 0 without a sun;
         its modes are 0 where it is faint.
         """
         where, numerics = self._directions, self._numerics
-        brdf, btdf = np.zeros((2, *depth.shape))
-        turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, 2, where.count, albedo.size))
+        kernels = np.zeros((len(suns), 2, *depth.shape))
+        turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, 1 + len(suns), where.count, albedo.size))
         if where.sun is None:
-            return self._layers(depth, albedo, moments), brdf, btdf, turned
-        bright = self._is_bright
-        faint = ~bright
-        view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
-        if np.any(faint):
-            own = depth[:, faint], albedo[faint], moments[:, faint]
-            both = solve_sun_two_stream(*own, np.array([view]), sun, np.array([azimuth]), streams=where.count)
-            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in both)
+            return self._layers(depth, albedo, moments, [where.mu[VIEW]]), kernels, turned
+        bright = ~np.all([each._faint for each in solvers], axis=0)
+        view = where.mu[VIEW]
+        extras = [view, *(each.mu_sun for each in suns)]
         if not np.any(bright):
-            return self._layers(depth, albedo, moments), brdf, btdf, turned
+            solved = self._layers(depth, albedo, moments, extras)
+        else:
+            solved = self._lit(depth, albedo, moments, suns, extras, bright, kernels, turned)
+        for solver, kernel in zip(solvers, kernels, strict=True):
+            own, each = solver._faint, solver._directions
+            if np.any(own):
+                toward = np.array([view]), each.mu_sun, np.array([each.relative_azimuth])
+                layer = depth[:, own], albedo[own], moments[:, own]
+                kernel[:, :, own] = np.stack(solve_sun_two_stream(*layer, *toward, streams=where.count))[..., 0]
+        return solved, kernels, turned
+
+    def _lit(
+        self,
+        depth: Array,
+        albedo: Array,
+        moments: Array,
+        suns: Sequence[ColumnDirections],
+        extras: Sequence[float],
+        bright: NDArray[np.bool_],
+        kernels: Array,
+        turned: Array,
+    ) -> LayerOperators:
+        """Return diffuse operators, and write kernels and modes where the sun is ``bright``, as for :meth:`_solved`."""
+        where, numerics, faint = self._directions, self._numerics, ~bright
         own = depth[:, bright], albedo[bright], moments[:, bright]
-        modes, turned_modes = numerics.azimuth_modes, numerics.turned_modes
-        if (numerics.sun_streams, numerics.sun_moments) == (where.count, 2 * where.count):
-            lit = solve_sunlit_layers(*own, view, sun, azimuth, where.count, modes, turned_modes)
-            brdf[:, bright], btdf[:, bright] = lit.brdf, lit.btdf
+        if self.solves_alone:
+            modes, turned_modes = numerics.azimuth_modes, numerics.turned_modes
+            lit = solve_sunlit_layers(
+                *own, extras[0], where.mu_sun, where.relative_azimuth, where.count, modes, turned_modes
+            )
+            kernels[0, 0][:, bright], kernels[0, 1][:, bright] = lit.brdf, lit.btdf
             beams, solved = lit.beams, lit.layers
             if np.any(faint):
-                solved = joined(solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint]), bright)
+                solved = joined(solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint], extras), bright)
         else:
-            solved = self._layers(depth, albedo, moments)
-            brdf[:, bright], btdf[:, bright] = self._toward_view(*own)
-            beams = transmit_beams(*own, np.array([view, sun]), where.count, turned_modes)
+            solved = self._layers(depth, albedo, moments, extras)
+            kernels[..., bright] = self._toward_view(*own, suns)
+            beams = transmit_beams(*own, np.array(extras), where.count, numerics.turned_modes)
         turned[..., bright] = beams.transpose(1, 0, 4, 3, 2)
-        return solved, brdf, btdf, turned
+        return solved
 
-    def _toward_view(self, depth: Array, albedo: Array, moments: Array) -> Array:
-        """Return brdf and btdf (2, T, V) toward the view.
+    @property
+    def solves_alone(self) -> bool:
+        """Whether sunlight has the streams of diffuse light, which are solved for one sun at a time."""
+        numerics, streams = self._numerics, self._directions.count
+        return (numerics.sun_streams, numerics.sun_moments) == (streams, 2 * streams)
 
+    def _toward_view(self, depth: Array, albedo: Array, moments: Array, suns: Sequence[ColumnDirections]) -> Array:
+        """Return brdf and btdf (suns, 2, T, V) toward the view.
+
+        By reciprocity they are those of a sun in the direction of the view, toward the suns: all are solved at once.
         Many streams are solved at one thickness per octave: their difference from few streams is small and smooth.
         """
-        where, numerics = self._directions, self._numerics
-        toward = np.array([where.mu[VIEW]]), where.mu_sun, np.array([where.relative_azimuth])
+        numerics, view = self._numerics, float(self._directions.mu[VIEW])
+        toward = (np.array([each.mu_sun for each in suns]), view, np.array([each.relative_azimuth for each in suns]))
 
         def solve(depth: Array, streams: int, kept: int, modes: int) -> Array:
-            return np.stack(solve_sun(depth, albedo, moments, *toward, streams, modes, kept_moments=kept))[..., 0]
+            kernels = np.stack(solve_sun(depth, albedo, moments, *toward, streams, modes, kept_moments=kept))
+            return np.moveaxis(kernels, -1, 0)
 
         most = numerics.sun_streams, numerics.sun_moments, numerics.azimuth_modes
         if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= _WINDOW:
             return solve(depth, *most)
         few = solve(depth, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
-        more = solve(depth[::PER_OCTAVE], *most) - few[:, ::PER_OCTAVE]
-        result: Array = few + np.einsum("ts,nsv->ntv", _from_octaves(depth.shape[0]), more)
+        more = solve(depth[::PER_OCTAVE], *most) - few[:, :, ::PER_OCTAVE]
+        result: Array = few + np.einsum("ts,mnsv->mntv", _from_octaves(depth.shape[0]), more)
         return result
 
-    def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
-        where = self._directions
-        extras = [where.mu[VIEW]] if where.sun is None else [where.mu[VIEW], where.mu_sun]
+    def _layers(self, depth: Array, albedo: Array, moments: Array, extras: Sequence[float]) -> LayerOperators:
         solve = solve_layers_two_stream if self._closed_form else solve_layers
-        return solve(depth, albedo, moments, np.array(extras), where.count)
+        return solve(depth, albedo, moments, np.array(extras), self._directions.count)
 
-    def _sunlight(self, solved: LayerOperators, brdf: Array, btdf: Array) -> tuple[Array, Array, Array]:
-        """Return kernels (T, D, V) for reflected and transmitted sunlight, and the direct transmittance (T, V)."""
-        count, size = brdf.shape
-        if self._directions.sun is None:
-            nothing = np.zeros((count, 1 + self._directions.count, size))
-            return nothing, nothing, np.zeros((count, size))
-        sun, streams = 1, range(2, solved.mu.size)
-        back, through = (
-            np.concatenate((toward_view[..., None], kernels[:, :, streams, sun]), axis=-1)
-            for toward_view, kernels in ((brdf, solved.reflection), (btdf, solved.transmission))
-        )
-        return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
+
+def _to_lower_air(where: ColumnDirections, depth: Array, albedo: Array, moments: Array) -> Array:
+    """Return the transmittance (T, V) of :attr:`CloudSlab.to_lower_air`."""
+    if where.sun is None:
+        return np.zeros_like(depth)
+    peak = extended_moments(moments, PEAK_DEGREE + 1)[PEAK_DEGREE]
+    slant = 1.0 / where.mu[VIEW] + 1.0 / where.mu_sun
+    result: Array = np.exp(-depth * (1.0 - albedo * peak) * slant)
+    return result
+
+
+def _sunlight(
+    where: ColumnDirections, number: int, solved: LayerOperators, brdf: Array, btdf: Array
+) -> tuple[Array, Array, Array]:
+    """Return kernels (T, D, V) for reflected and transmitted sunlight, and the direct transmittance (T, V).
+
+    ``number`` is that of the sun among the extra directions of the solution, after the view.
+    """
+    count, size = brdf.shape
+    if where.sun is None:
+        nothing = np.zeros((count, 1 + where.count, size))
+        return nothing, nothing, np.zeros((count, size))
+    sun, streams = 1 + number, range(solved.mu.size - where.count, solved.mu.size)
+    back, through = (
+        np.concatenate((toward_view[..., None], kernels[:, :, streams, sun]), axis=-1)
+        for toward_view, kernels in ((brdf, solved.reflection), (btdf, solved.transmission))
+    )
+    return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
 
 
 def _closed(

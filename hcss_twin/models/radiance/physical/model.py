@@ -7,7 +7,7 @@ For each column, :class:`~hcss_twin.models.radiance.physical.columns.SceneColumn
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
 from os.path import dirname
@@ -46,8 +46,9 @@ from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
 
-_MAX_SPECTRA, _MAX_WAVENUMBERS = 4, 512
-"""Limits of solved clouds in memory: spectra, and wavenumbers of a spectrum over all suns (70 kB each)."""
+_MAX_SPECTRA, _MAX_SOLVED = 4, 1e7
+"""Limits of solved clouds in memory: spectra, and values of a spectrum over all suns; at one wavenumber of one sun some
+hundred times streams times azimuth modes between cloud and sea."""
 
 _VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
@@ -129,6 +130,7 @@ class Physical:
         self._air = cached_by_spectrum(air, maxsize=2)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
+        self._expected: tuple[Sun | None, ...] = ()
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
         self.declares = RadianceDeclaration(
@@ -160,8 +162,8 @@ class Physical:
             raise ValueError("thickness_m: allowed >= 0, at least one layer > 0; use clear() without cloud")
         sun = _above_horizon(sun)
         scene = self._scene(wavenumber_cm1, sun)
-        solver = self._slab_solvers(wavenumber_cm1)(sun)
-        slabs = [self._slabs(solver, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
+        solvers = self._solvers_together(wavenumber_cm1, sun)
+        slabs = [self._slabs(solvers, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
         together = max(_VALUES_TOGETHER // wavenumber_cm1.size, 1)
 
@@ -251,9 +253,28 @@ class Physical:
         )
         return max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG
 
+    def expect(self, suns: Sequence[Sun | None]) -> None:
+        """Solve clouds for these suns together, when they are needed for the first of them."""
+        self._expected = tuple(dict.fromkeys(sun for sun in suns if _above_horizon(sun) is not None))
+
+    def _solvers_together(self, wavenumber: Array, sun: Sun | None) -> list[SlabSolver]:
+        """Return the cloud solver of a sun, followed by those that are solved with it."""
+        by_sun = self._slab_solvers(wavenumber)
+        own = by_sun(sun)
+        if sun not in self._expected or own.solves_alone or self.closed_form:
+            return [own]
+        most = self._suns_in_memory(wavenumber)
+        first = self._expected.index(sun) // most * most
+        others = self._expected[first : first + most]
+        return [own, *(by_sun(other) for other in others if other != sun)]
+
+    def _suns_in_memory(self, wavenumber: Array) -> int:
+        numerics = self._numerics
+        return max(int(_MAX_SOLVED / (wavenumber.size * 100.0 * numerics.streams * numerics.turned_modes)), 1)
+
     def _slab_solvers_by_sun(self, wavenumber: Array) -> Callable[[Sun | None], SlabSolver]:
         """Return the cloud solvers for a sun position; solved clouds are kept for as many suns as fit in memory."""
-        suns = max(_MAX_WAVENUMBERS // wavenumber.size, 1)
+        suns = self._suns_in_memory(wavenumber)
         return lru_cache(maxsize=suns)(partial(weakly(self._new_slab_solver), wavenumber))
 
     def _new_slab_solver(self, wavenumber: Array, sun: Sun | None) -> SlabSolver:
@@ -268,8 +289,8 @@ class Physical:
             inputs.memory,
         )
 
-    def _slabs(self, solver: SlabSolver, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
-        """Return solved layers by thickness."""
+    def _slabs(self, solvers: Sequence[SlabSolver], layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
+        """Return solved layers by thickness, of the first solver."""
         thickness = np.unique(thickness_m[thickness_m > 0.0])
         if not thickness.size:
             return {}
@@ -281,7 +302,7 @@ class Physical:
             base = top
             if self._parameters.cloud_temperature == "profile":
                 base = self._inputs.profile.temperature_at(np.maximum(tops - thickness, 0.0))
-        solved = solver.solve(layer, thickness, top, base)
+        solved = solvers[0].solve(layer, thickness, top, base, solvers)
         return {float(h): slab for h, slab in zip(thickness, solved, strict=True)}
 
     def _columns(self, scene: _Scene, slabs: tuple[CloudSlab, ...], count: int) -> SceneColumns:
