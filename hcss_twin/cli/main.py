@@ -311,6 +311,9 @@ def _run(stop: Stop) -> None:
     except HcssError as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(EXIT_FAILED)
+    except MemoryError as error:
+        click.echo(f"error: memory ran out: {error}", err=True)
+        sys.exit(EXIT_FAILED)
     except RuntimeError as error:
         if "no locator available" not in str(error):  # message of numba
             raise

@@ -58,7 +58,10 @@ class Catalog:
     def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
         self.shelf = ResultCache()
         self.root = root or catalog_root()
-        self.base = base or Path.cwd()
+        try:
+            self.base = base or Path.cwd()
+        except FileNotFoundError as error:
+            raise CatalogError("the current folder no longer exists; change to another one") from error
         self._used: dict[str, str] = {}
 
     @property

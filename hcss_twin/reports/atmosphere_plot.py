@@ -12,6 +12,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, HcssError
+from hcss_twin.core.files import atomic_write
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
@@ -239,7 +240,8 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
             _panel(axis, first, [changes], labels, quantity, f"{last.label} minus {first.label}", "zenith angle", True)
         _bands(axes[2, quantity], spectra, quantity)
     figure.suptitle(first.label if len(spectra) == 1 else f"{first.label} (lines) and {last.label} (dashes)")
-    figure.savefig(path, dpi=110)
+    with atomic_write(path, HcssError) as draft:
+        figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 
 

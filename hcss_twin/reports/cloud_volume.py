@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_twin.core.errors import CubeError, ordinal
+from hcss_twin.core.files import atomic_write
 from hcss_twin.reports.cloud_columns import CloudColumns, altitude_edges, occupancy
 
 if TYPE_CHECKING:
@@ -36,9 +37,9 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
     """
     figure = volume_figure(columns)
     try:
-        figure.savefig(path, dpi=110)
-    except (OSError, ValueError) as error:
-        path.unlink(missing_ok=True)
+        with atomic_write(path, CubeError) as draft:
+            figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
+    except ValueError as error:  # no such format
         raise CubeError(f"cannot write {path}: {error}") from error
     return path
 

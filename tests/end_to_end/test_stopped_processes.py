@@ -108,3 +108,19 @@ def test_an_interrupt_that_a_library_turned_into_another_error_is_an_interrupt(m
             signal.signal(each, handler)
     assert left.value.code == code
     assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_a_command_without_enough_memory_says_so(monkeypatch, capsys):
+    def load(**_):
+        raise MemoryError("Unable to allocate 7 TiB")
+
+    monkeypatch.setattr(cli, "main", load)
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        with pytest.raises(SystemExit) as left:
+            main()
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert left.value.code == 1
+    assert capsys.readouterr().err == "error: memory ran out: Unable to allocate 7 TiB\n"

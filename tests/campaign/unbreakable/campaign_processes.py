@@ -6,6 +6,7 @@ import secrets
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -93,6 +94,15 @@ class Command:
 
 def torn_files(folder):
     """Return what is wrong with files that have a final name: each must be whole, and its radiance positive."""
+    with _ONE_AT_A_TIME:
+        return _torn_files(folder)
+
+
+_ONE_AT_A_TIME = threading.Lock()
+"""The netCDF library is not thread safe."""
+
+
+def _torn_files(folder):
     return [
         problem
         for path in sorted(folder.rglob("*"))

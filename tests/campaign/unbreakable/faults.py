@@ -110,7 +110,7 @@ def _large_files(name):
 def _little_memory(megabytes):
     return lambda folder: _one(
         [*RUN, "--set", "image.rows=4000", "--set", "image.columns=4000", "-o", "cube.nc"],
-        folder, (0, 1), preexec_fn=_limit(resource.RLIMIT_AS, megabytes * 2**20),
+        folder, (0, 1, 2), preexec_fn=_limit(resource.RLIMIT_AS, megabytes * 2**20),
     )  # fmt: skip
 
 
@@ -235,7 +235,7 @@ FAULTS = {
     "two equal sweeps": _same_output(SWEEP, 2, (1,)),
     "five runs with one empty cache": _parallel([*RUN, "-o", "cube.nc"], 5, (5,)),
     "killed worker: run": _killed_worker("run, 2 workers", (0, 1)),
-    "killed worker: sweep": _killed_worker("sweep, 2 workers", (0,)),
+    "killed worker: sweep": _killed_worker("sweep, 2 workers", (0, 1)),
     "killed worker: propagate": _killed_worker("propagate, 2 workers", (0, 1)),
     "killed scheduler: sweep": _killed_scheduler(SWEEP),
     "killed scheduler: run": _killed_scheduler([*RUN, "-o", "cube.nc"]),
