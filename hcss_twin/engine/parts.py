@@ -11,7 +11,7 @@ import json
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -304,6 +304,8 @@ def in_order(
             f"a worker process ended before its part of the scene was computed ({error}): it may have been killed, for "
             "example because memory ran out; fewer workers need less"
         ) from error
+    except CancelledError as error:  # only a cluster cancels what was not given up
+        raise HcssError("the connection to the Dask scheduler is lost; run the command again") from error
     finally:
         for _, future in waiting:
             future.cancel()
