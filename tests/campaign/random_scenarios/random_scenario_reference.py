@@ -14,15 +14,16 @@ scattered at all streams; and the finest level has 32 streams for diffuse light 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from scipy.optimize import nnls
 
-from hcss_twin.models.radiance.physical.cloud_slab import SlabSolver
+from hcss_twin.models.radiance.physical import cloud_slab
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
@@ -135,31 +136,6 @@ def two_sets(summands: np.ndarray, wavenumber: np.ndarray) -> tuple[Sequence[np.
     return few, factors
 
 
-@dataclass(frozen=True)
-class _Solved:
-    """In place of a table over thickness: operators at the very thicknesses that are asked for."""
-
-    thickness_m: list[float]
-    operators: tuple[np.ndarray, ...]
-    least_m: float = 0.0
-    most_m: float = np.inf
-
-    def at(self, thickness_m: float) -> tuple[np.ndarray, ...]:
-        return tuple(each[self.thickness_m.index(thickness_m)] for each in self.operators)
-
-
-@contextmanager
-def solved_at_each_thickness() -> Iterator[None]:
-    """Within it, layers are solved at the thicknesses of the first columns asked for, and known at no other."""
-    original = SlabSolver.solve
-
-    def solve(self: Any, layer: Any, thickness_m: np.ndarray, top_K: np.ndarray, base_K: np.ndarray) -> Any:
-        if layer not in self._tables:
-            self._tables[layer] = _Solved(thickness_m.tolist(), self._solve(layer, thickness_m))
-        return original(self, layer, thickness_m, top_K, base_K)
-
-    SlabSolver.solve = solve
-    try:
-        yield
-    finally:
-        SlabSolver.solve = original
+def solved_at_each_thickness() -> AbstractContextManager[Any]:
+    """Within it, layers are solved at the thicknesses of the columns themselves, however many."""
+    return mock.patch.object(cloud_slab, "FEW_THICKNESSES", np.inf)
