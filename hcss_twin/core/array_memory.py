@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from hcss_twin.core.arrays import Array
 
-LIMIT_BYTES = 200_000_000
+LIMIT_BYTES = 100_000_000
 
 
 class ArrayMemory:

@@ -10,8 +10,8 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical import cloud_slab
-from hcss_twin.models.radiance.physical.cloud_slab import OperatorTable, thickness_grid
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
+from hcss_twin.models.radiance.physical.operator_table import OperatorTable, thickness_grid
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, OpticsInputs, SeaInputs, Sun, View

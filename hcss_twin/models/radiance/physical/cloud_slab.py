@@ -6,10 +6,8 @@ They are solved on a grid of thicknesses and interpolated; for few thicknesses, 
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 from itertools import chain
 from typing import Any
 
@@ -21,14 +19,18 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.models.radiance.physical.numerics import Numerics
+from hcss_twin.models.radiance.physical.operator_table import (
+    PER_OCTAVE,
+    WINDOW,
+    OperatorTable,
+    from_octaves,
+    thickness_grid,
+)
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import extended_moments
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
-
-PER_OCTAVE = 3
-"""Nodes per doubling of thickness; each costs a chain of doublings."""
 
 FEW_STREAMS = 16
 """Streams for sunlight that are solved at every thickness of the grid."""
@@ -39,84 +41,6 @@ below a cloud."""
 
 FEW_THICKNESSES = 3
 """As many thicknesses, each with its own chain of doublings, cost no more than a grid."""
-
-_WINDOW = 10
-"""Nodes of the interpolating polynomial; its error is 1e-6 of full reflection, as with 6 nodes at 6 per doubling."""
-
-
-def thickness_grid(least_m: float, most_m: float) -> Array:
-    """Return ascending thicknesses most 2^(n / 3) that extend beyond both ends by half a window.
-
-    Parameters
-    ----------
-    least_m, most_m : float
-        Range of thickness, above 0.
-    """
-    count = math.ceil(math.log2(most_m / least_m) * PER_OCTAVE)
-    steps = np.arange(-count - _WINDOW // 2, _WINDOW // 2 + 1)
-    return np.asarray(most_m * 2.0 ** (steps / PER_OCTAVE), dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class OperatorTable:
-    """Table of operators with thickness as first axis.
-
-    Attributes
-    ----------
-    thickness_m : ndarray (G,)
-        From :func:`thickness_grid`.
-    operators : tuple of ndarray (G, ...)
-    """
-
-    thickness_m: Array
-    operators: tuple[Array, ...]
-
-    @cached_property
-    def floors(self) -> tuple[Array, ...]:
-        """Minimum of each operator, at most 0: polynomials undershoot where a cloud becomes opaque."""
-        return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
-
-    @property
-    def least_m(self) -> float:
-        """Smallest thickness with a full window around it."""
-        return float(self.thickness_m[_WINDOW // 2 - 1])
-
-    @property
-    def most_m(self) -> float:
-        """Largest thickness with a full window around it."""
-        return float(self.thickness_m[-_WINDOW // 2])
-
-    def at(self, thickness_m: float) -> tuple[Array, ...]:
-        """Return the operators of one thickness (...), by Lagrange's polynomial in ln(thickness)."""
-        place = math.log2(thickness_m / float(self.thickness_m[0])) * PER_OCTAVE
-        first = min(max(math.floor(place) - _WINDOW // 2 + 1, 0), self.thickness_m.size - _WINDOW)
-        weights = _lagrange(place - first)
-        return tuple(
-            np.maximum(np.tensordot(weights, each[first : first + _WINDOW], axes=1), floor)
-            for each, floor in zip(self.operators, self.floors, strict=True)
-        )
-
-
-def _from_octaves(count: int) -> Array:
-    """Return the weights (T, S) that interpolate T thicknesses of a grid from every third of them."""
-    known = -(-count // PER_OCTAVE)
-    nodes = min(_WINDOW, known)
-    weights = np.zeros((count, known))
-    for row in range(count):
-        first = min(max(math.floor(row / PER_OCTAVE) - nodes // 2 + 1, 0), known - nodes)
-        weights[row, first : first + nodes] = _lagrange(row / PER_OCTAVE - first, nodes)
-    return weights
-
-
-def _lagrange(position: float, nodes: int = _WINDOW) -> Array:
-    """Return the weights of the nodes 0, 1, ... at a position; they sum to one."""
-    weights = np.ones(nodes)
-    for i in range(nodes):
-        for j in range(nodes):
-            if i != j:
-                weights[i] *= (position - j) / (i - j)
-    result: Array = weights / weights.sum()
-    return result
 
 
 @dataclass(frozen=True)
@@ -404,11 +328,11 @@ class SlabSolver:
             return np.moveaxis(kernels, -1, 0)
 
         most = numerics.sun_streams, numerics.sun_moments, numerics.azimuth_modes
-        if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= _WINDOW:
+        if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= WINDOW:
             return solve(depth, *most)
         few = solve(depth, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
         more = solve(depth[::PER_OCTAVE], *most) - few[:, :, ::PER_OCTAVE]
-        result: Array = few + np.einsum("ts,mnsv->mntv", _from_octaves(depth.shape[0]), more)
+        result: Array = few + np.einsum("ts,mnsv->mntv", from_octaves(depth.shape[0]), more)
         return result
 
     def _layers(self, depth: Array, albedo: Array, moments: Array, extras: Sequence[float]) -> LayerOperators:

@@ -1,0 +1,92 @@
+"""Operators of a cloud layer at any thickness, interpolated between a logarithmic grid of thicknesses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+
+PER_OCTAVE = 3
+"""Nodes per doubling of thickness; each costs a chain of doublings."""
+
+WINDOW = 10
+"""Nodes of the interpolating polynomial; its error is 1e-6 of full reflection, as with 6 nodes at 6 per doubling."""
+
+
+def thickness_grid(least_m: float, most_m: float) -> Array:
+    """Return ascending thicknesses most 2^(n / 3) that extend beyond both ends by half a window.
+
+    Parameters
+    ----------
+    least_m, most_m : float
+        Range of thickness, above 0.
+    """
+    count = math.ceil(math.log2(most_m / least_m) * PER_OCTAVE)
+    steps = np.arange(-count - WINDOW // 2, WINDOW // 2 + 1)
+    return np.asarray(most_m * 2.0 ** (steps / PER_OCTAVE), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class OperatorTable:
+    """Table of operators with thickness as first axis.
+
+    Attributes
+    ----------
+    thickness_m : ndarray (G,)
+        From :func:`thickness_grid`.
+    operators : tuple of ndarray (G, ...)
+    """
+
+    thickness_m: Array
+    operators: tuple[Array, ...]
+
+    @cached_property
+    def floors(self) -> tuple[Array, ...]:
+        """Minimum of each operator, at most 0: polynomials undershoot where a cloud becomes opaque."""
+        return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
+
+    @property
+    def least_m(self) -> float:
+        """Smallest thickness with a full window around it."""
+        return float(self.thickness_m[WINDOW // 2 - 1])
+
+    @property
+    def most_m(self) -> float:
+        """Largest thickness with a full window around it."""
+        return float(self.thickness_m[-WINDOW // 2])
+
+    def at(self, thickness_m: float) -> tuple[Array, ...]:
+        """Return the operators of one thickness (...), by Lagrange's polynomial in ln(thickness)."""
+        place = math.log2(thickness_m / float(self.thickness_m[0])) * PER_OCTAVE
+        first = min(max(math.floor(place) - WINDOW // 2 + 1, 0), self.thickness_m.size - WINDOW)
+        weights = _lagrange(place - first)
+        return tuple(
+            np.maximum(np.tensordot(weights, each[first : first + WINDOW], axes=1), floor)
+            for each, floor in zip(self.operators, self.floors, strict=True)
+        )
+
+
+def from_octaves(count: int) -> Array:
+    """Return the weights (T, S) that interpolate T thicknesses of a grid from every third of them."""
+    known = -(-count // PER_OCTAVE)
+    nodes = min(WINDOW, known)
+    weights = np.zeros((count, known))
+    for row in range(count):
+        first = min(max(math.floor(row / PER_OCTAVE) - nodes // 2 + 1, 0), known - nodes)
+        weights[row, first : first + nodes] = _lagrange(row / PER_OCTAVE - first, nodes)
+    return weights
+
+
+def _lagrange(position: float, nodes: int = WINDOW) -> Array:
+    """Return the weights of the nodes 0, 1, ... at a position; they sum to one."""
+    weights = np.ones(nodes)
+    for i in range(nodes):
+        for j in range(nodes):
+            if i != j:
+                weights[i] *= (position - j) / (i - j)
+    result: Array = weights / weights.sum()
+    return result
