@@ -72,7 +72,7 @@ class RadianceInputs:
         Bearing from which the wind blows, for anisotropic seas.
     numerical_level : int
         Which of the model's levels of numerical accuracy to use, 0 is the coarsest.
-    memory : ArrayMemory
+    memory : ArrayMemory or None
         Where a model may keep arrays for the other scenes of the process, by a hash of all that they depend on.
     """
 
@@ -86,7 +86,7 @@ class RadianceInputs:
     solar_irradiance: SolarIrradiance
     wind_from_deg: float = 0.0
     numerical_level: int = 0
-    memory: ArrayMemory = field(default_factory=ArrayMemory)
+    memory: ArrayMemory | None = None
 
 
 class SolarIrradiance(Protocol):

@@ -49,6 +49,7 @@ MEMBERS = {
     ("atmosphere", "transmittance_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
     ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
     ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
+    ("radiance", "expect"): (([None],), "suns of length 1"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
     ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),
     ("variables", "values"): (
@@ -72,7 +73,7 @@ def guarded(kind, **members):
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, INPUTS.get(kind))
 
 
-UNCHECKED = ("frame_summary", "tilted", "wave_field")
+UNCHECKED = ("frame_summary", "tilted", "wave_field", "expect")
 """Members whose results are what the provider likes, or objects that are checked when they are used."""
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import ifft
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
@@ -62,6 +61,8 @@ class PlaneWaveSums:
         rows, columns : slice
             Window with a start and a stop; any integers.
         """
+        from scipy.fft import ifft  # takes 0.1 s to import
+
         sums = np.empty((2, rows.stop - rows.start, columns.stop - columns.start), np.float32)
         grid = np.empty((_LENGTH, ROWS), np.complex64)
         lefts = range(columns.start // COLUMNS * COLUMNS, columns.stop, COLUMNS)

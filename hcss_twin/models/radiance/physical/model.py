@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import weakly
 from hcss_twin.core.one_thread import in_one_thread
@@ -286,7 +287,7 @@ class Physical:
             scene.directions,
             scene.received / (np.pi * scene.air.black_body(inputs.sea_temperature_K)),
             self.closed_form,
-            inputs.memory,
+            inputs.memory or ArrayMemory(),
         )
 
     def _slabs(self, solvers: Sequence[SlabSolver], layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:

@@ -125,6 +125,9 @@ class GuardedRadiance(Guard):
         value = self._call("cloudy", wavenumber_cm1, thickness_m, sun)
         return self._terms("cloudy()", value, (thickness_m.shape[0], wavenumber_cm1.size), sun)
 
+    def _checked_expect(self, suns: Sequence[api.Sun | None]) -> None:
+        self._call("expect", suns)
+
     def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: api.Sun | None) -> dict[str, Array]:
         names = tuple(self._read("terms"))
         if not isinstance(value, Mapping) or set(value) != set(names):
