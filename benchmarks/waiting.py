@@ -1,6 +1,6 @@
 """Where people wait: processor time of whole commands, beside another version, floors and peers, in one run.
 
-    python benchmarks/waiting.py [--rows sweep,views] [--against FOLDER] [--rounds 3] [--write]
+    python benchmarks/waiting.py [--rows sweep,views] [--against FOLDER] [--rounds 3]
 
 Every row is a command, less another one if only their difference counts, divided by what it made. ``--against`` names
 a checkout of another version, whose commands alternate with ours, so that both meet the same load. Tables and other
@@ -21,8 +21,6 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-from page import put
 
 HERE = Path(__file__).parents[1]
 PIXELS, FRAMES = 512, 32
@@ -234,19 +232,14 @@ def main() -> None:
     parser.add_argument("--rows", type=lambda text: text.split(","), default=list(ROWS), help=", ".join(ROWS))
     parser.add_argument("--against", type=Path, help="checkout of another version")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--write", action="store_true", help="write to the page")
     given = parser.parse_args()
     checkouts = [HERE] if given.against is None else [HERE, given.against]
     with tempfile.TemporaryDirectory(prefix="hcss-waiting-") as name:
         versions = [Version(each.resolve(), Path(name) / str(number)) for number, each in enumerate(checkouts)]
         named = ["now", "before"][: len(versions)]
-        lines = [f"| processor time | {' | '.join(named)} | before / now | aim |", f"|---|{'---|' * (len(named) + 2)}"]
-        print("\n".join(lines))
+        print(f"| processor time | {' | '.join(named)} | before / now | aim |\n|---|{'---|' * (len(named) + 2)}")
         for each in given.rows:
-            lines.append(line(ROWS[each], versions, given.rounds))
-            print(lines[-1], flush=True)
-    if given.write:
-        put("waiting", "\n".join(lines))
+            print(line(ROWS[each], versions, given.rounds), flush=True)
 
 
 if __name__ == "__main__":
