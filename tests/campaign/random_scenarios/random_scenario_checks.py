@@ -236,7 +236,7 @@ def _row(number: int, run: Run, place: np.ndarray, exact: np.ndarray, uncertain:
         sun_streams=numerics.sun_streams if plan.sun_matters and made.radiance.model == "physical" else 0,
         refinement=plan.grid_refinement.refinement,
         enough=plan.numerics.enough,
-        reference_error=float(f"{np.max(uncertain / exact):.2g}"),
+        reference_error=float(f"{np.max(np.where(dark, 0.0, uncertain / exact)):.2g}"),
         run_cpu_s=float(f"{run.whole_s:.3g}"),
     )
 
