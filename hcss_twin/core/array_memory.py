@@ -30,6 +30,8 @@ class ArrayMemory:
             self._arrays.move_to_end(key)
             return self._arrays[key]
         arrays = compute()
+        if _bytes(arrays) > self._limit:
+            return arrays
         self._arrays[key] = arrays
         self._size += _bytes(arrays)
         while self._size > self._limit:
