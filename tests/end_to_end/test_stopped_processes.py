@@ -90,6 +90,19 @@ def is_alive(process):
     return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
 
 
+def exit_code_of(load, monkeypatch):
+    """The exit code of the program whose commands are loaded by ``load``."""
+    monkeypatch.setattr(cli, "main", load)
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        with pytest.raises(SystemExit) as left:
+            main()
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    return left.value.code
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupt_that_a_library_turned_into_another_error_is_an_interrupt(monkeypatch, capsys, number, code):
     def load(**_):
@@ -98,15 +111,7 @@ def test_an_interrupt_that_a_library_turned_into_another_error_is_an_interrupt(m
         except KeyboardInterrupt:
             raise ImportError("the extension could not be loaded") from None
 
-    monkeypatch.setattr(cli, "main", load)
-    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        with pytest.raises(SystemExit) as left:
-            main()
-    finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
-    assert left.value.code == code
+    assert exit_code_of(load, monkeypatch) == code
     assert capsys.readouterr().err == "interrupted\n"
 
 
@@ -114,13 +119,5 @@ def test_a_command_without_enough_memory_says_so(monkeypatch, capsys):
     def load(**_):
         raise MemoryError("Unable to allocate 7 TiB")
 
-    monkeypatch.setattr(cli, "main", load)
-    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        with pytest.raises(SystemExit) as left:
-            main()
-    finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
-    assert left.value.code == 1
+    assert exit_code_of(load, monkeypatch) == 1
     assert capsys.readouterr().err == "error: memory ran out: Unable to allocate 7 TiB\n"
