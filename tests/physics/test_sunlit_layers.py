@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from hcss_twin.physics.multiple_scattering.beams import transmit_beams
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers
 
 VIEW, SUN, AZIMUTH = 0.94, 0.6, 2.5
 

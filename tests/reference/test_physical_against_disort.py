@@ -70,9 +70,14 @@ def lobe_modes(reflectance):
     return [mode_of(mode, lobe) for mode, lobe in enumerate(GlintingSea.LOBES, start=1)]
 
 
-def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
+HIGH_LAYER = dataclasses.replace(LAYER, name="high", base_m=1600.0, top_m=2000.0)
+LOW_LAYER = dataclasses.replace(LAYER, name="low", top_m=1500.0)
+
+
+def ours(view_mu, thickness_m, sun, albedo, sea=None, layers=(LAYER,), **parameters):
+    thickness = np.atleast_2d(thickness_m)
     inputs = dataclasses.replace(
-        sample_radiance_inputs(PROFILE, (LAYER,)),
+        sample_radiance_inputs(PROFILE, layers),
         transmittance=PlaneGas(),
         sea=sea or PlainSea(EMISSIVITY),
         optics=PlainOptics(1e-10, albedo, G),
@@ -80,9 +85,9 @@ def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
         view=View(math.degrees(math.acos(view_mu)), 30.0),
     )
     model = Physical(inputs, PhysicalParameters(**{"space_temperature": 0.0, "streams": 8, **parameters}))
-    if thickness_m == 0.0:
+    if not np.any(thickness):
         return model.clear(NU, sun)
-    return {name: term[0] for name, term in model.cloudy(NU, np.array([[thickness_m]]), sun).items()}
+    return {name: term[0] for name, term in model.cloudy(NU, thickness, sun).items()}
 
 
 PARTS = 8
@@ -179,4 +184,29 @@ def test_sunlight_between_cloud_and_a_glinting_sea_keeps_its_bearing(thickness, 
         terms = ours(mu[index], thickness, sun, 0.98, GlintingSea(emissivity))
         solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
         expected = exact(math.radians(turn_deg))[index] - dark(0.0)[index]
+        assert solar == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("high", "low", "turn_deg"),
+    [
+        (30.0, 10.0, 180.0),
+        (60.0, 60.0, 180.0),
+        (60.0, 60.0, 0.0),
+        (20.0, 400.0, 90.0),
+        *(pytest.param(*each, marks=pytest.mark.campaign) for each in ((150.0, 60.0, 180.0), (20.0, 400.0, 180.0))),
+    ],
+)
+def test_sunlight_between_two_clouds_and_a_glinting_sea_keeps_its_bearing(high, low, turn_deg):
+    # Without gas between them, two clouds of the same particles are one; with two, the lower one also reflects.
+    sun, emissivity = Sun(40.0, 30.0 + turn_deg, 1.0), 0.5
+    lobes = lobe_modes(1.0 - emissivity)
+    mu, exact = discrete_ordinates(high + low, sun, 0.98, emissivity, lobes)
+    _, dark = discrete_ordinates(high + low, None, 0.98, emissivity)
+    for index in np.flatnonzero(mu > 0.4)[::3]:
+        layers = LOW_LAYER, HIGH_LAYER
+        terms = ours(mu[index], (low, high), sun, 0.98, GlintingSea(emissivity), layers)
+        solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
+        expected = exact(math.radians(turn_deg))[index] - dark(0.0)[index]
+
         assert solar == pytest.approx(expected, rel=0.02)

@@ -5,8 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcss_twin.models.radiance.physical.numerics import LEVELS
+from hcss_twin.physics.multiple_scattering.beams import solve_covered_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, transmit_beams
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
 THICKNESS = st.one_of(st.sampled_from([0.0, 1e6]), st.floats(-8, 6).map(lambda power: 10.0**power))
@@ -100,3 +102,17 @@ def test_beams_end_without_loss(tau, albedo, g, mu, modes) -> None:
     assert np.all(np.isfinite(whole))
     first = np.max(np.abs(whole[0]))
     np.testing.assert_allclose(short, whole, rtol=0, atol=1e-4 * first)
+
+
+@settings(deadline=None, max_examples=40)
+@given(THICKNESS, ALBEDO, st.floats(0.0, 0.99), GRAZING, GRAZING, st.sampled_from(LEVELS[:4]))
+def test_covered_layers_send_no_more_than_they_receive(tau, albedo, g, view, sun, level) -> None:
+    """Also at grazing angles, in opaque and empty layers and next to no absorption."""
+    moments = np.array([[1.0], [g]])
+    streams = gauss_streams(level.streams)
+    solved = solve_covered_layers([[tau]], [albedo], moments, [view, sun], level.streams, level.turned_modes)
+    assert np.all(np.isfinite(solved.beams))
+    assert np.all(np.isfinite(solved.streams))
+    # No mode of an amplitude that is nowhere negative is larger than its mean over azimuth.
+    factor = 2.0 * np.pi * streams.mu * streams.weight
+    assert np.all(np.einsum("mtvnb,n->mtvb", np.abs(solved.beams), factor) <= 1.0 + 1e-6)

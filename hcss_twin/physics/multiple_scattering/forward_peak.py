@@ -27,6 +27,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geometry import scattering_cosine
+from hcss_twin.physics.multiple_scattering.directions import Directions
 from hcss_twin.physics.multiple_scattering.phase_function import (
     HENYEY_GREENSTEIN_MOMENTS,
     ScaledScattering,
@@ -71,6 +72,32 @@ def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array
     turned = np.array([scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
     strength = (albedo / (1.0 - albedo * scaled.peak))[:, np.newaxis] / (4.0 * np.pi * mu * sun)
     return strength * phase_function(turned, moments) * path_back(scaled.thickness[..., np.newaxis], mu, sun)
+
+
+_ANGLES, _MORE_AZIMUTHS = 1441, 16
+"""Angles of the tabulated phase function, .125 deg apart; azimuths beyond the number of modes."""
+
+
+def once_back_modes(scaled: ScaledScattering, albedo: Array, moments: Array, where: Directions, modes: int) -> Array:
+    """Azimuth modes 0 to ``modes`` - 1 of the kernel of :func:`once_back` toward streams, (modes, V, N, C).
+
+    Times :func:`path_back`, they are brdfs; azimuths count from the direction in which the light travels. A peak that
+    the azimuths do not resolve, between grazing directions, is cut off.
+    """
+    count = modes + _MORE_AZIMUTHS
+    azimuth = (np.arange(count) + 0.5) * np.pi / count
+    upward, downward = where.mu[where.beams : where.columns, None], where.mu[: where.columns]
+    product, sines = upward * downward, np.sqrt((1.0 - upward**2) * (1.0 - downward**2))
+    cosine = sines[..., None] * np.cos(azimuth) - product[..., None]
+    angle = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)), 2.0 * np.pi / count)
+    table = phase_function(np.cos(np.linspace(0.0, np.pi, _ANGLES)), moments)
+    place = angle * ((_ANGLES - 1) / np.pi)
+    below = np.minimum(place.astype(np.intp), _ANGLES - 2)
+    value = table[:, below] + (place - below) * (table[:, below + 1] - table[:, below])
+    series = np.cos(np.arange(modes)[:, None] * azimuth) / count
+    strength = (albedo / (1.0 - albedo * scaled.peak))[:, None, None] / (4.0 * np.pi * product)
+    result: Array = np.moveaxis(value @ series.T, -1, 0) * strength
+    return result
 
 
 def once_through(

@@ -8,54 +8,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team, chains
+from hcss_twin.physics.multiple_scattering.azimuth_series import AzimuthSeries
+from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import solve_mode
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
 from hcss_twin.physics.multiple_scattering.layer import (
     LayerOperators,
     check_modes,
-    checked_cosines,
     checked_layers,
     checked_sun,
     mean_over_azimuth,
 )
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, delta_m
-
-
-class AzimuthSeries:
-    """Layers whose Fourier series need more terms: a series ends after two successive small modes.
-
-    Parameters
-    ----------
-    thickness : ndarray (T, V)
-        Optical thickness.
-
-    Attributes
-    ----------
-    chains : DoublingChains
-        Of the layers that still need a mode.
-    """
-
-    def __init__(self, thickness: Array) -> None:
-        self._thickness = thickness
-        self._going = np.ones(thickness.shape, dtype=np.bool_)
-        # Layers whose previous mode was small.
-        self._quiet = np.zeros(thickness.size, dtype=np.bool_)
-        self.chains = chains(thickness, self._going)
-
-    def end_where(self, small: NDArray[np.bool_]) -> bool:
-        """Record for which layers of ``chains`` (n,) this mode was small; return whether all series have ended."""
-        cells = self.chains.cell
-        ended = small & self._quiet[cells]
-        self._quiet[cells] = small
-        if np.any(ended):
-            self._going.flat[cells[ended]] = False
-            self.chains = chains(self._thickness, self._going)
-        return bool(np.all(ended))
 
 
 def solve_sun(
@@ -159,68 +127,6 @@ def _more_than_once(
     )
 
 
-def transmit_beams(
-    optical_thickness: ArrayLike,
-    albedo: ArrayLike,
-    moments: ArrayLike,
-    mu_beams: ArrayLike,
-    streams: int,
-    modes: int,
-    threads: int | None = None,
-    mode_tolerance: float = 1e-5,
-) -> Array:
-    """Diffuse transmission of beams toward the streams in the azimuth modes from 1 on.
-
-    With T_m the mode m (0 is that of :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`), a beam of
-    irradiance E across the layer leaves on the other side as E [T_0 + 2 sum T_m cos(m psi)], psi being the azimuth from
-    the beam's own direction. Light in the forward peak removed by delta-M counts as direct. By reciprocity it is also
-    what streams send into the beam's direction.
-
-    Parameters
-    ----------
-    optical_thickness, albedo, moments, streams, threads
-        As for ``solve_layers``.
-    mu_beams : array_like (B,)
-        Cosines of the beams' zenith angles, in (0, 1].
-    modes : int
-        Modes below this one; 1 to twice the streams.
-    mode_tolerance : float
-        The series of a layer ends, and further modes are 0, after two modes in succession that are at most this share
-        of mode 1 along every stream; 0 solves all ``modes``.
-
-    Returns
-    -------
-    ndarray (modes - 1, T, V, N, B)
-        sr-1.
-
-    Raises
-    ------
-    ValueError
-        If a value is outside its range or shapes do not fit.
-    """
-    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
-    beams = checked_cosines("mu_beams", mu_beams)
-    if not 1 <= modes <= 2 * streams:
-        raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
-    where = directions(beams, gauss_streams(streams), np.empty(0))
-    scaled = delta_m(thickness, w, chi, 2 * streams)
-    series = AzimuthSeries(scaled.thickness)
-    result = np.zeros((modes - 1, thickness.size, streams, beams.size))
-    onward = np.zeros(thickness.size)
-    with Team(threads) as team:
-        for mode in range(1, modes):
-            ordered = series.chains
-            solved = solve_mode(where, scaled, ordered, mode, team, toward=streams, sources=beams.size)
-            result[mode - 1, ordered.cell] = solved.transmission
-            largest = np.max(np.abs(solved.transmission), axis=(1, 2))
-            if mode == 1:
-                onward[ordered.cell] = largest
-            small = (largest <= mode_tolerance * onward[ordered.cell]) & (mode_tolerance > 0.0)
-            if series.end_where(small):
-                break
-    return result.reshape(modes - 1, *thickness.shape, streams, beams.size)
-
-
 VIEW, SUN = 0, 1
 
 
@@ -235,7 +141,7 @@ class SunlitLayers:
     brdf, btdf : ndarray (T, V)
         As :func:`solve_sun` for the view.
     beams : ndarray (M - 1, T, V, N, 2)
-        As :func:`transmit_beams` for beams of view and sun.
+        As :func:`hcss_twin.physics.multiple_scattering.beams.transmit_beams` for beams of view and sun.
     """
 
     layers: LayerOperators

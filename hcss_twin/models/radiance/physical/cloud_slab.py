@@ -26,9 +26,10 @@ from hcss_twin.models.radiance.physical.operator_table import (
     from_octaves,
     thickness_grid,
 )
+from hcss_twin.physics.multiple_scattering.beams import solve_covered_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import extended_moments
-from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
 
@@ -65,6 +66,11 @@ class CloudSlab:
         included; 0 without a sun.
     beam_transmission : ndarray (M, 2, N, S)
         sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight is negligible.
+    beam_reflection : ndarray (1 + M, 2, N, S)
+        The same of reflection, from mode 0 on as in :class:`CoveredLayers`, for a layer below another one; for the
+        uppermost, none.
+    between_streams : ndarray (1 + M, 2, P, S)
+        The same of reflection and transmission between the P pairs of streams of ``np.triu_indices``, float32.
     """
 
     base_m: Heights
@@ -81,6 +87,8 @@ class CloudSlab:
     sun_direct: Array
     to_lower_air: Array
     beam_transmission: Array
+    beam_reflection: Array
+    between_streams: Array
 
 
 def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
@@ -111,6 +119,8 @@ class SlabSolver:
         Whether clouds are solved by the two-stream closed form.
     memory : ArrayMemory
         Keeps solved layers for scenes with the same clouds: they do not depend on sea and air.
+    uppermost_m : float
+        Top of the uppermost layer.
     """
 
     def __init__(
@@ -122,8 +132,10 @@ class SlabSolver:
         sun_share: Array,
         closed_form: bool,
         memory: ArrayMemory,
+        uppermost_m: float,
     ) -> None:
         self._memory = memory
+        self._uppermost_m = uppermost_m
         self._closed_form = closed_form
         # Where the sun contributes little, the closed form with its error of about 15 % suffices.
         self._faint = (sun_share <= numerics.faint_sun) | closed_form
@@ -156,7 +168,7 @@ class SlabSolver:
         slabs = []
         for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together)):
             thickness = float(thickness_m[t])
-            *rows, back, through, beam, to_lower_air, turned = operators
+            *rows, back, through, beam, to_lower_air, turned, turned_back, between = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
             slabs.append(
                 CloudSlab(
@@ -174,6 +186,8 @@ class SlabSolver:
                     sun_direct=beam,
                     to_lower_air=to_lower_air,
                     beam_transmission=turned,
+                    beam_reflection=turned_back,
+                    between_streams=between,
                 )
             )
         return slabs
@@ -204,7 +218,8 @@ class SlabSolver:
         """Return a layer's operators for each solver, with thickness as first axis, as in :class:`CloudSlab`."""
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         own = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
-        digest = hashlib.sha256(repr((self._numerics, self._closed_form)).encode())
+        is_covered = layer.top_m < self._uppermost_m and not self._closed_form and self._directions.sun is not None
+        digest = hashlib.sha256(repr((self._numerics, self._closed_form, is_covered)).encode())
         for each in solvers:
             where = each._directions
             digest.update(repr((where.sun, where.relative_azimuth)).encode())
@@ -214,7 +229,9 @@ class SlabSolver:
             digest.update(np.ascontiguousarray(array).tobytes())
 
         def compute() -> tuple[Array, ...]:
-            return tuple(chain.from_iterable(self._new_operators(*own, solvers)))
+            covered = self._covered(*own, solvers, self._numerics.turned_modes if is_covered else 0)
+            operators = zip(self._new_operators(*own, solvers), covered, strict=True)
+            return tuple(chain.from_iterable(chain.from_iterable(operators)))
 
         arrays = self._memory.get_or_compute(digest.digest(), compute)
         size = len(arrays) // len(solvers)
@@ -244,6 +261,26 @@ class SlabSolver:
             beams = turned[:, :, [0, 1 + number]]
             beams[..., solvers[number]._faint] = 0.0
             yield emissivity, far, direct, reflection, transmission, back, through, beam, lower, beams
+
+    def _covered(
+        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver], modes: int
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield the last two operators of :class:`CloudSlab` for each solver, on a grid one row per octave."""
+        if depth.shape[0] > WINDOW:
+            depth = depth[::PER_OCTAVE]
+        count, suns = self._directions.count, [each._directions.mu_sun for each in solvers]
+        beams = np.zeros((depth.shape[0], modes, 1 + len(suns), count, albedo.size))
+        between = np.zeros((depth.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
+        bright = ~np.all([each._faint for each in solvers], axis=0)
+        if modes and np.any(bright):
+            own = depth[:, bright], albedo[bright], moments[:, bright]
+            solved = solve_covered_layers(*own, np.array([self._directions.mu[VIEW], *suns]), count, modes)
+            beams[..., bright] = solved.beams.transpose(1, 0, 4, 3, 2)
+            between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
+        for number, solver in enumerate(solvers):
+            of_sun = beams[:, :, [0, 1 + number]]
+            of_sun[..., solver._faint] = 0.0
+            yield of_sun, between
 
     def _solved(
         self,

@@ -41,8 +41,13 @@ from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehea
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
+from hcss_twin.models.radiance.physical.sunlight_between import (
+    ReflectionModes,
+    sunlight_between,
+    sunlit_modes,
+    unlit_sea_modes,
+)
 from hcss_twin.models.radiance.physical.tracing import Tracer
-from hcss_twin.models.radiance.physical.turned_glint import SeaModes, sunlit_modes, turned_glint, unlit_sea_modes
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
@@ -84,7 +89,7 @@ class _Scene:
     directions: ColumnDirections
     sea: SeaSurface
     received: Array
-    modes: Callable[[], SeaModes | None]
+    modes: Callable[[], ReflectionModes | None]
     scattered: Callable[[float], Array]
 
 
@@ -192,10 +197,10 @@ class Physical:
         waiting, rehearsal = [], Rehearsal(gas, scene.air)
         for rows, columns in batches:
             waiting.append((rows, columns))
-            thin, modes = rehearsal.columns(columns), scene.modes() if len(columns.slabs) == 1 else None
+            thin, modes = rehearsal.columns(columns), scene.modes() if columns.slabs else None
             Tracer(thin, self._parameters.closure_order).radiance()
             if modes is not None:
-                turned_glint(thin, first_wavenumber(modes.repeated(columns.count), columns.count))
+                sunlight_between(thin, first_wavenumber(modes.repeated(columns.count), columns.count))
             if 2 * len(rehearsal.paths) * wavenumber.size > MOST_GATHERED:
                 gas.learn(wavenumber, rehearsal.paths)
                 yield from waiting
@@ -213,7 +218,7 @@ class Physical:
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
-        def modes() -> SeaModes | None:  # stored in this object, so it must not refer to it
+        def modes() -> ReflectionModes | None:  # stored in this object, so it must not refer to it
             if directions.sun is None or closed_form or most < 2:
                 return None
             return sunlit_modes(unlit(wavenumber), inputs.sea, wavenumber, directions)
@@ -226,7 +231,7 @@ class Physical:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
         return unlit_sea_surface(self._inputs.sea, wavenumber, directions)
 
-    def _new_unlit_sea_modes(self, wavenumber: Array) -> SeaModes:
+    def _new_unlit_sea_modes(self, wavenumber: Array) -> ReflectionModes:
         return unlit_sea_modes(self._inputs.sea, wavenumber, self._sunless_directions(), self._numerics.turned_modes)
 
     def _sunless_directions(self) -> ColumnDirections:
@@ -288,6 +293,7 @@ class Physical:
             scene.received / (np.pi * scene.air.black_body(inputs.sea_temperature_K)),
             self.closed_form,
             inputs.memory or ArrayMemory(),
+            max((layer.top_m for layer in inputs.layers), default=0.0),
         )
 
     def _slabs(self, solvers: Sequence[SlabSolver], layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
@@ -323,9 +329,9 @@ class Physical:
     def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:
         by_source = Tracer(columns, self._parameters.closure_order).radiance()
         by_source[AIR_SUN] += _seen_scattered(columns, scene.scattered)
-        modes = scene.modes() if len(columns.slabs) == 1 else None
+        modes = scene.modes() if columns.slabs else None
         if modes is not None:
-            by_cloud, by_sea = turned_glint(columns, modes.repeated(columns.count))
+            by_cloud, by_sea = sunlight_between(columns, modes.repeated(columns.count))
             # A truncated series of modes can make a dark part negative: by at most 0.4 % of the radiance, in 1 % of
             # columns and wavenumbers (docs/development/radiance.md).
             by_source[CLOUD_SUN] = np.maximum(by_source[CLOUD_SUN] + by_cloud, 0.0)

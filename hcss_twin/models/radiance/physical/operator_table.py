@@ -39,6 +39,7 @@ class OperatorTable:
     thickness_m : ndarray (G,)
         From :func:`thickness_grid`.
     operators : tuple of ndarray (G, ...)
+        Those that matter little have every third row only, one per octave.
     """
 
     thickness_m: Array
@@ -61,27 +62,34 @@ class OperatorTable:
 
     def at(self, thickness_m: float) -> tuple[Array, ...]:
         """Return the operators of one thickness (...), by Lagrange's polynomial in ln(thickness)."""
-        place = math.log2(thickness_m / float(self.thickness_m[0])) * PER_OCTAVE
-        first = min(max(math.floor(place) - WINDOW // 2 + 1, 0), self.thickness_m.size - WINDOW)
-        weights = _lagrange(place - first)
-        return tuple(
-            np.maximum(np.tensordot(weights, each[first : first + WINDOW], axes=1), floor)
-            for each, floor in zip(self.operators, self.floors, strict=True)
-        )
+        octaves = math.log2(thickness_m / float(self.thickness_m[0]))
+        result = []
+        for each, floor in zip(self.operators, self.floors, strict=True):
+            count = each.shape[0]
+            place = octaves if count < self.thickness_m.size else octaves * PER_OCTAVE
+            rows, weights = _window(place, count)
+            result.append(np.maximum(np.tensordot(weights.astype(each.dtype), each[rows], axes=1), floor))
+        return tuple(result)
+
+
+def _window(place: float, count: int) -> tuple[slice, Array]:
+    """Return which of ``count`` nodes interpolate at ``place``, and their weights."""
+    nodes = min(WINDOW, count)
+    first = min(max(math.floor(place) - nodes // 2 + 1, 0), count - nodes)
+    return slice(first, first + nodes), _lagrange(place - first, nodes)
 
 
 def from_octaves(count: int) -> Array:
     """Return the weights (T, S) that interpolate T thicknesses of a grid from every third of them."""
     known = -(-count // PER_OCTAVE)
-    nodes = min(WINDOW, known)
     weights = np.zeros((count, known))
     for row in range(count):
-        first = min(max(math.floor(row / PER_OCTAVE) - nodes // 2 + 1, 0), known - nodes)
-        weights[row, first : first + nodes] = _lagrange(row / PER_OCTAVE - first, nodes)
+        columns, weights_of_row = _window(row / PER_OCTAVE, known)
+        weights[row, columns] = weights_of_row
     return weights
 
 
-def _lagrange(position: float, nodes: int = WINDOW) -> Array:
+def _lagrange(position: float, nodes: int) -> Array:
     """Return the weights of the nodes 0, 1, ... at a position; they sum to one."""
     weights = np.ones(nodes)
     for i in range(nodes):

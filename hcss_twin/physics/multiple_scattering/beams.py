@@ -1,0 +1,162 @@
+"""Azimuth modes of beams of light: what a cloud transmits toward surfaces and clouds below, and what these scatter.
+
+Diffuse light is solved as a mean over azimuth; light that a thin cloud scatters forward still comes from near the sun.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.multiple_scattering.azimuth_series import AzimuthSeries
+from hcss_twin.physics.multiple_scattering.chains import Team
+from hcss_twin.physics.multiple_scattering.directions import directions, gauss_streams
+from hcss_twin.physics.multiple_scattering.doubling import solve_mode
+from hcss_twin.physics.multiple_scattering.forward_peak import once_back_modes, path_back
+from hcss_twin.physics.multiple_scattering.layer import checked_cosines, checked_layers
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m
+
+
+def transmit_beams(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_beams: ArrayLike,
+    streams: int,
+    modes: int,
+    threads: int | None = None,
+    mode_tolerance: float = 1e-5,
+) -> Array:
+    """Diffuse transmission of beams toward the streams in the azimuth modes from 1 on.
+
+    With T_m the mode m (0 is that of :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`), a beam of
+    irradiance E across the layer leaves on the other side as E [T_0 + 2 sum T_m cos(m psi)], psi being the azimuth from
+    the beam's own direction. Light in the forward peak removed by delta-M counts as direct. By reciprocity it is also
+    what streams send into the beam's direction.
+
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, streams, threads
+        As for ``solve_layers``.
+    mu_beams : array_like (B,)
+        Cosines of the beams' zenith angles, in (0, 1].
+    modes : int
+        Modes below this one; 1 to twice the streams.
+    mode_tolerance : float
+        The series of a layer ends, and further modes are 0, after two modes in succession that are at most this share
+        of mode 1 along every stream; 0 solves all ``modes``.
+
+    Returns
+    -------
+    ndarray (modes - 1, T, V, N, B)
+        sr-1.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    beams = checked_cosines("mu_beams", mu_beams)
+    _check_modes(modes, streams)
+    where = directions(beams, gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    series = AzimuthSeries(scaled.thickness)
+    result = np.zeros((modes - 1, thickness.size, streams, beams.size))
+    onward = np.zeros(thickness.size)
+    with Team(threads) as team:
+        for mode in range(1, modes):
+            ordered = series.chains
+            solved = solve_mode(where, scaled, ordered, mode, team, toward=streams, sources=beams.size)
+            result[mode - 1, ordered.cell] = solved.transmission
+            largest = np.max(np.abs(solved.transmission), axis=(1, 2))
+            if mode == 1:
+                onward[ordered.cell] = largest
+            small = (largest <= mode_tolerance * onward[ordered.cell]) & (mode_tolerance > 0.0)
+            if series.end_where(small):
+                break
+    return result.reshape(modes - 1, *thickness.shape, streams, beams.size)
+
+
+@dataclass(frozen=True)
+class CoveredLayers:
+    """Azimuth modes from 0 on of layers below others: T thicknesses, V wavenumbers, N streams, B beams.
+
+    As for :func:`transmit_beams`; reflection by a layer does not depend on the face. Its mode 0 is only what light
+    reflected once lacks in :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`.
+
+    Attributes
+    ----------
+    beams : ndarray (M, T, V, N, B)
+        Reflection of beams toward the streams.
+    streams : ndarray of float32 (M, 2, T, V, P)
+        Reflection and transmission between two streams; both are symmetric, with P pairs as ``np.triu_indices``.
+        Light that reaches a covered layer along streams was scattered before: single precision suffices.
+    """
+
+    beams: Array
+    streams: NDArray[np.float32]
+
+
+def solve_covered_layers(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_beams: ArrayLike,
+    streams: int,
+    modes: int,
+    threads: int | None = None,
+    mode_tolerance: float = 1e-5,
+) -> CoveredLayers:
+    """Solve how layers scatter light that clouds above them scattered.
+
+    Reflected light scattered once is exact, with the full phase function: the truncated series of a sharply peaked
+    function oscillates by more than the function is backward.
+
+    Parameters, errors
+    ------------------
+    As for :func:`transmit_beams`. A series ends after two modes in succession in which reflection and transmission of
+    beams are at most ``mode_tolerance`` of mode 1.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    beams = checked_cosines("mu_beams", mu_beams)
+    _check_modes(modes, streams)
+    where = directions(beams, gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    once = once_back_modes(scaled, w, chi, where, modes)
+    series = AzimuthSeries(scaled.thickness)
+    first, second = np.triu_indices(streams)
+    of_beams = np.zeros((modes, thickness.size, streams, beams.size))
+    between = np.zeros((modes, 2, thickness.size, first.size), dtype=np.float32)
+    onward = np.zeros(thickness.size)
+    unscaled = 1.0 / (where.scale[beams.size :, None] * where.scale)
+    with Team(threads) as team:
+        for mode in range(modes):
+            ordered = series.chains
+            solved = solve_mode(where, scaled, ordered, mode, team, toward=streams)
+            missing = once[mode, ordered.wavenumber] - solved.other[:, beams.size :] * unscaled
+            path = path_back(ordered.thickness[:, None, None], where.mu[beams.size :, None], where.mu)
+            back = missing[ordered.column] * path + (mode > 0) * solved.reflection
+            of_beams[mode, ordered.cell] = back[:, :, : beams.size]
+            for target, kernel in zip(between[mode], (back, solved.transmission), strict=True):
+                target[ordered.cell] = kernel[:, first, beams.size + second]
+            largest = np.maximum(
+                *(np.max(np.abs(x[..., : beams.size]), axis=(1, 2)) for x in (back, solved.transmission))
+            )
+            if mode == 1:
+                onward[ordered.cell] = largest
+            small = (largest <= mode_tolerance * onward[ordered.cell]) & (mode_tolerance > 0.0) & (mode > 0)
+            if series.end_where(small):
+                break
+    shape = thickness.shape
+    return CoveredLayers(
+        of_beams.reshape(modes, *shape, streams, beams.size), between.reshape(modes, 2, *shape, first.size)
+    )
+
+
+def _check_modes(modes: int, streams: int) -> None:
+    if not 1 <= modes <= 2 * streams:
+        raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
