@@ -16,7 +16,7 @@ TOPICS = {
     "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
     "Inputs": ("scenarios", "schema", "atmosphere"),
     "Plugins": ("plugins", "new-plugin", "check"),
-    "This machine": ("bench", "cache"),
+    "This machine": ("cache",),
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
 
