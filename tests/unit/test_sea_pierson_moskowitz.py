@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from hcss_twin.models.sea import pierson_moskowitz as pm
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 
 
 def test_a_calm_sea_is_flat() -> None:
     assert np.all(pm.spectrum_m2_s(np.array([0.0, 0.5, 3.0]), 0.0) == 0.0)
     assert pm.significant_wave_height_m(0.0) == 0.0
-    assert pm.resolved_mean_square_slope(0.0, 5.0) == 0.0
+    assert WaveSpectrum("pierson-moskowitz", 0.0).resolved_mean_square_slope(5.0) == 0.0
 
 
 def test_spectrum_vanishes_toward_zero_frequency_without_overflow() -> None:
@@ -31,9 +32,3 @@ def test_negative_frequency_is_refused() -> None:
 def test_a_calm_sea_has_no_peak() -> None:
     with pytest.raises(ValueError, match="no peak"):
         pm.peak_frequency_rad_s(0.0)
-
-
-@pytest.mark.parametrize("cutoff", [0.0, -1.0, np.inf])
-def test_slope_needs_a_finite_cutoff(cutoff: float) -> None:
-    with pytest.raises(ValueError, match="cutoff_rad_s"):
-        pm.resolved_mean_square_slope(10.0, cutoff)

@@ -88,27 +88,6 @@ def peak_frequency_rad_s(wind_speed_m_s: float) -> float:
     return math.sqrt(math.sqrt(0.8 * BETA)) * GRAVITY_M_S2 / wind
 
 
-def resolved_mean_square_slope(wind_speed_m_s: float, cutoff_rad_s: float) -> float:
-    """Return the mean-square slope of the waves below a cut-off frequency.
-
-    The integral of omega^4 / g^2 S (deep water, k = omega^2 / g) grows with the logarithm of the
-    cut-off; it is alpha/4 E1(beta (g / (U cutoff))^4), E1 the exponential integral.
-
-    Raises
-    ------
-    ValueError
-        If the wind speed is negative or not finite, or the cut-off not above 0 or not finite.
-    """
-    wind = _checked_wind(wind_speed_m_s)
-    if not (math.isfinite(cutoff_rad_s) and cutoff_rad_s > 0.0):
-        raise ValueError(f"cutoff_rad_s {cutoff_rad_s}: allowed finite, above 0")
-    if wind == 0.0:
-        return 0.0
-    from scipy.special import exp1  # takes 0.1 s to import
-
-    return 0.25 * ALPHA * float(exp1(BETA * (GRAVITY_M_S2 / (wind * cutoff_rad_s)) ** 4))
-
-
 def _checked_wind(wind_speed_m_s: float) -> float:
     if not (math.isfinite(wind_speed_m_s) and wind_speed_m_s >= 0.0):
         raise ValueError(f"wind_speed_m_s {wind_speed_m_s}: allowed finite, at least 0")
