@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.scenario.former_defaults import BAND_MODEL
-from hcss_twin.scenario.section_types import ScenarioSection
+from hcss_twin.scenario.section_types import ScenarioSection, filled
 from hcss_twin.scenario.units import GasAmount, Number
 
 
@@ -42,9 +42,7 @@ class Atmosphere(ScenarioSection):
         description='Of `band-model`: "rrtmgp" (the default), fitted to RRTMGP\'s gas optics, or "lowtran7"; '
         "excludes its parameter `file`.",
     )
-    gases: GasesSection = Field(
-        default_factory=lambda: GasesSection.model_validate({}), description="Amounts of gases other than water vapour."
-    )
+    gases: GasesSection = filled(GasesSection, "Amounts of gases other than water vapour.")
     profile: str | None = Field(
         None,
         description="Catalog name, or CSV or NetCDF file of one place or several; default: the provider's profile, or "

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from hcss_twin.scenario.atmosphere import Atmosphere
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.clouds import Clouds, OpticsSection
-from hcss_twin.scenario.section_types import ImageWindow, Instant, Platform, PlatformSpeed, ScenarioSection
+from hcss_twin.scenario.section_types import ImageWindow, Instant, Platform, PlatformSpeed, ScenarioSection, filled
 from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
     Accuracy,
@@ -210,13 +210,11 @@ class ScenarioModel(ScenarioSection):
     place: PlaceSection = Field(
         description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}."
     )
-    view: ViewSection = Field(default_factory=lambda: ViewSection.model_validate({}), description="Viewing direction.")
-    platform: Platform = Field(
-        default_factory=lambda: Platform.model_validate({}), description="Platform and instrument."
-    )
-    image: ImageSection = Field(default_factory=lambda: ImageSection.model_validate({}), description="Image shape.")
-    frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
-    motion: MotionSection = Field(default_factory=lambda: MotionSection.model_validate({}), description="Motion.")
+    view: ViewSection = filled(ViewSection, "Viewing direction.")
+    platform: Platform = filled(Platform, "Platform and instrument.")
+    image: ImageSection = filled(ImageSection, "Image shape.")
+    frames: Frames = filled(Frames, "Time series.")
+    motion: MotionSection = filled(MotionSection, "Motion.")
     bands: Bands = Field(
         ("swir-2.7-3.0", "mwir", "lwir"),
         min_length=1,
@@ -224,19 +222,15 @@ class ScenarioModel(ScenarioSection):
         description="Catalog names, [shortest_um, longest_um], {name, response}, {name, limits} or "
         "{name, center_um, fwhm_um}.",
     )
-    atmosphere: Atmosphere = Field(default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere.")
-    clouds: Clouds = Field(
-        default_factory=lambda: Clouds.model_validate({}), description="Clouds; without layers the sky is clear."
-    )
-    slant: Slant = Field(
-        default_factory=lambda: Slant.model_validate({}), description="Shadows and parallax of clouds."
-    )
-    sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
-    optics: OpticsSection = Field(default_factory=lambda: OpticsSection.model_validate({}), description="Cloud optics.")
-    radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
+    atmosphere: Atmosphere = filled(Atmosphere, "Atmosphere.")
+    clouds: Clouds = filled(Clouds, "Clouds; without layers the sky is clear.")
+    slant: Slant = filled(Slant, "Shadows and parallax of clouds.")
+    sea: Sea = filled(Sea, "Sea.")
+    optics: OpticsSection = filled(OpticsSection, "Cloud optics.")
+    radiance: Radiance = filled(Radiance, "Radiance model.")
     elements: tuple[ElementSection, ...] = Field(
         (), max_length=255, description="`[[elements]]`: other things in the scene; higher ones hide lower ones."
     )
     surfaces: SurfaceSection | None = Field(None, description="Map of the ground; sea everywhere by default.")
-    output: OutputSection = Field(default_factory=lambda: OutputSection.model_validate({}), description="Output.")
+    output: OutputSection = filled(OutputSection, "Output.")
     sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

@@ -22,6 +22,11 @@ class ScenarioSection(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def filled(section: type[ScenarioSection], description: str) -> Any:
+    """Return the field of a section that has its defaults where it is not given."""
+    return Field(default_factory=lambda: section.model_validate({}), description=description)
+
+
 def selected(section: ScenarioSection, key: str) -> str:
     """Provider name that a section selects.
 
