@@ -20,6 +20,9 @@ TOPICS = {
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
 
+OF_PLUGINS = {"bench": "hcss-bench", "reproduce": "hcss-paper"}
+"""Commands of plugins that the repository of this package has in ``plugins/``."""
+
 
 class CommandGroup(click.Group):
     """Commands of the package and of plugins.
@@ -51,6 +54,8 @@ class CommandGroup(click.Group):
         if broken:
             listed = "; ".join(map(str, broken))
             ctx.fail(f"No such command '{cmd_name}'. It might come from an installed plugin that is broken: {listed}")
+        if cmd_name in OF_PLUGINS:
+            ctx.fail(f"No such command '{cmd_name}'. It comes with the plugin {OF_PLUGINS[cmd_name]}: install it")
         return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
