@@ -21,7 +21,7 @@ from baseline_ratios import PARTS
 from page import put
 from regression import Ratio, read_ratios, write_ratios
 
-from hcss_twin.reports.benchmark import private_cache
+from hcss_twin.core.cache import private_cache
 
 COMMITTED = Path(__file__).with_name("baseline.json")
 

@@ -12,6 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_bench.benchmark import even_wavelengths, random_columns
+from hcss_bench.reference import column_radiance
+from hcss_bench.stages import Rounds, write_raw
 from regression import Ratio
 
 from hcss_twin import Scenario, make_plan
@@ -21,9 +24,6 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.plan.plan import Plan
-from hcss_twin.reports.benchmark import even_wavelengths, random_columns
-from hcss_twin.reports.benchmark_reference import column_radiance
-from hcss_twin.reports.benchmark_stages import Rounds, write_raw
 
 SCENE = "stratus"
 POINTS = 24

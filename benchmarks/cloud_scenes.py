@@ -9,7 +9,7 @@ from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
 from hcss_twin.scenario.cloud_types import resolve_layer
-from hcss_twin.scenario.models import Layer
+from hcss_twin.scenario.clouds import Layer
 
 TYPES = ("stratus", "stratocumulus", "cumulus", "cirrus", "simulated")
 PIXEL_M = 20.0

@@ -27,6 +27,7 @@ from unittest import mock
 import numpy as np
 
 from hcss_twin import Scenario
+from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.models.radiance.physical import cloud_slab
@@ -34,7 +35,6 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers.registry.guards.base import Guard
 from hcss_twin.providers.registry.guards.images import GuardedClouds
 from hcss_twin.providers.registry.guards.spectra import GuardedOptics, GuardedRadiance, GuardedSea, GuardedTransmittance
-from hcss_twin.reports.benchmark import private_cache
 
 COMMITTED = Path(__file__).with_name("counts.json")
 ALLOWED = 0.1

@@ -21,6 +21,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import argparse
 import json
 import math
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -145,10 +146,8 @@ def write(result: EstimatorCalibration, first: dict[str, np.ndarray], sizes: lis
         "methods": methods,
     }
     path = Path(fractal_dimension.__file__).with_name("fractal_dimension.json")
-    text = json.dumps(content, indent=1)
     # One row of numbers per line.
-    for _ in range(2):
-        text = text.replace(",\n     ", ", ").replace("[\n     ", "[").replace("\n    ]", "]")
+    text = re.sub(r"\[([^][]+)\]", lambda row: f"[{' '.join(row[1].split())}]", json.dumps(content, indent=1))
     path.write_text(text + "\n", encoding="utf-8")
 
 

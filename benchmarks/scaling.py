@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from baseline_ratios import scenario
+from hcss_bench.stages import CLOUDS, COMPILE, KEPT_RUN, LOOK_UP, PLAN, RAW, WRITE, Rounds, time_stages
 
+from hcss_twin.core.cache import private_cache
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.reports.benchmark import private_cache
-from hcss_twin.reports.benchmark_stages import CLOUDS, COMPILE, KEPT_RUN, LOOK_UP, PLAN, RAW, WRITE, Rounds, time_stages
 
 STAGES = (PLAN, COMPILE, CLOUDS, LOOK_UP, WRITE, KEPT_RUN, RAW)
 

@@ -29,7 +29,7 @@ from typing import Any
 import psutil
 
 from hcss_twin import Scenario, simulate, sweep
-from hcss_twin.reports.benchmark import private_cache
+from hcss_twin.core.cache import private_cache
 
 HCSS = [sys.executable, "-m", "hcss_twin"]
 MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}

@@ -4,7 +4,7 @@
 
     python docs/generate/all.py [--check]
 
-Requires the plugin hcss-paper, which provides the table of equations and the command ``reproduce``.
+Requires the plugins hcss-bench and hcss-paper, which provide commands and the table of equations.
 """
 
 from __future__ import annotations

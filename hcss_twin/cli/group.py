@@ -16,9 +16,12 @@ TOPICS = {
     "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
     "Inputs": ("scenarios", "schema", "atmosphere"),
     "Plugins": ("plugins", "new-plugin", "check"),
-    "This machine": ("bench", "cache"),
+    "This machine": ("cache",),
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
+
+OF_PLUGINS = {"bench": "hcss-bench", "reproduce": "hcss-paper"}
+"""Commands of plugins that the repository of this package has in ``plugins/``."""
 
 
 class CommandGroup(click.Group):
@@ -51,6 +54,8 @@ class CommandGroup(click.Group):
         if broken:
             listed = "; ".join(map(str, broken))
             ctx.fail(f"No such command '{cmd_name}'. It might come from an installed plugin that is broken: {listed}")
+        if cmd_name in OF_PLUGINS:
+            ctx.fail(f"No such command '{cmd_name}'. It comes with the plugin {OF_PLUGINS[cmd_name]}: install it")
         return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -15,7 +15,6 @@ import click
 
 from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.authors import check, new_plugin
-from hcss_twin.cli.bench import bench
 from hcss_twin.cli.clouds import clouds, import_command
 from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.evaluate import evaluate_command
@@ -251,7 +250,6 @@ def schema() -> None:
 
 for _command in (
     atmosphere,
-    bench,
     cache,
     check,
     clouds,

@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import stat
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -61,6 +61,22 @@ def cache_root() -> Path | None:
         return platformdirs.user_cache_path("hcss-twin", appauthor=False, opinion=False)
     except RuntimeError:  # a system user without a home folder
         return None
+
+
+@contextlib.contextmanager
+def private_cache(folder: Path) -> Iterator[None]:
+    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none remains."""
+    own = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
+    before = {name: os.environ.get(name) for name in own}
+    os.environ.update(own)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def limit_bytes() -> int:

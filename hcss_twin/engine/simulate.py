@@ -25,7 +25,6 @@ from hcss_twin.cube.zarr_writer import cube_writer
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify, with_verdict
-from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
@@ -97,7 +96,7 @@ def run(
     replace : bool
         Whether to replace an existing cube, or one that another process writes in the meantime.
     from_curves : bool
-        Whether the certificate may read its reference columns from curves (:class:`References`).
+        Whether the certificate may read its reference columns from curves (:func:`certify`).
 
     Returns
     -------
@@ -152,7 +151,7 @@ def _write_clean(
                 else:
                     sink.write_tile(first, place, frames[0])
         if tables is not None and sample is not None:
-            certificate = with_verdict(plan, certify(plan, tables, sample.frames, References(from_curves)))
+            certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves))
             writer.set_attributes(certificate.attributes())
     return certificate, tables
 

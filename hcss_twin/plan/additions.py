@@ -12,8 +12,8 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.providers import ElementInputs, ElementProvider, Grid, SensorBand, VariableInputs, VariableProvider, View
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.section_types import selected
 
 
 def build_elements(

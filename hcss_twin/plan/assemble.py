@@ -41,8 +41,8 @@ from hcss_twin.providers import (
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.bands import sensor_bands, spectral_band
-from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.section_types import selected
 
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SceneSurfaces

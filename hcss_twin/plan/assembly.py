@@ -186,7 +186,18 @@ class Assembly:
         for declares in own:
             notes += declares.notes
         notes += self.slant.notes if self.layers else ()
-        return applying(notes, sunlight, min(band.lower_um for band in self.bands))
+        return applying(notes, sunlight, {band.name: (band.lower_um, band.upper_um) for band in self.bands})
+
+    @property
+    def unresolved_bands(self) -> tuple[str, ...]:
+        """Warnings about bands that are narrower than the spectral resolution of the atmosphere."""
+        resolution, name = self.transmittance.declares.resolution_cm1, self.entries["atmosphere"].name
+        return tuple(
+            f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{name}' knows means over "
+            f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
+            for band in self.bands
+            if band.width_cm1 < resolution
+        )
 
     @property
     def own_errors(self) -> tuple[str, ...]:

@@ -20,8 +20,9 @@ from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatologi
 from hcss_twin.providers import CloudDeclaration, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
-from hcss_twin.scenario.models import Layer, selected
+from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.section_types import selected
 
 
 class DisplacedClouds:

@@ -16,7 +16,6 @@ from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
-from hcss_twin.plan.narrow_bands import narrow_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
@@ -177,7 +176,7 @@ def _notes(
 ) -> tuple[str, ...]:
     """Notes on the limits of the providers that this scene uses."""
     radiance, names = wants_radiance(variables), {spec.name for spec in variables}
-    narrow = narrow_notes(assembly, scenario.coefficients) if radiance else ()
+    narrow = assembly.unresolved_bands if radiance else ()
     of_providers = assembly.notes(
         air="cloud_top_temperature" in names,
         particles=radiance or "cloud_optical_thickness" in names,

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
-from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
@@ -21,11 +19,10 @@ from hcss_twin.plan.few_columns import (
     largest_contrast,
     typical_contrast,
 )
-from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, low_sun
-from hcss_twin.plan.views import ImageViews
-from hcss_twin.providers import RadianceModel, Sun, View
+from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
 
@@ -263,145 +260,3 @@ def _clouds(assembly: Assembly) -> Iterator[Omission]:
             yield Omission(f"columns with {layer.name}", "its coverage is 0", 0.0)
         for what, why in getattr(generator, "skipped", ()):
             yield Omission(f"{layer.name}: {what}" if several else what, why, None)
-
-
-SENSOR_ALTITUDE_M = 800e3
-"""Assumed sensor altitude if the scenario has none: that of many satellites in low orbit."""
-
-_CORNERS = ((1.0, 1.0), (1.0, -1.0))
-"""Two neighbouring corners of the image, in coordinates from -1 to 1."""
-
-
-def one_direction(
-    assembly: Assembly,
-    columns: FewColumns,
-    track: SunTrack,
-    known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
-    own_views: bool,
-) -> Iterator[Omission]:
-    """Yield the omissions due to one direction for all pixels.
-
-    Parameters
-    ----------
-    known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
-        Terms of the columns at some times with their sun (None: without sunlight).
-    own_views : bool
-        Whether view angles vary over the image.
-    """
-    ends = columns.ends
-    totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
-    columns = columns.only(ends)
-    if not own_views or assembly.lines_of_sight is None:
-        yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
-    lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
-    if lit:
-        bound = _bound_of_suns(assembly, columns, lit)
-        corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
-        yield Omission(
-            "sun angles of single pixels",
-            f"the sun is that of the image centre; {corners}",
-            bound,
-            needs="a smaller image: no key computes it",
-        )
-
-
-def _one_view(
-    assembly: Assembly, columns: FewColumns, track: SunTrack, known: Mapping[Sun | None, Array], own_air: bool
-) -> Omission:
-    views, apart = corner_views(assembly, track, own_air)
-    bound = _bound_of_views(assembly, columns, views, known)
-    lines, air = assembly.lines_of_sight, assembly.air_over_field
-    altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
-    corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
-    return Omission(
-        "view angles of single pixels",
-        f"rays are parallel, one direction{'' if air is None or own_air else ' and one air'} for the whole image; "
-        + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
-        bound,
-        needs="platform.altitude" if lines is None else "an atmosphere that knows these angles",
-    )
-
-
-def corner_views(assembly: Assembly, track: SunTrack, own_air: bool = False) -> tuple[tuple[View, ...], float]:
-    """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
-
-    To first order the opposite corners differ equally in the opposite sense. The corner with the larger change of
-    zenith angle is first. ``own_air``: each pixel has its own air anyway, so the
-    views use that of the image centre.
-    """
-    lines, air = assembly.lines_of_sight, assembly.air_over_field
-    if lines is None:
-        view = assembly.view
-        lines = LinesOfSight(
-            track.latitude_deg, track.longitude_deg, view.zenith_deg, view.azimuth_deg, SENSOR_ALTITUDE_M
-        )
-    centre = None if own_air or air is None else air.centre_deg
-    views = ImageViews(assembly.grid, lines, centre_deg=centre).at(_CORNERS)
-    apart = max(_between_deg(view, assembly.view) for view in views)
-    return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart
-
-
-def _between_deg(one: View, other: View) -> float:
-    """Angle between two directions."""
-    a, b = (_direction(view) for view in (one, other))
-    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
-
-
-def _direction(view: View) -> Array:
-    zenith, azimuth = math.radians(view.zenith_deg), math.radians(view.azimuth_deg)
-    across = math.sin(zenith)
-    return np.array([across * math.sin(azimuth), across * math.cos(azimuth), math.cos(zenith)])
-
-
-def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:
-    """Return the sun at two neighbouring corners (None: below the horizon), ordered as in :func:`corner_views`."""
-    zenith = track.at(time_s).zenith_deg
-    suns = [track.at(time_s, corner) for corner in _corners_m(assembly)]
-    suns.sort(key=lambda sun: -abs(sun.zenith_deg - zenith))
-    return tuple(sun if sun.is_up else None for sun in suns)
-
-
-def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
-    """Outer corners of the image in the north-east and south-east."""
-    grid = assembly.grid
-    x, y = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
-    return tuple((across * x, up * y) for across, up in _CORNERS)
-
-
-def _bound_of_views(
-    assembly: Assembly, columns: FewColumns, views: Sequence[View], known: Mapping[Sun | None, Array]
-) -> float | None:
-    """Return the bound; None if providers support no other view, like imported single-angle atmospheres."""
-    low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
-    if not all(low <= view.zenith_deg <= high for view in views):
-        return None
-    largest = 0.0
-    try:
-        for corner, view in enumerate(views):
-            model = assembly.model_toward(view)
-            for sun, total in known.items():
-                largest = max(largest, _change(columns, model, sun, total, corner))
-    except (ProviderError, ScenarioError):
-        return None
-    return SAFETY_FACTOR * largest
-
-
-def _bound_of_suns(
-    assembly: Assembly, columns: FewColumns, lit: Sequence[tuple[Sequence[Sun | None], Array]]
-) -> float | None:
-    """Return the bound; None if the sun in a corner is too low for the providers."""
-    largest = 0.0
-    try:
-        for corners, total in lit:
-            for corner, sun in enumerate(corners):
-                largest = max(largest, _change(columns, assembly.model, sun, total, corner))
-    except ProviderError:
-        return None
-    return SAFETY_FACTOR * largest
-
-
-def _change(columns: FewColumns, model: RadianceModel, sun: Sun | None, known: Array, corner: int) -> float:
-    """Return the largest change; after the first corner only for clear sky, which is the most sensitive to azimuth."""
-    if corner == 0 or not columns.clear:
-        return largest_change(columns.total(model, sun), known)
-    return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(model, sun), known[:1])

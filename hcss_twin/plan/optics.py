@@ -13,8 +13,9 @@ from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.clouds import AssembledLayer
 from hcss_twin.providers import Microphysics, Optics, OpticsDeclaration, OpticsInputs, SingleScattering
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.models import OpticsSection, selected
+from hcss_twin.scenario.clouds import OpticsSection
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.section_types import selected
 
 
 class LayerOptics:

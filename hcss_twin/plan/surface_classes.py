@@ -16,8 +16,8 @@ from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.surroundings import Surroundings
 from hcss_twin.providers import Grid, SeaModel, SurfaceInputs, SurfaceProvider
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.section_types import selected
 
 SEA = "sea"
 

@@ -122,16 +122,35 @@ class Note(str):
         Only for scenes with sunlight.
     below_um : float
         Only for bands that reach below this wavelength.
+    narrow_cm1 : tuple of (float, float, float)
+        Only for bands, which the note then names, that reach into one of these ranges (first and last wavenumber) and
+        are narrower than its width (third number).
     """
 
     sunlight: bool
     below_um: float
+    narrow_cm1: tuple[tuple[float, float, float], ...]
 
-    def __new__(cls, text: str, *, sunlight: bool = False, below_um: float = math.inf) -> Self:
+    def __new__(
+        cls,
+        text: str,
+        *,
+        sunlight: bool = False,
+        below_um: float = math.inf,
+        narrow_cm1: tuple[tuple[float, float, float], ...] = (),
+    ) -> Self:
         """Create the text with its conditions."""
         note = super().__new__(cls, text)
-        note.sunlight, note.below_um = sunlight, below_um
+        note.sunlight, note.below_um, note.narrow_cm1 = sunlight, below_um, narrow_cm1
         return note
+
+    def is_about(self, lower_um: float, upper_um: float) -> bool:
+        """Whether the note applies to a band."""
+        first, last = 1e4 / upper_um, 1e4 / lower_um
+        return lower_um < self.below_um and (
+            not self.narrow_cm1
+            or any(first < high and low < last and last - first < width for low, high, width in self.narrow_cm1)
+        )
 
 
 Declared = TypeVar("Declared", bound=Declaration)
@@ -151,16 +170,26 @@ def attributed(declares: Declared, speaker: str) -> Declared:
 
 
 def _with_text(note: str, text: str) -> str:
-    return Note(text, sunlight=note.sunlight, below_um=note.below_um) if isinstance(note, Note) else text
+    return Note(text, **vars(note)) if isinstance(note, Note) else text
 
 
-def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[str, ...]:
-    """Return the notes that apply to a scene with this sunlight and shortest wavelength, each once."""
-    selected = (
-        note
-        for note in notes
-        if not isinstance(note, Note) or ((sunlight or not note.sunlight) and shortest_um < note.below_um)
-    )
+def applying(notes: Iterable[str], sunlight: bool, bands: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Return the notes that apply to a scene, each once.
+
+    Parameters
+    ----------
+    sunlight : bool
+        Whether the scene has sunlight.
+    bands : mapping of str to (float, float)
+        Shortest and longest wavelength of each band, um.
+    """
+    selected: list[str] = []
+    for note in notes:
+        if not isinstance(note, Note):
+            selected.append(note)
+        elif sunlight or not note.sunlight:
+            about = [name for name, limits in bands.items() if note.is_about(*limits)]
+            selected += [f"band '{name}': {note}" for name in about] if note.narrow_cm1 else [note] * bool(about)
     return tuple(dict.fromkeys(selected))
 
 

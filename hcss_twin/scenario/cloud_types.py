@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer
-from hcss_twin.scenario.models import Layer
+from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import Material, ScenarioSection, with_material

@@ -5,61 +5,26 @@ The JSON schema, the reference page and the error messages follow these models.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
-from hcss_twin.core.errors import closest, shown
-from hcss_twin.models.atmosphere.profile_file import STANDARD
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.atmosphere import Atmosphere
 from hcss_twin.scenario.bands import Bands
-from hcss_twin.scenario.bands import ResponseBand as ResponseBand
-from hcss_twin.scenario.former_defaults import BAND_MODEL
-from hcss_twin.scenario.section_types import (
-    LARGEST_UM,
-    MAX_WATER_KG_M3,
-    NARROWEST,
-    SMALLEST_UM,
-    WIDEST,
-    ImageWindow,
-    Instant,
-    Material,
-    Platform,
-    PlatformSpeed,
-    ScenarioSection,
-    with_material,
-)
+from hcss_twin.scenario.clouds import Clouds, OpticsSection
+from hcss_twin.scenario.section_types import ImageWindow, Instant, Platform, PlatformSpeed, ScenarioSection, filled
 from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
     Accuracy,
     Angle,
     Duration,
     Fraction,
-    GasAmount,
     Length,
-    Number,
-    ParticleRadius,
     Speed,
     Temperature,
-    WaterContent,
     Whole,
     quantity_or_word,
 )
-
-
-def selected(section: ScenarioSection, key: str) -> str:
-    """Provider name that a section selects.
-
-    A provider that the user did not name is always the default one, even if a plugin has the same name.
-    """
-    name: str = getattr(section, key)
-    return name if key in section.model_fields_set else own(name)
-
-
-def own(name: str) -> str:
-    """Qualified name of a default provider."""
-    return f"{OWN_DISTRIBUTION}/{name}"
 
 
 class PlaceSection(ScenarioSection):
@@ -121,12 +86,6 @@ EvolutionTime = Annotated[
 ]
 
 
-CloudTemperature = Annotated[
-    Annotated[Temperature, Field(ge=150, le=350)] | Literal["climatology"],
-    BeforeValidator(quantity_or_word("temperature", 150.0, 350.0, "climatology", above="350")),
-]
-
-
 class MotionSection(ScenarioSection):
     """Motion of platform and clouds, and evolution of cloud shapes."""
 
@@ -140,197 +99,6 @@ class MotionSection(ScenarioSection):
     evolution_time: EvolutionTime = Field(
         1800.0, description='Time in which the largest cloud structures change, s, 0.001 to 1e12, or "frozen".'
     )
-
-
-class GasesSection(ScenarioSection):
-    """Amounts of gases: a factor on the profile, or text with ppm or ppb (at the surface) or DU (the column)."""
-
-    CO2: GasAmount | None = Field(None, description='Carbon dioxide, for example `"420 ppm"`.')
-    CH4: GasAmount | None = Field(None, description='Methane, for example `"1.9 ppm"`.')
-    N2O: GasAmount | None = Field(None, description='Nitrous oxide, for example `"335 ppb"`.')
-    O3: GasAmount | None = Field(None, description='Ozone, for example `"300 DU"`.')
-    CO: GasAmount | None = Field(None, description="Carbon monoxide, for example `1.5`.")
-    others: Literal["year", "profile"] = Field(
-        "year",
-        description='Gases that are not given: "year": CO2, CH4 and N2O of model atmospheres are the means of the '
-        'scene\'s year; "profile": as in the profile (1986).',
-    )
-
-    def given(self) -> dict[str, float | str]:
-        """Return the given amounts by the names of profiles."""
-        amounts = {name: getattr(self, name) for name in type(self).model_fields if name != "others"}
-        return {name.lower(): amount for name, amount in amounts.items() if amount is not None}
-
-
-class Atmosphere(ScenarioSection):
-    """Gas and aerosol between sea, clouds and sensor."""
-
-    provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
-    coefficients: Literal["rrtmgp", "lowtran7"] | None = Field(
-        None,
-        description='Of `band-model`: "rrtmgp" (the default), fitted to RRTMGP\'s gas optics, or "lowtran7"; '
-        "excludes its parameter `file`.",
-    )
-    gases: GasesSection = Field(
-        default_factory=lambda: GasesSection.model_validate({}), description="Amounts of gases other than water vapour."
-    )
-    profile: str | None = Field(
-        None,
-        description="Catalog name, or CSV or NetCDF file of one place or several; default: the provider's profile, or "
-        "the model atmosphere for place and date.",
-    )
-    profile_above: str = Field(
-        STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
-    )
-    water_vapour_scale: Number | None = Field(
-        None, ge=0, le=10, description="Scale factor for the water vapour of all levels."
-    )
-    water_vapour_column: Number | None = Field(
-        None,
-        ge=0,
-        le=100,
-        description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
-    )
-    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
-
-    @model_validator(mode="after")
-    def _one_amount(self) -> Self:
-        if self.water_vapour_scale is not None and self.water_vapour_column is not None:
-            raise PydanticCustomError(
-                "water_vapour", "water_vapour_scale given with water_vapour_column; allowed: one of them"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _coefficients_of_band_model(self) -> Self:
-        if self.coefficients is not None and self.provider not in BAND_MODEL:
-            raise PydanticCustomError(
-                "coefficients", f"coefficients given with provider '{self.provider}'; allowed: with 'band-model'"
-            )
-        if self.coefficients is not None and "file" in self.parameters:
-            raise PydanticCustomError("coefficients", "coefficients given with parameters.file; allowed: one of them")
-        return self
-
-
-class OpticsSection(ScenarioSection):
-    """Optical properties of the cloud particles, of layers without an `optics` table of their own."""
-
-    provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
-    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
-
-
-class Layer(ScenarioSection):
-    """One cloud layer."""
-
-    _named = model_validator(mode="before")(with_material)
-
-    type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
-    coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
-    coverage_mode: Literal["frame", "field"] = Field(
-        "frame",
-        description='"frame": exactly this coverage in every frame; "field": one threshold for the unbounded sky, '
-        "exact in the mean. `hcss plan` warns about generators that may ignore it.",
-    )
-    edge_taper: Fraction = Field(
-        0.0,
-        ge=0,
-        le=1,
-        description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly; 0 is eq 7 as "
-        "printed. `imagery` and `surrogate` refuse it.",
-    )
-    generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
-    base: Length | None = Field(
-        None,
-        ge=0,
-        le=20_000,
-        description="Altitude of the base, m; default: that of the type, as for all keys below without a default.",
-    )
-    top: Length | None = Field(None, gt=0, le=20_000, description="Altitude of the highest top, m.")
-    thickness_min: Length | None = Field(
-        None, gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
-    )
-    anchor: Literal["base", "top"] | None = Field(None, description="Side of a thin cloud that stays at its altitude.")
-    temperature: CloudTemperature | None = Field(
-        None,
-        description='Cloud temperature, K, 150 to 350, or "climatology": that of the top by place and date; default: '
-        "that of the air at the cloud top.",
-    )
-    material: Material | None = Field(
-        None, description="What the particles are made of; the mass per volume stays. Also called `phase`."
-    )
-    effective_radius: ParticleRadius | None = Field(
-        None, ge=SMALLEST_UM, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
-    )
-    effective_variance: Number | None = Field(
-        None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
-    )
-    water_content: WaterContent | None = Field(
-        None, gt=0, le=1000.0 * MAX_WATER_KG_M3, description="Mass of particles per volume of cloud, g m-3."
-    )
-    optics: OpticsSection | None = Field(
-        None, description="Table of keys as in `[optics]`: the optics of this layer; default: those of the scene."
-    )
-    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
-
-
-MAX_LAYERS = 2
-"""Maximum number of cloud layers of a scene."""
-
-
-class Clouds(ScenarioSection):
-    """Cloud layers: none, one, or two, one above the other.
-
-    Without keys in this section the sky is clear. The defaults below apply to each layer that you specify.
-    """
-
-    layers: tuple[Layer, ...] = Field(
-        (),
-        max_length=MAX_LAYERS,
-        description="`[[clouds.layers]]`: up to two layers, one above the other, in either order.",
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _single_layer(cls, data: Any) -> Any:
-        return single_layer(data)
-
-
-def has_single_layer(data: Any) -> bool:
-    """Whether a raw ``[clouds]`` has the keys of a single layer."""
-    return isinstance(data, dict) and any(key != "layers" for key in data)
-
-
-def single_layer(data: Any) -> Any:
-    """Move the keys of a single layer from ``[clouds]`` into ``layers``.
-
-    Raises
-    ------
-    PydanticCustomError
-        If ``data`` is not a table, or has these keys as well as ``layers``.
-    """
-    if isinstance(data, Clouds):
-        return data
-    keys = tuple(Layer.model_fields)
-    if not isinstance(data, dict):
-        hint = f"; closest valid choice is {{type = {shown(data)}}}" if isinstance(data, str) else ""
-        raise PydanticCustomError(
-            "clouds", f"{shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}"
-        )
-    if not has_single_layer(data):
-        return data
-    short = {key: value for key, value in data.items() if key != "layers"}
-    if "layers" in data:
-        raise PydanticCustomError(
-            "layers",
-            f"{', '.join(map(shown, short))} with [[clouds.layers]]; allowed: the keys of the layer in [clouds] or "
-            "in [[clouds.layers]], not in both",
-        )
-    for key in short:
-        if isinstance(key, str) and key not in keys and closest(key, (*keys, "layers")) == "layers":
-            raise PydanticCustomError(
-                "layers", f"unknown key {shown(key)}; closest is 'layers', as in [[clouds.layers]]"
-            )
-    return {"layers": [short]}
 
 
 class Slant(ScenarioSection):
@@ -442,13 +210,11 @@ class ScenarioModel(ScenarioSection):
     place: PlaceSection = Field(
         description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}."
     )
-    view: ViewSection = Field(default_factory=lambda: ViewSection.model_validate({}), description="Viewing direction.")
-    platform: Platform = Field(
-        default_factory=lambda: Platform.model_validate({}), description="Platform and instrument."
-    )
-    image: ImageSection = Field(default_factory=lambda: ImageSection.model_validate({}), description="Image shape.")
-    frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
-    motion: MotionSection = Field(default_factory=lambda: MotionSection.model_validate({}), description="Motion.")
+    view: ViewSection = filled(ViewSection, "Viewing direction.")
+    platform: Platform = filled(Platform, "Platform and instrument.")
+    image: ImageSection = filled(ImageSection, "Image shape.")
+    frames: Frames = filled(Frames, "Time series.")
+    motion: MotionSection = filled(MotionSection, "Motion.")
     bands: Bands = Field(
         ("swir-2.7-3.0", "mwir", "lwir"),
         min_length=1,
@@ -456,19 +222,15 @@ class ScenarioModel(ScenarioSection):
         description="Catalog names, [shortest_um, longest_um], {name, response}, {name, limits} or "
         "{name, center_um, fwhm_um}.",
     )
-    atmosphere: Atmosphere = Field(default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere.")
-    clouds: Clouds = Field(
-        default_factory=lambda: Clouds.model_validate({}), description="Clouds; without layers the sky is clear."
-    )
-    slant: Slant = Field(
-        default_factory=lambda: Slant.model_validate({}), description="Shadows and parallax of clouds."
-    )
-    sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
-    optics: OpticsSection = Field(default_factory=lambda: OpticsSection.model_validate({}), description="Cloud optics.")
-    radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
+    atmosphere: Atmosphere = filled(Atmosphere, "Atmosphere.")
+    clouds: Clouds = filled(Clouds, "Clouds; without layers the sky is clear.")
+    slant: Slant = filled(Slant, "Shadows and parallax of clouds.")
+    sea: Sea = filled(Sea, "Sea.")
+    optics: OpticsSection = filled(OpticsSection, "Cloud optics.")
+    radiance: Radiance = filled(Radiance, "Radiance model.")
     elements: tuple[ElementSection, ...] = Field(
         (), max_length=255, description="`[[elements]]`: other things in the scene; higher ones hide lower ones."
     )
     surfaces: SurfaceSection | None = Field(None, description="Map of the ground; sea everywhere by default.")
-    output: OutputSection = Field(default_factory=lambda: OutputSection.model_validate({}), description="Output.")
+    output: OutputSection = filled(OutputSection, "Output.")
     sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

@@ -17,6 +17,7 @@ from hcss_twin.models.atmosphere.profile_file import STANDARD, load_profile, loa
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.atmosphere import Atmosphere
 from hcss_twin.scenario.bands import named_bands, read_response, unknown_band
 from hcss_twin.scenario.cloud_types import (
     CloudType,
@@ -26,22 +27,11 @@ from hcss_twin.scenario.cloud_types import (
     load_cloud_type,
     overlap_problems,
 )
-from hcss_twin.scenario.models import (
-    Atmosphere,
-    DerivedSection,
-    ElementSection,
-    Layer,
-    OpticsSection,
-    Radiance,
-    ScenarioModel,
-    Sea,
-    SurfaceSection,
-    own,
-    single_layer,
-)
+from hcss_twin.scenario.clouds import Layer, OpticsSection, single_layer
+from hcss_twin.scenario.models import DerivedSection, ElementSection, Radiance, ScenarioModel, Sea, SurfaceSection
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
-from hcss_twin.scenario.section_types import ScenarioSection
+from hcss_twin.scenario.section_types import ScenarioSection, own
 from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
 
 SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {

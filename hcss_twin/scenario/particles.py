@@ -21,7 +21,7 @@ from hcss_twin.scenario.section_types import (
 from hcss_twin.scenario.units import Number
 
 if TYPE_CHECKING:
-    from hcss_twin.scenario.models import Layer
+    from hcss_twin.scenario.clouds import Layer
 
 
 _BY_SHAPE = ("alpha", "b", "nu", "number_density", "radius_range_um")

@@ -16,11 +16,13 @@ from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_f
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.scenario.clouds import has_single_layer
 from hcss_twin.scenario.former_defaults import applies, with_former_defaults
-from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
+from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.section_types import selected
 from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 

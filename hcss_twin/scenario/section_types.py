@@ -12,6 +12,7 @@ from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Fiel
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import shown
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
 
 
@@ -19,6 +20,25 @@ class ScenarioSection(BaseModel):
     """Base of all sections: immutable; rejects unknown keys, NaN and infinity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def filled(section: type[ScenarioSection], description: str) -> Any:
+    """Return the field of a section that has its defaults where it is not given."""
+    return Field(default_factory=lambda: section.model_validate({}), description=description)
+
+
+def selected(section: ScenarioSection, key: str) -> str:
+    """Provider name that a section selects.
+
+    A provider that the user did not name is always the default one, even if a plugin has the same name.
+    """
+    name: str = getattr(section, key)
+    return name if key in section.model_fields_set else own(name)
+
+
+def own(name: str) -> str:
+    """Qualified name of a default provider."""
+    return f"{OWN_DISTRIBUTION}/{name}"
 
 
 Material = Annotated[str, Field(pattern="^[a-z][a-z0-9-]*$", max_length=40)]

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="not in an installed
 
 @pytest.fixture
 def benchmarks(monkeypatch):
+    pytest.importorskip("hcss_bench", reason="plugins/hcss-bench has the timed stages")
     monkeypatch.syspath_prepend(str(FOLDER))
     import baseline_ratios
     import regression

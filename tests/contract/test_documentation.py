@@ -30,7 +30,8 @@ def module(path):
 @pytest.fixture(scope="module")
 def generator():
     """The script that writes the generated pages."""
-    pytest.importorskip("hcss_paper", reason="plugins/hcss-paper has equations and a command of the generated pages")
+    for plugin in ("hcss_bench", "hcss_paper"):
+        pytest.importorskip(plugin, reason=f"{plugin} has a part of the generated pages")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(DOCS / "generate")
         yield module(DOCS / "generate" / "all.py")

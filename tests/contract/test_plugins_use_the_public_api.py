@@ -1,10 +1,11 @@
 """The packages in plugins/ import only what is promised to plugins of others, in source and tests.
 
-hcss-paper names the other modules that it uses in its README, which its own tests compare. The tests of hcss-lowtran7
-read a standard atmosphere of this package for comparison.
+hcss-bench and hcss-paper name the other modules that they use in their READMEs. The tests of hcss-lowtran7 read a
+standard atmosphere of this package for comparison.
 """
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ import hcss_twin
 from hcss_twin import providers, testing
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
+PACKAGE = Path(hcss_twin.__file__).parents[1]
 PUBLIC = {
     "hcss_twin": set(hcss_twin.__all__),
     "hcss_twin.providers": set(providers.__all__),
@@ -24,8 +26,12 @@ PUBLIC = {
     "hcss_twin.errors": {name for name in hcss_twin.__all__ if name.endswith("Error")}
     | set(GROUND["hcss_twin.errors"][1]),
 }
+LISTING = ("hcss-bench", "hcss-paper")
+"""Plugins whose README lists other modules."""
+
+PROMISED = {"hcss_twin", "hcss_twin.providers", "hcss_twin.physics.paths", "hcss_twin.physics.planck"}
 FOLDERS = sorted(
-    path for name in ("src", "tests") for path in PLUGINS.glob(f"*/{name}") if path.parent.name != "hcss-paper"
+    path for name in ("src", "tests") for path in PLUGINS.glob(f"*/{name}") if path.parent.name not in LISTING
 )
 
 
@@ -46,6 +52,30 @@ def test_a_plugin_imports_public_names_only(folder):
     found = {name for path in folder.rglob("*.py") for name in private_imports(path.read_text(encoding="utf-8"))}
     allowed = {"hcss_twin.models.atmosphere.profile_file.load_profile"}
     assert found <= (allowed if (folder.parent.name, folder.name) == ("hcss-lowtran7", "tests") else set())
+
+
+def imported_modules(folder):
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                yield from (each.name for each in node.names)
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("hcss_twin"):
+                for name in (f"{node.module}.{each.name}" for each in node.names):
+                    is_module = (PACKAGE / f"{name.replace('.', '/')}.py").exists()
+                    yield name if is_module and node.module not in PROMISED else node.module
+
+
+@pytest.mark.parametrize("plugin", LISTING)
+def test_a_readme_lists_the_other_modules_that_a_plugin_imports(plugin):
+    section = (PLUGINS / plugin / "README.md").read_text(encoding="utf-8").partition("## What it uses of hcss_twin")[2]
+    listed = {
+        f"hcss_twin.{name}"
+        for row in section.splitlines()
+        if row.startswith("| `")
+        for name in re.findall(r"`([\w.]+)`", row.split("|")[1])
+    }
+    used = {name for name in imported_modules(PLUGINS / plugin / "src") if name.partition(".")[0] == "hcss_twin"}
+    assert used - PROMISED == listed
 
 
 def test_private_imports_are_seen():

@@ -1,13 +1,13 @@
-"""The height spectrum against quadrature, and realisations against the spectrum."""
+"""The height spectrum against quadrature."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from hcss_twin.models.sea import pierson_moskowitz as pm
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 
 
 def spectrum(omega: float, wind: float) -> float:
@@ -44,50 +44,5 @@ def test_spectrum_peaks_where_the_closed_form_says(wind: float) -> None:
 
 def test_resolved_slope_is_the_fourth_moment_up_to_the_cutoff() -> None:
     expected, _ = quad(lambda omega: omega**4 / 9.81**2 * spectrum(omega, 10.0), 0.1, 6.0, epsrel=1e-9)
-    assert pm.resolved_mean_square_slope(10.0, 6.0) == pytest.approx(expected, rel=1e-8)
-
-
-def test_components_share_the_variance_as_the_spectrum_does() -> None:
-    omega = pm.component_frequencies_rad_s(10.0, 2000)
-    edges = np.array([0.5, 0.8, 1.0, 1.5, 2.5])
-    counted = np.histogram(omega, edges)[0] / 2000
-    integrals = [quad(spectrum, a, b, (10.0,))[0] for a, b in pairwise(edges)]
-    np.testing.assert_allclose(counted, np.array(integrals) / pm.elevation_variance_m2(10.0), atol=1e-3)
-
-
-def test_elevations_have_the_spectrums_variance_and_are_gaussian() -> None:
-    # Points scattered over 1000 km are independent samples of the one surface.
-    x, y = np.random.default_rng(2).uniform(0.0, 1e6, (2, 20_000))
-    elevation = pm.surface_elevation(x, y, 0.0, 10.0, 240.0, seed=4, components=200)
-    sigma = math.sqrt(pm.elevation_variance_m2(10.0))
-    assert elevation.var() == pytest.approx(sigma**2, rel=4.0 * math.sqrt(2.0 / elevation.size))
-    assert elevation.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(elevation.size))
-    assert np.mean(elevation**4) == pytest.approx(3.0 * elevation.var() ** 2, rel=0.1)
-
-
-def test_slopes_split_three_to_one_between_downwind_and_crosswind() -> None:
-    # The mean of cos^2 over the density 2/pi cos^2 is 3/4. Few waves of one surface carry most of its slope
-    # (about 7 of 50), so it takes many surfaces.
-    x, y = np.random.default_rng(6).uniform(0.0, 1e6, (2, 300))
-    step, surfaces, downwind, crosswind = 0.01, 100, 0.0, 0.0
-    for seed in range(surfaces):
-        here, east, north = (
-            pm.surface_elevation(x + dx, y + dy, 0.0, 10.0, 270.0, seed=seed, components=50)
-            for dx, dy in ((0.0, 0.0), (step, 0.0), (0.0, step))
-        )
-        downwind += float(np.mean((east - here) ** 2)) / step**2 / surfaces
-        crosswind += float(np.mean((north - here) ** 2)) / step**2 / surfaces
-    omega = pm.component_frequencies_rad_s(10.0, 50)
-    total = pm.elevation_variance_m2(10.0) * np.mean(omega**4) / 9.81**2
-    assert downwind + crosswind == pytest.approx(total, rel=0.03)
-    assert downwind / (downwind + crosswind) == pytest.approx(0.75, abs=0.03)
-
-
-def test_undulation_of_a_patch_at_10_m_per_s_is_the_2_5_m_of_the_paper() -> None:
-    """The HCSS paper's largest undulation, around 2.5 m (text on Fig 10), as crest to trough in 100 m."""
-    axis = np.linspace(0.0, 100.0, 41)
-    ranges = [
-        np.ptp(pm.surface_elevation(axis, axis[:, None], 0.0, 10.0, 270.0, seed=seed, components=200))
-        for seed in range(15)
-    ]
-    assert np.median(ranges) == pytest.approx(2.5, abs=0.5)
+    found = WaveSpectrum("pierson-moskowitz", 10.0).resolved_mean_square_slope(6.0)
+    assert found == pytest.approx(expected, rel=1e-5)

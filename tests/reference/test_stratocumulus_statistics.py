@@ -11,7 +11,7 @@ from hcss_twin.providers import CloudInputs, Grid, Motion
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import resolve_layer
-from hcss_twin.scenario.models import Layer
+from hcss_twin.scenario.clouds import Layer
 
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 1.0)
 

@@ -22,8 +22,8 @@ def test_a_speaker_stands_before_notes_and_errors_and_conditions_stay():
     told = attributed(OWN, "optics provider ada")
     assert told.own_errors == ("optics provider ada: extinction some 20 % off",)
     everything = ("optics provider ada: plain", "optics provider ada: by day", "optics provider ada: in the blue")
-    assert applying(told.notes, sunlight=True, shortest_um=0.4) == everything
-    assert applying(told.notes, sunlight=False, shortest_um=4.0) == everything[:1]
+    assert applying(told.notes, sunlight=True, bands={"blue": (0.4, 5.0)}) == everything
+    assert applying(told.notes, sunlight=False, bands={"red": (4.0, 5.0)}) == everything[:1]
     assert dataclasses.replace(told, notes=OWN.notes, own_errors=OWN.own_errors) == OWN
 
 

@@ -10,7 +10,7 @@ from hcss_twin.core.errors import ScenarioError
 from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
 from hcss_twin.scenario.cloud_types import resolve_layer
-from hcss_twin.scenario.models import Layer
+from hcss_twin.scenario.clouds import Layer
 
 BY_SHAPE = "alpha = 3.0\nb = 0.193  # um^-nu\nnu = 1.30\nnumber_density = 80.0e6  # m-3\nradius_range_um = [0.02, 50.0]"
 

@@ -55,7 +55,7 @@ def test_certificates_read_from_curves_what_columns_give():
     thickness[1:4, 0] = np.geomspace(low.thickness_min_m, low.thickness_max_m, 3)
     thickness[3:7, 1] = np.geomspace(high.thickness_min_m, high.thickness_max_m, 4)
     exact, curves = References(), References(from_curves=True)
-    terms = curves.terms_of_scene(plan, thickness, 0.0)
+    terms = curves.terms(plan, thickness, 0.0)
     np.testing.assert_allclose(terms, exact.terms(plan, thickness, 0.0), rtol=1e-5, atol=1e-7)
     assert curves.read == 5  # one column has cloud in both layers, three have none
     assert exact.interpolation == ""

@@ -10,8 +10,8 @@ from hcss_twin.cli import cli
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.plugins import installed
 from hcss_twin.providers.registry import API_VERSION, Kind, Origin, ProviderSpec, Registry, defaults, hookimpl
-from hcss_twin.scenario.models import own, selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.section_types import own, selected
 from hcss_twin.version import __version__
 
 HOOK = Kind.ATMOSPHERE.hook

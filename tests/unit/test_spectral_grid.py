@@ -6,8 +6,7 @@ from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.planck import planck
-from hcss_twin.scenario.bands import spectral_band
-from hcss_twin.scenario.models import ResponseBand
+from hcss_twin.scenario.bands import ResponseBand, spectral_band
 
 NATIVE = np.arange(500.0, 10_001.0, 5.0)
 

@@ -66,8 +66,6 @@ class Match:
         Seeds of the validation simulations, which the search has not used.
     structure, simulated_structure : Structure
         Semivariances of the image, and their means over the validation simulations.
-    start_misfit : float
-        Root mean square of ln(expected / inferred) variogram of the analytic start.
     simulations : int
         Number of images that the search simulated.
     unmatched : tuple of str
@@ -81,7 +79,6 @@ class Match:
     seeds: tuple[int, ...]
     structure: Structure
     simulated_structure: Structure
-    start_misfit: float
     start_rmse: tuple[float, ...]
     simulations: int
     unmatched: tuple[str, ...]
@@ -141,7 +138,6 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         seeds=fresh,
         structure=structure,
         simulated_structure=simulated,
-        start_misfit=start.misfit,
         start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
         simulations=simulations,
         unmatched=(*_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),

@@ -7,7 +7,7 @@ numerical choices, for the exact column of each pixel and without tables
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -22,9 +22,7 @@ from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
-from hcss_twin.plan.numerics import reference_level, spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
@@ -34,7 +32,7 @@ if TYPE_CHECKING:
 
 @in_one_thread
 def certify(
-    plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels], references: References | None = None
+    plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels], from_curves: bool = False
 ) -> Certificate:
     """Recompute the sampled pixels on the reference path and compare.
 
@@ -42,8 +40,9 @@ def certify(
     ----------
     frames : sequence of SampledPixels
         Sampled pixels from the run of this plan.
-    references : References, optional
-        Where reference columns come from; by default all are solved, or recalled, one by one.
+    from_curves : bool
+        Whether reference columns may be read from curves that the points of a sweep share. Curves pay only if all
+        pixels have the same view and surface; other scenes have none.
 
     Raises
     ------
@@ -55,9 +54,9 @@ def certify(
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    references = References() if references is None else references
-    for level in (0, spectral_level(plan.assembly), plan.assembly.numerical_level, reference_level(plan.assembly)):
-        expect(plan.assembly.at_level(level).model, [plan.sun_up_at(pixels.time_s) for pixels in frames])
+    one_model = plan.views is None and plan.surfaces is None
+    suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
+    references = References(suns, from_curves and one_model)
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
@@ -130,30 +129,25 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
     if plan.surfaces is not None:
         return _over_surfaces(plan, quantities, pixels, thickness, points, references)
     if plan.views is None:
-        return _means(plan, quantities, thickness, points, pixels.time_s, references.terms_of_scene)
+        return _means(plan, quantities, thickness, points, pixels.time_s, references)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     views = image_views(plan).of_pixels(rows.tolist(), columns.tolist())
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
         [nothing]
         + [
-            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s, references.terms)
+            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s, references)
             for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
         ]
     )
 
 
 def _means(
-    plan: Plan,
-    quantities: Quantities,
-    thickness_m: Array,
-    points: int,
-    time_s: float,
-    terms: Callable[[Plan, Array, float], Array],
+    plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float, references: References
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points."""
     columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
-    known = quantities.of(terms(plan, columns, time_s))
+    known = quantities.of(references.terms(plan, columns, time_s))
     means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
     return means
 
@@ -177,7 +171,7 @@ def _over_surfaces(
     for (state, view), own in groups.items():
         alone = plan_over(plan, state)
         alone = alone if view is None else plan_toward(alone, view)
-        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references.terms)
+        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 

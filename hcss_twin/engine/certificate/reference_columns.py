@@ -21,7 +21,7 @@ from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, referen
 from hcss_twin.engine.compile import table_key
 from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, choose_nodes
-from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.numerics import reference_level, spectral_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
@@ -59,9 +59,11 @@ class References:
 
     Parameters
     ----------
+    suns : tuple of (Sun or None)
+        Suns of all frames, for which a model may solve clouds at once.
     from_curves : bool
-        Whether columns with cloud in one layer may be read from a curve through reference columns, which all scenes of
-        a sweep share that differ in their clouds only.
+        Whether columns with cloud in one layer are read from a curve through reference columns, which all scenes of a
+        sweep share that differ in their clouds only.
 
     Attributes
     ----------
@@ -73,18 +75,21 @@ class References:
         Largest error of the curves, relative to the total.
     """
 
-    def __init__(self, from_curves: bool = False) -> None:
-        self.from_curves = from_curves
+    def __init__(self, suns: tuple[Sun | None, ...] = (), from_curves: bool = False) -> None:
+        self.suns, self.from_curves = suns, from_curves
         self.calls, self.solved = 0, 0
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
 
-    def terms_of_scene(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
-        """Return terms as :meth:`terms` does; from curves where that is allowed.
+    def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+        """Return terms (N, K, B) of columns (N, L) at a time.
 
-        Curves pay only if many scenes have the same view and surface; other columns are asked for by ``terms``.
+        Raises
+        ------
+        ProviderError
+            If a provider breaks its contract.
         """
         if not self.from_curves:
-            return self.terms(plan, thickness_m, time_s)
+            return self._columns(plan, thickness_m, time_s)
         clouds = np.count_nonzero(thickness_m, axis=1)
         result: Array | None = None
         solved = np.ones(thickness_m.shape[0], dtype=np.bool_)
@@ -99,16 +104,16 @@ class References:
             self.read, self.curve_columns = self.read + int(np.count_nonzero(own)), self.curve_columns + curve.columns
             self.curve_error = max(self.curve_error, curve.error)
         if result is None:
-            return self.terms(plan, thickness_m, time_s)
+            return self._columns(plan, thickness_m, time_s)
         if np.any(solved):
-            result[solved] = self.terms(plan, thickness_m[solved], time_s)
+            result[solved] = self._columns(plan, thickness_m[solved], time_s)
         return result
 
     def _curve(self, plan: Plan, index: int, time_s: float) -> ReferenceCurve | None:
         def columns(thickness_m: Array) -> Array:
             every = np.zeros((thickness_m.size, len(plan.layers)))
             every[:, index] = thickness_m
-            return _reference_terms(plan, every, plan.sun_up_at(time_s))
+            return _reference_terms(plan, every, plan.sun_up_at(time_s), self.suns)
 
         def compute() -> KeptCurve:
             self.solved += 1
@@ -119,14 +124,7 @@ class References:
         key = hashlib.sha256(f"curve {table_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
         return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve)).curve
 
-    def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
-        """Return terms (N, K, B) of columns (N, L) at a time.
-
-        Raises
-        ------
-        ProviderError
-            If a provider breaks its contract.
-        """
+    def _columns(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
         digest = hashlib.sha256(table_key(plan).encode())
         digest.update(repr((float(time_s), thickness_m.shape)).encode())
         digest.update(np.ascontiguousarray(thickness_m).tobytes())
@@ -134,7 +132,7 @@ class References:
 
         def compute() -> ReferenceColumns:
             self.solved += 1
-            return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+            return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s), self.suns))
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
@@ -156,9 +154,11 @@ class References:
         return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
 
 
-def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
+def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tuple[Sun | None, ...]) -> Array:
     assembly, grid = plan.assembly, plan.spectral_grid
     coarse, fine = spectral_level(assembly), reference_level(assembly)
+    for level in (0, coarse, assembly.numerical_level, fine):
+        expect(assembly.at_level(level).model, suns)
     known = reference_spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
     terms: Array = known @ grid.weights_cm1.T
     if fine != coarse:

@@ -28,8 +28,6 @@ class CrystalRatios:
     ----------
     wavenumber_cm1 : ndarray (B,)
         Logarithmic centres of the bands, ascending.
-    band_limits_cm1 : ndarray (B, 2)
-        Band limits.
     effective_diameter_um : ndarray (D,)
         3/2 of volume over projected area, ascending.
     ratios : ndarray (3, B, D)
@@ -37,7 +35,6 @@ class CrystalRatios:
     """
 
     wavenumber_cm1: Array
-    band_limits_cm1: Array
     effective_diameter_um: Array
     ratios: Array
 
@@ -85,7 +82,7 @@ def load_crystals(catalog: Catalog, name: str, roughness: str) -> CrystalRatios:
         except (IndexError, OSError, RuntimeError) as error:
             raise CatalogError(f"{path}: damaged: {error}") from error
     _check(path, limits, diameter, ratios)
-    return CrystalRatios(np.sqrt(limits[:, 0] * limits[:, 1]), limits, diameter, ratios)
+    return CrystalRatios(np.sqrt(limits[:, 0] * limits[:, 1]), diameter, ratios)
 
 
 def _check(path: Path, limits: Array, diameter: Array, ratios: Array) -> None:

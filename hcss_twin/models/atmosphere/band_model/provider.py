@@ -27,6 +27,7 @@ from hcss_twin.models.parameters import COEFFICIENTS, DEFAULT_VISIBILITY_KM, NAV
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
+from hcss_twin.providers.declarations import Note
 
 Nodes = NDArray[np.intp]
 
@@ -40,6 +41,12 @@ _OWN_ERRORS = {
     "LOWTRAN7's: channels narrower than about 60 cm-1 near 650-760 and 2200-2390 cm-1 by 1 to 4 K",
 }
 """By the name of the coefficients."""
+
+_NARROW = Note(
+    "coefficients 'rrtmgp' are fitted to whole RRTMGP bands: channels narrower than about 60 cm-1 near 650-760 and "
+    "2200-2390 cm-1, whose structure is LOWTRAN7's, may be wrong by 1 to 4 K",
+    narrow_cm1=((650.0, 760.0, 60.0), (2200.0, 2390.0, 60.0)),
+)
 
 
 class BandModelTransmittance:
@@ -89,6 +96,8 @@ class BandModelTransmittance:
             named = ", ".join(sorted(missing))
             notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
         self._named = next((name for name, file in COEFFICIENTS.items() if file == parameters.file), None)
+        if self._named == "rrtmgp":
+            notes.append(_NARROW)
         self._window = cached_method(self._make_window, 8)
         self.declares = AtmosphereDeclaration(
             valid={

@@ -29,15 +29,11 @@ class SeaSurface:
         Contribution of each stream's downwelling radiance to the radiance toward a direction.
     sun : ndarray (D, V)
         BRDF in sr-1 for sunlight: at the view azimuth toward the view, as azimuth mean toward streams; 0 without a sun.
-    defect : float
-        Largest difference between 1 and the sum of emissivity and integrated BRDF before normalisation; 0 for a
-        provider with its own reflection weights.
     """
 
     emissivity: Array
     reflection: Array
     sun: Array
-    defect: float
 
     def repeated(self, columns: int) -> SeaSurface:
         """Return the sea repeated for C columns, (..., C x V)."""
@@ -83,7 +79,6 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     if wind:
         emissivity[VIEW] = sea.emissivity(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], **wind)[0]
     left = np.maximum(1.0 - emissivity, 0.0)
-    defect = 0.0
     if own is None:
         weights = _integrated(sea, wavenumber_cm1, directions)
         defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
@@ -101,7 +96,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
             weights[row, node] = np.where(nothing[row], 1.0, weights[row, node])
         total = weights.sum(axis=1)
     weights = weights * (left / np.where(total > 0.0, total, 1.0))[:, None, :]
-    return SeaSurface(emissivity, weights, np.zeros_like(emissivity), defect)
+    return SeaSurface(emissivity, weights, np.zeros_like(emissivity))
 
 
 def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:

@@ -2,22 +2,14 @@
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap_scene import CHEAP
+from hcss_bench import reference as reference_module
+from hcss_bench.benchmark import random_columns
+from hcss_bench.reference import MODELS, PHYSICAL, changed, column_radiance, reference_of, table_radiance, with_streams
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.reports import benchmark_reference
-from hcss_twin.reports.benchmark import random_columns
-from hcss_twin.reports.benchmark_reference import (
-    MODELS,
-    PHYSICAL,
-    changed,
-    column_radiance,
-    reference_of,
-    table_radiance,
-    with_streams,
-)
 
 SMALL = CHEAP | {
     "image.rows": 20,
@@ -57,7 +49,7 @@ def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
 
 
 def test_the_change_of_level_at_few_wavenumbers_is_that_of_all(scene, monkeypatch):
-    monkeypatch.setattr(benchmark_reference, "COARSE_LEVEL", 0)
+    monkeypatch.setattr(reference_module, "COARSE_LEVEL", 0)
     few, columns = changed(scene, {"bands": [[3.6, 3.75]]}), np.array([[0.0], [50.0], [900.0]])
     composed, plan = reference_of(few, columns, 1), make_plan(changed(few, PHYSICAL))
     coarse, fine = (column_radiance(plan.at_level(level), plan.spectral_grid, columns) for level in (0, 1))

@@ -4,14 +4,15 @@ import os
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap_scene import CHEAP
+from hcss_bench.benchmark import even_wavelengths, every_nth, points_of_scene, random_columns
+from hcss_bench.reference import column_radiance
+from hcss_bench.stages import Clock, Rounds, with_timed_clouds, write_raw
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.reports.benchmark import even_wavelengths, every_nth, points_of_scene, private_cache, random_columns
-from hcss_twin.reports.benchmark_reference import column_radiance
-from hcss_twin.reports.benchmark_stages import Clock, Rounds, with_timed_clouds, write_raw
 
 SMALL = CHEAP | {"image.rows": 30, "image.columns": 40, "frames.count": 3, "output.certificate": 0}
 

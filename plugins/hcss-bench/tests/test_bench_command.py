@@ -4,15 +4,15 @@ import json
 import re
 
 import pytest
-from cheap import CHEAP_OPTIONS
+from cheap_scene import CHEAP
 from click.testing import CliRunner
+from hcss_bench.command import bench as command
 from PIL import Image
 
-from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import ScenarioError
 
 SMALL = [
-    *CHEAP_OPTIONS,
+    *(word for key, value in CHEAP.items() for word in ("--set", f"{key}={value}")),
     *("--set", 'bands=["mwir-3.7", "lwir-10.8"]'),
     *("--set", "image.rows=20", "--set", "image.columns=30", "--set", "frames.count=2"),
     *("--rounds", "1", "--pixels", "8", "--reference-level", "0", "--accuracy", "1e-2", "--accuracy", "1e-4"),
@@ -20,7 +20,7 @@ SMALL = [
 
 
 def bench(*arguments):
-    return CliRunner().invoke(cli, ["bench", *SMALL, *arguments])
+    return CliRunner().invoke(command, [*SMALL, *arguments])
 
 
 def rows(text):
@@ -89,7 +89,7 @@ def test_a_picture_is_drawn_and_nothing_else_is_left(answer):
 def test_json_in_place_of_the_table_and_nothing_kept_by_the_user_is_used_or_changed(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
     one = SMALL[:-2]  # of the two accuracies
-    done = CliRunner().invoke(cli, ["bench", *one, "--folder", str(tmp_path), "--json", "-"])
+    done = CliRunner().invoke(command, [*one, "--folder", str(tmp_path), "--json", "-"])
     assert json.loads(done.stdout)["as-printed"]["rounds"] == 1
     assert list(tmp_path.iterdir()) == []
 
@@ -122,8 +122,9 @@ def test_wrong_options_are_named(tmp_path, monkeypatch, arguments, told):
 
 
 def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(monkeypatch):
+    from hcss_bench.benchmark import ACCURACIES, asked_for
+
     from hcss_twin import Scenario
-    from hcss_twin.reports.benchmark import ACCURACIES, asked_for
 
     def of(accuracy):
         return asked_for(Scenario.load("stratus", {"accuracy": accuracy}), None)
@@ -138,7 +139,7 @@ def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr
     scene = ("--set", 'accuracy="0.5 K"', "--set", 'bands=["lwir"]')
     asked = ("--accuracy", "1e-3", "--accuracy", "500 mK")
     files = ("--folder", str(tmp_path), "--json", str(tmp_path / "found.json"))
-    done = CliRunner().invoke(cli, ["bench", *SMALL[:-4], *scene, *asked, *files])
+    done = CliRunner().invoke(command, [*SMALL[:-4], *scene, *asked, *files])
     assert done.exit_code == 0, done.output
     share, kelvin = json.loads((tmp_path / "found.json").read_text())["as-printed"]["accuracies"]
     assert (share["asked"], share["own"], share["achieved_K"]) == ("0.001", False, None)

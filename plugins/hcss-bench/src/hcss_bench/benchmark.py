@@ -4,11 +4,9 @@ wavenumbers or at fewer.
 
 from __future__ import annotations
 
-import contextlib
-import os
 import statistics
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,41 +14,18 @@ from typing import Any
 
 import numpy as np
 
+from hcss_bench.reference import MODELS, Reference, changed, column_radiance, reference_of, table_radiance
+from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import private_cache
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.reports.benchmark_reference import (
-    MODELS,
-    Reference,
-    changed,
-    column_radiance,
-    reference_of,
-    table_radiance,
-)
-from hcss_twin.reports.benchmark_stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.units import parse_accuracy
-
-
-@contextlib.contextmanager
-def private_cache(folder: Path) -> Iterator[None]:
-    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none remains."""
-    own = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
-    before = {name: os.environ.get(name) for name in own}
-    os.environ.update(own)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
 
 _SEED = 20_240_420
 

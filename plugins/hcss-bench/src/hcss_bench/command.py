@@ -87,8 +87,8 @@ def bench(
     if len(set(accuracies)) < len(accuracies):
         raise click.BadParameter("the same accuracy is given twice", param_hint="--accuracy")
     loaded = load(scenario, assignments)
-    from hcss_twin.reports.benchmark import bench as measure
-    from hcss_twin.reports.benchmark_text import bench_text, draw_bench
+    from hcss_bench.benchmark import bench as measure
+    from hcss_bench.text import bench_text, draw_bench
 
     start = time.monotonic()
 

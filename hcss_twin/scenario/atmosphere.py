@@ -1,0 +1,81 @@
+"""The section of the atmosphere."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.models.atmosphere.profile_file import STANDARD
+from hcss_twin.scenario.former_defaults import BAND_MODEL
+from hcss_twin.scenario.section_types import ScenarioSection, filled
+from hcss_twin.scenario.units import GasAmount, Number
+
+
+class GasesSection(ScenarioSection):
+    """Amounts of gases: a factor on the profile, or text with ppm or ppb (at the surface) or DU (the column)."""
+
+    CO2: GasAmount | None = Field(None, description='Carbon dioxide, for example `"420 ppm"`.')
+    CH4: GasAmount | None = Field(None, description='Methane, for example `"1.9 ppm"`.')
+    N2O: GasAmount | None = Field(None, description='Nitrous oxide, for example `"335 ppb"`.')
+    O3: GasAmount | None = Field(None, description='Ozone, for example `"300 DU"`.')
+    CO: GasAmount | None = Field(None, description="Carbon monoxide, for example `1.5`.")
+    others: Literal["year", "profile"] = Field(
+        "year",
+        description='Gases that are not given: "year": CO2, CH4 and N2O of model atmospheres are the means of the '
+        'scene\'s year; "profile": as in the profile (1986).',
+    )
+
+    def given(self) -> dict[str, float | str]:
+        """Return the given amounts by the names of profiles."""
+        amounts = {name: getattr(self, name) for name in type(self).model_fields if name != "others"}
+        return {name.lower(): amount for name, amount in amounts.items() if amount is not None}
+
+
+class Atmosphere(ScenarioSection):
+    """Gas and aerosol between sea, clouds and sensor."""
+
+    provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
+    coefficients: Literal["rrtmgp", "lowtran7"] | None = Field(
+        None,
+        description='Of `band-model`: "rrtmgp" (the default), fitted to RRTMGP\'s gas optics, or "lowtran7"; '
+        "excludes its parameter `file`.",
+    )
+    gases: GasesSection = filled(GasesSection, "Amounts of gases other than water vapour.")
+    profile: str | None = Field(
+        None,
+        description="Catalog name, or CSV or NetCDF file of one place or several; default: the provider's profile, or "
+        "the model atmosphere for place and date.",
+    )
+    profile_above: str = Field(
+        STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
+    )
+    water_vapour_scale: Number | None = Field(
+        None, ge=0, le=10, description="Scale factor for the water vapour of all levels."
+    )
+    water_vapour_column: Number | None = Field(
+        None,
+        ge=0,
+        le=100,
+        description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
+    )
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+    @model_validator(mode="after")
+    def _one_amount(self) -> Self:
+        if self.water_vapour_scale is not None and self.water_vapour_column is not None:
+            raise PydanticCustomError(
+                "water_vapour", "water_vapour_scale given with water_vapour_column; allowed: one of them"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _coefficients_of_band_model(self) -> Self:
+        if self.coefficients is not None and self.provider not in BAND_MODEL:
+            raise PydanticCustomError(
+                "coefficients", f"coefficients given with provider '{self.provider}'; allowed: with 'band-model'"
+            )
+        if self.coefficients is not None and "file" in self.parameters:
+            raise PydanticCustomError("coefficients", "coefficients given with parameters.file; allowed: one of them")
+        return self
