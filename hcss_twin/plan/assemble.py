@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.parameters import COEFFICIENTS
@@ -103,6 +105,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
         memory=catalog.shelf.arrays,
+        air_memory=None if around.field is not None else _air_memory(builder, around, catalog),
     )
     radiance = scenario.radiance
     over_field = None
@@ -194,6 +197,22 @@ def _atmosphere(
         _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)
     return around, transmittance
+
+
+def _air_memory(builder: Builder, around: Surroundings, catalog: Catalog) -> OwnMemory | None:
+    """Return where scenes with the same air keep it; None for a single scene."""
+    if catalog.shelf.air is None:
+        return None
+    built, profile = builder.built[str(Kind.ATMOSPHERE)], around.profile
+    entry = built.entry
+    code = entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target)
+    gases = sorted(profile.mixing_ratio)
+    parts = code, built.parameters, around.sea_wind_speed_m_s, sorted(catalog.used.items()), profile.name, gases
+    content = hashlib.sha256(repr(parts).encode())
+    arrays = profile.altitude_m, profile.pressure_Pa, profile.temperature_K
+    for array in (*arrays, *(profile.mixing_ratio[gas] for gas in gases)):
+        content.update(array.tobytes())
+    return OwnMemory(catalog.shelf.air, content.digest())
 
 
 def _air_over_field(

@@ -287,7 +287,7 @@ def _date(fixed: str | None) -> Iterator[None]:
 
 def compute_here(schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
     """Yield the outcome of each point."""
-    cache = ResultCache()
+    cache = ResultCache(several=True)
     while (following := schedule.next()) is not None:
         index, task = following
         outcome = compute(task, cache)

@@ -159,7 +159,7 @@ def only_one(names: set[tuple[tuple[str, ...], tuple[str, ...]]]) -> tuple[tuple
 
 @lru_cache(maxsize=1)
 def _maker() -> DrawMaker:
-    return DrawMaker(ResultCache())
+    return DrawMaker(ResultCache(several=True))
 
 
 def _made_by_worker(task: DrawTask) -> DrawResult:
