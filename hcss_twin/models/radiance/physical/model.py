@@ -60,6 +60,10 @@ _FAINT_SHARE = 1e-5
 _MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 
+_COLD_SEA_K = 263.15
+"""Sunlight that is faint beside the emission of colder water is solved in closed form over any sea: solved clouds do
+not depend on the sea's temperature, and radiance is a smooth function of it."""
+
 _MIN_EARTH_RADIUS_M = 6356752.0
 """Polar radius; in providers with a larger radius the sun is no lower."""
 
@@ -287,7 +291,7 @@ class Physical:
             self._numerics,
             wavenumber,
             scene.directions,
-            scene.received / (np.pi * scene.air.black_body(inputs.sea_temperature_K)),
+            scene.received / (np.pi * scene.air.black_body(min(inputs.sea_temperature_K, _COLD_SEA_K))),
             self.closed_form,
             inputs.memory or ArrayMemory(),
         )
