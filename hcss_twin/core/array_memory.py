@@ -6,6 +6,7 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from hcss_twin.core.arrays import Array
 
@@ -49,10 +50,13 @@ class OwnMemory:
     ----------
     content : bytes
         Equal for objects whose arrays are equal.
+    small : dict
+        Small arrays, by keys of the user's choice, who limits their number.
     """
 
     memory: ArrayMemory
     content: bytes
+    small: dict[Any, Array]
 
     def get_or_compute(self, parts: Iterable[bytes], compute: Callable[[], tuple[Array, ...]]) -> tuple[Array, ...]:
         """Return the arrays of a key, given in parts, computed on first use."""

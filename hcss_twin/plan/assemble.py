@@ -47,6 +47,7 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.surface_classes import SceneSurfaces
 
 AIRS = 4
@@ -59,8 +60,15 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
 
-def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembly:
+def assemble(
+    scenario: Scenario, catalog: Catalog, slant: SlantPaths, between: SeaTemperatures | None = None
+) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
+
+    Parameters
+    ----------
+    between : SeaTemperatures, optional
+        Where the scene is one of many that differ in the temperature of the sea.
 
     Raises
     ------
@@ -124,9 +132,17 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         return model
 
     # The same model serves the tables and the certificate, which share its solutions.
-    model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
+    exact_model_of = model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
+    kelvin = around.sea_temperature_K
     with attribute_to_field("radiance.model", radiance.parameters):
-        model = model_of(sea, slant.view, around.sea_temperature_K, 0)
+        model = model_of(sea, slant.view, kelvin, 0)
+    if between is not None and model.declares.numerical_levels > 1:  # other models are cheap
+        from hcss_twin.plan.between_sea_temperatures import interpolating  # not for single scenes
+
+        model_of = interpolating(exact_model_of, sea_of, sea, kelvin, between, catalog)
+        model = model_of(sea, slant.view, kelvin, 0)
+    else:
+        between = None
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
@@ -144,6 +160,8 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         optics_of_layers=particles.of_layers,
         model=model,
         model_of=model_of,
+        exact_model_of=exact_model_of,
+        between=between,
         sea_of=sea_of,
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
@@ -212,7 +230,8 @@ def _air_memory(builder: Builder, around: Surroundings, catalog: Catalog) -> Own
     arrays = profile.altitude_m, profile.pressure_Pa, profile.temperature_K
     for array in (*arrays, *(profile.mixing_ratio[gas] for gas in gases)):
         content.update(array.tobytes())
-    return OwnMemory(catalog.shelf.air, content.digest())
+    key = content.digest()
+    return OwnMemory(catalog.shelf.air, key, catalog.shelf.get_or_compute(("air", key), dict))
 
 
 def _air_over_field(

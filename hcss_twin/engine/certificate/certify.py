@@ -50,14 +50,14 @@ def certify(
     ProviderError
         If a provider breaks its contract.
     """
-    names, bands = strata_of(plan), len(plan.bands)
+    names, bands, between = strata_of(plan), len(plan.bands), plan.assembly.between
     reasons = REASONS if plan.assembly.elements else REASONS[:-1]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
     references = References() if references is None else references
     for level in (0, spectral_level(plan.assembly), plan.assembly.numerical_level, reference_level(plan.assembly)):
-        expect(plan.assembly.at_level(level).model, [plan.sun_up_at(pixels.time_s) for pixels in frames])
+        expect(plan.assembly.for_references.at_level(level).model, [plan.sun_up_at(pixels.time_s) for pixels in frames])
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
@@ -105,7 +105,7 @@ def certify(
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
-        interpolation=references.interpolation,
+        interpolation="; ".join(filter(None, ("" if between is None else between.text, references.interpolation))),
         dark=tuple(
             band.name
             for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)

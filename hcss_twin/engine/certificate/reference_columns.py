@@ -116,7 +116,7 @@ class References:
             return KeptCurve(reference_curve(columns, plan.layers[index], levels, allowed))
 
         self.calls += 1
-        key = hashlib.sha256(f"curve {table_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
+        key = hashlib.sha256(f"curve {_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
         return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve)).curve
 
     def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
@@ -127,7 +127,7 @@ class References:
         ProviderError
             If a provider breaks its contract.
         """
-        digest = hashlib.sha256(table_key(plan).encode())
+        digest = hashlib.sha256(_key(plan).encode())
         digest.update(repr((float(time_s), thickness_m.shape)).encode())
         digest.update(np.ascontiguousarray(thickness_m).tobytes())
         self.calls += 1
@@ -156,8 +156,13 @@ class References:
         return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
 
 
+def _key(plan: Plan) -> str:
+    between = plan.assembly.between
+    return f"{table_key(plan)} afresh" if between is not None and between.afresh else table_key(plan)
+
+
 def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
-    assembly, grid = plan.assembly, plan.spectral_grid
+    assembly, grid = plan.assembly.for_references, plan.spectral_grid
     coarse, fine = spectral_level(assembly), reference_level(assembly)
     known = reference_spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
     terms: Array = known @ grid.weights_cm1.T

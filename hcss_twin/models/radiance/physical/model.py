@@ -131,9 +131,9 @@ class Physical:
             self._gas = GatheredGas(inputs.transmittance)
         # The engine requests the same few spectra repeatedly, for one or several sun positions.
         self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
-        air = partial(
-            Air, self._gas, inputs.profile, sublayers=self._numerics.sublayers, layers={}, memory=inputs.air_memory
-        )
+        memory, sublayers = inputs.air_memory, self._numerics.sublayers
+        layers = {} if memory is None else memory.small
+        air = partial(Air, self._gas, inputs.profile, sublayers=sublayers, layers=layers, memory=memory)
         self._air = cached_by_spectrum(air, maxsize=2)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
