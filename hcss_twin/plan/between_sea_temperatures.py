@@ -30,7 +30,10 @@ SCENES_PER_NODE = 2
 """For fewer scenes, their own temperatures cost less."""
 
 GROUPS = 2
-"""Groups of scenes whose columns stay in memory, some 20 MB each; the scenes of a group follow one another."""
+"""Groups of scenes whose columns stay in memory; the scenes of a group follow one another."""
+
+LIMIT_BYTES = 100_000_000
+"""Of the columns of a group, usually some 20 MB; beyond it all are forgotten."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,9 @@ class GroupColumns:
         ]
         rows = [row for row, own in enumerate(missing) if own.size]
         if rows:
+            if sum(values.nbytes for _, values in self._known.values()) > LIMIT_BYTES:
+                self._known.clear()
+                return self.at(key, wavenumber_cm1, thickness_m, solve)
             new = np.unique(np.concatenate([missing[row] for row in rows]))
             solved = solve(new, thickness_m[rows])
             for place, row in enumerate(rows):
@@ -152,7 +158,11 @@ class BetweenSeaTemperatures:
         """As :meth:`RadianceModel.clear`."""
 
         def solve(wavenumber: Array, _: Array) -> Array:
-            return self._solved(lambda model: [model.clear(wavenumber, sun)[name][None] for name in self.terms])
+            def of(model: RadianceModel) -> list[Array]:
+                terms = model.clear(wavenumber, sun)
+                return [terms[name][None] for name in self.terms]
+
+            return self._solved(of)
 
         values = self._between(wavenumber_cm1, np.zeros((1, 1)), sun, solve)
         if values is None:

@@ -171,20 +171,19 @@ def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) 
     return chosen
 
 
-_NOT_OF_COLUMNS = ("title", "seed", "output")
-
-
 def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[SeaTemperatures | None]:
     """Return, for each scenario, the temperatures of the sea between which its columns are interpolated, if any.
 
     They depend on all scenarios of a sweep, not on their order. The second of a group and a random tenth solve the
-    columns of their certificates afresh.
+    columns of their certificates afresh. ``certified`` scenes of other seeds are other groups, because certificates
+    need columns of other thickness.
     """
+    left_out = ("title", "output") if certified else ("title", "output", "seed")
     groups: dict[str, list[int]] = {}
     for number, scenario in enumerate(scenarios):
         plain = json.loads(scenario.to_json())
         if plain["sea"].pop("temperature") is not None and plain.get("surfaces") is None:
-            text = json.dumps({name: each for name, each in plain.items() if name not in _NOT_OF_COLUMNS})
+            text = json.dumps({name: each for name, each in plain.items() if name not in left_out})
             groups.setdefault(hashlib.sha256(text.encode()).hexdigest(), []).append(number)
     found: list[SeaTemperatures | None] = [None] * len(scenarios)
     for group, members in groups.items():
