@@ -177,6 +177,7 @@ def assemble(
         derived=derived,
         surfaces=surfaces,
         air_over_field=over_field,
+        air_memory=inputs.air_memory,
         built=builder.built,
     )
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.profile import Profile
@@ -81,6 +82,8 @@ class Assembly:
         That of the radiance model.
     air_over_field : AirOverField or None
         Air over the image; None if the scenario has one profile.
+    air_memory : OwnMemory or None
+        Where scenes with the same air keep it.
     """
 
     entries: Mapping[str, Entry]
@@ -115,6 +118,7 @@ class Assembly:
     surface: SurfaceState | None = None
     numerical_level: int = 0
     air_over_field: AirOverField | None = None
+    air_memory: OwnMemory | None = None
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
