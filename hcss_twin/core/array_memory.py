@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
 
 from hcss_twin.core.arrays import Array
 
@@ -37,6 +40,31 @@ class ArrayMemory:
         while self._size > self._limit:
             self._size -= _bytes(self._arrays.popitem(last=False)[1])
         return arrays
+
+
+@dataclass(frozen=True)
+class OwnMemory:
+    """The part of a memory for one object's arrays.
+
+    Attributes
+    ----------
+    content : bytes
+        Equal for objects whose arrays are equal.
+    small : dict
+        Small arrays, by keys of the user's choice, who limits their number.
+    """
+
+    memory: ArrayMemory
+    content: bytes
+    small: dict[Any, Array]
+
+    def get_or_compute(self, parts: Iterable[bytes], compute: Callable[[], tuple[Array, ...]]) -> tuple[Array, ...]:
+        """Return the arrays of a key, given in parts, computed on first use."""
+        digest = hashlib.sha256(self.content)
+        for part in parts:
+            digest.update(len(part).to_bytes(8, "big"))
+            digest.update(part)
+        return self.memory.get_or_compute(digest.digest(), compute)
 
 
 def _bytes(arrays: tuple[Array, ...]) -> int:

@@ -28,6 +28,8 @@ class ResultCache:
     within : iterable of Path, optional
         The user's files or folders that may be read for these results; by default all. A scenario from someone else's
         cube must not read any others.
+    several : bool
+        Whether there will be many scenes, so that it pays to keep their air.
 
     Attributes
     ----------
@@ -35,13 +37,16 @@ class ResultCache:
         The user's files that were read, if they are restricted.
     arrays : ArrayMemory
         Large arrays, such as solved clouds.
+    air : ArrayMemory or None
+        Transmittance and emission of air, if there are several scenes.
     """
 
-    def __init__(self, within: Iterable[Path] | None = None) -> None:
+    def __init__(self, within: Iterable[Path] | None = None, several: bool = False) -> None:
         self._results: OrderedDict[Hashable, Any] = OrderedDict()
         self._within = None if within is None else tuple(path.resolve() for path in within)
         self.own_files: set[Path] = set()
         self.arrays = ArrayMemory()
+        self.air = ArrayMemory() if several else None
 
     def may_read(self, path: Path) -> bool:
         """Return whether a file of the user may be read; if so, it is added to a restricted cache's ``own_files``."""

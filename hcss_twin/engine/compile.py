@@ -239,6 +239,8 @@ def table_key(plan: Plan) -> str:
             if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
         },
     }
+    if assembly.between is not None:
+        parts["between"] = assembly.between.nodes_K
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
     surface = assembly.surface

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.parameters import COEFFICIENTS
@@ -45,6 +47,7 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import selected
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.surface_classes import SceneSurfaces
 
 AIRS = 4
@@ -57,8 +60,15 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
 
-def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembly:
+def assemble(
+    scenario: Scenario, catalog: Catalog, slant: SlantPaths, between: SeaTemperatures | None = None
+) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
+
+    Parameters
+    ----------
+    between : SeaTemperatures, optional
+        Where the scene is one of many that differ in the temperature of the sea.
 
     Raises
     ------
@@ -103,6 +113,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
         memory=catalog.shelf.arrays,
+        air_memory=None if around.field is not None else _air_memory(builder, around, catalog),
     )
     radiance = scenario.radiance
     over_field = None
@@ -121,9 +132,17 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         return model
 
     # The same model serves the tables and the certificate, which share its solutions.
-    model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
+    exact_model_of = model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
+    kelvin = around.sea_temperature_K
     with attribute_to_field("radiance.model", radiance.parameters):
-        model = model_of(sea, slant.view, around.sea_temperature_K, 0)
+        model = model_of(sea, slant.view, kelvin, 0)
+    if between is not None and model.declares.numerical_levels > 1:  # other models are cheap
+        from hcss_twin.plan.between_sea_temperatures import interpolating  # not for single scenes
+
+        model_of = interpolating(exact_model_of, sea_of, sea, kelvin, between, catalog)
+        model = model_of(sea, slant.view, kelvin, 0)
+    else:
+        between = None
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
@@ -141,6 +160,8 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         optics_of_layers=particles.of_layers,
         model=model,
         model_of=model_of,
+        exact_model_of=exact_model_of,
+        between=between,
         sea_of=sea_of,
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
@@ -156,6 +177,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         derived=derived,
         surfaces=surfaces,
         air_over_field=over_field,
+        air_memory=inputs.air_memory,
         built=builder.built,
     )
 
@@ -194,6 +216,23 @@ def _atmosphere(
         _require_bands_inside(bands, transmittance.declares.valid, owner)
         _require_view_inside(scenario, transmittance.declares, owner)
     return around, transmittance
+
+
+def _air_memory(builder: Builder, around: Surroundings, catalog: Catalog) -> OwnMemory | None:
+    """Return where scenes with the same air keep it; None for a single scene."""
+    if catalog.shelf.air is None:
+        return None
+    built, profile = builder.built[str(Kind.ATMOSPHERE)], around.profile
+    entry = built.entry
+    code = entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target)
+    gases = sorted(profile.mixing_ratio)
+    parts = code, built.parameters, around.sea_wind_speed_m_s, sorted(catalog.used.items()), profile.name, gases
+    content = hashlib.sha256(repr(parts).encode())
+    arrays = profile.altitude_m, profile.pressure_Pa, profile.temperature_K
+    for array in (*arrays, *(profile.mixing_ratio[gas] for gas in gases)):
+        content.update(array.tobytes())
+    key = content.digest()
+    return OwnMemory(catalog.shelf.air, key, catalog.shelf.get_or_compute(("air", key), dict))
 
 
 def _air_over_field(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.profile import Profile
@@ -36,6 +37,7 @@ from hcss_twin.providers.declarations import applying
 from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
 
 
@@ -60,6 +62,10 @@ class Assembly:
         The provider of each layer; ``optics`` asks the right one for any particles.
     model_of : callable
         Builds the radiance model of the same scene for another sea, view, sea temperature, numerical level or air.
+    exact_model_of : callable
+        The same without interpolation over temperatures of the sea.
+    between : SeaTemperatures or None
+        Temperatures between which ``model`` interpolates; None for the scene's own.
     sea_of : callable
         Builds the sea model for another temperature.
     built : mapping of str to Built
@@ -76,6 +82,8 @@ class Assembly:
         That of the radiance model.
     air_over_field : AirOverField or None
         Air over the image; None if the scenario has one profile.
+    air_memory : OwnMemory or None
+        Where scenes with the same air keep it.
     """
 
     entries: Mapping[str, Entry]
@@ -94,6 +102,7 @@ class Assembly:
     optics_of_layers: tuple[Optics, ...]
     model: RadianceModel
     model_of: Callable[..., RadianceModel]
+    exact_model_of: Callable[..., RadianceModel]
     sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
@@ -102,12 +111,14 @@ class Assembly:
     slant: SlantPaths
     code: Mapping[str, tuple[str, str, str]]
     lines_of_sight: LinesOfSight | None = None
+    between: SeaTemperatures | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()
     surfaces: SceneSurfaces | None = None
     surface: SurfaceState | None = None
     numerical_level: int = 0
     air_over_field: AirOverField | None = None
+    air_memory: OwnMemory | None = None
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
@@ -141,6 +152,14 @@ class Assembly:
             return self
         model = self.model_of(self.sea, self.view, self.sea_temperature_K, level)
         return replace(self, model=model, numerical_level=level)
+
+    @property
+    def for_references(self) -> Assembly:
+        """The same scene with the radiance model of its certificate's reference columns."""
+        if self.between is None or not self.between.afresh:
+            return self
+        model = self.exact_model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
+        return replace(self, model_of=self.exact_model_of, model=model, between=None)
 
     def on_grid(self, refinement: int) -> Assembly:
         """Return the same scene on a spectral grid with another refinement."""

@@ -31,6 +31,7 @@ from hcss_twin.providers import View
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.probes import Probed
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
@@ -38,7 +39,13 @@ EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 
 
 @in_one_thread
-def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCache | None = None) -> Plan:
+def make_plan(
+    scenario: Scenario,
+    *,
+    keeps_results: bool = True,
+    shelf: ResultCache | None = None,
+    between: SeaTemperatures | None = None,
+) -> Plan:
     """Resolve a scenario and decide what to compute.
 
     Parameters
@@ -49,6 +56,8 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCa
         Whether to use results of earlier runs in the user's cache, and store new ones there.
     shelf : ResultCache, optional
         Files and results of scenes planned earlier in this process.
+    between : SeaTemperatures, optional
+        Where the scene is one of many that differ in the temperature of the sea.
 
     Raises
     ------
@@ -62,18 +71,18 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCa
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf
-        return _make_plan(scenario, catalog)
+        return _make_plan(scenario, catalog, between)
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 
 
-def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
+def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | None) -> Plan:
     frames, image = scenario.frames, scenario.image
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
     slant = slant_paths(scenario.slant, View(scenario.view.zenith, scenario.view.azimuth), zenith, azimuth)
-    assembly = assemble(scenario, catalog, slant)
+    assembly = assemble(scenario, catalog, slant, between)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))

@@ -88,6 +88,8 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     }
     if assembly.surface is not None:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
+    if assembly.between is not None:
+        parts["between"] = assembly.between.nodes_K
     key = result_key(parts, catalog.shelf)
     classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement, RadianceRange)
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, sun), classes)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from hcss_twin.core.array_memory import ArrayMemory
+from hcss_twin.core.array_memory import ArrayMemory, OwnMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.atmosphere import TransmittanceProvider
@@ -74,6 +74,8 @@ class RadianceInputs:
         Which of the model's levels of numerical accuracy to use, 0 is the coarsest.
     memory : ArrayMemory or None
         Where a model may keep arrays for the other scenes of the process, by a hash of all that they depend on.
+    air_memory : OwnMemory or None
+        Where a model may keep arrays for other scenes in the same air, by a hash of all else that they depend on.
     """
 
     profile: Profile
@@ -87,6 +89,7 @@ class RadianceInputs:
     wind_from_deg: float = 0.0
     numerical_level: int = 0
     memory: ArrayMemory | None = None
+    air_memory: OwnMemory | None = None
 
 
 class SolarIrradiance(Protocol):

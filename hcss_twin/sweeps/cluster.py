@@ -56,7 +56,7 @@ class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no typ
 
     def setup(self, worker: Worker) -> None:
         """Create the state shared by the threads of a worker."""
-        self.turn, self.cache = Lock(), ResultCache()
+        self.turn, self.cache = Lock(), ResultCache(several=True)
         if self._is_ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 

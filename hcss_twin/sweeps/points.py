@@ -18,6 +18,7 @@ from hcss_twin.core.errors import HcssError, Problem, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
+from hcss_twin.plan.between_sea_temperatures import SeaTemperatures, temperatures_between
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario
@@ -164,11 +165,41 @@ def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) 
         members.setdefault(groups[point.number], []).append(point)
     for group in members.values():
         if len(group) >= FEWEST_WITH_CURVES:
-            draws = [hashlib.sha256(point.scenario.to_json().encode()).digest() for point in group]
-            afresh = [int.from_bytes(draw[:8], "big") % SOLVED_AFRESH == 0 for draw in draws]
+            afresh = [_is_drawn(point.scenario) for point in group]
             afresh[:2] = False, True
             chosen |= {point.number for point, alone in zip(group, afresh, strict=True) if not alone}
     return chosen
+
+
+def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[SeaTemperatures | None]:
+    """Return, for each scenario, the temperatures of the sea between which its columns are interpolated, if any.
+
+    They depend on all scenarios of a sweep, not on their order. The second of a group and a random tenth solve the
+    columns of their certificates afresh. ``certified`` scenes of other seeds are other groups, because certificates
+    need columns of other thickness.
+    """
+    left_out = ("title", "output") if certified else ("title", "output", "seed")
+    groups: dict[str, list[int]] = {}
+    for number, scenario in enumerate(scenarios):
+        plain = json.loads(scenario.to_json())
+        if plain["sea"].pop("temperature") is not None and plain.get("surfaces") is None:
+            text = json.dumps({name: each for name, each in plain.items() if name not in left_out})
+            groups.setdefault(hashlib.sha256(text.encode()).hexdigest(), []).append(number)
+    found: list[SeaTemperatures | None] = [None] * len(scenarios)
+    for group, members in groups.items():
+        kelvin = {number: scenarios[number].sea.temperature for number in members}
+        between = temperatures_between(sorted({each for each in kelvin.values() if each is not None}), group)
+        for place, number in enumerate(members):
+            if between is None:
+                break
+            drawn = place == 1 or (place > 1 and _is_drawn(scenarios[number]))
+            found[number] = replace(between, afresh=certified and drawn)
+    return found
+
+
+def _is_drawn(scenario: Scenario) -> bool:
+    """Return whether a point is one of the random ones that solve their certificates afresh."""
+    return int.from_bytes(hashlib.sha256(scenario.to_json().encode()).digest()[:8], "big") % SOLVED_AFRESH == 0
 
 
 class Schedule(Generic[_T]):
@@ -236,7 +267,8 @@ class PointTask:
     """Task description for a worker; it is sent to other processes and machines.
 
     ``path`` is the absolute path of the cube, ``date`` the ``SOURCE_DATE_EPOCH`` of the process that started the sweep,
-    ``from_curves`` whether the certificate may read its reference columns from curves that points share.
+    ``from_curves`` whether the certificate may read its reference columns from curves that points share, ``between``
+    the temperatures of the sea between which columns are interpolated.
     """
 
     point: int
@@ -244,6 +276,7 @@ class PointTask:
     path: str
     date: str | None
     from_curves: bool = False
+    between: SeaTemperatures | None = None
 
 
 def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
@@ -256,7 +289,7 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
     outcome = PointOutcome(task.point)
     try:
         with _date(task.date):
-            plan = make_plan(task.scenario, shelf=cache)
+            plan = make_plan(task.scenario, shelf=cache, between=task.between)
             run(plan, path, report=certificates.append, from_curves=task.from_curves)
         failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
         size, digest = path.stat().st_size, sha256_of(path)
@@ -287,7 +320,7 @@ def _date(fixed: str | None) -> Iterator[None]:
 
 def compute_here(schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
     """Yield the outcome of each point."""
-    cache = ResultCache()
+    cache = ResultCache(several=True)
     while (following := schedule.next()) is not None:
         index, task = following
         outcome = compute(task, cache)

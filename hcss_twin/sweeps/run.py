@@ -25,6 +25,7 @@ from hcss_twin.sweeps.points import (
     points_of,
     points_with_curves,
     require_one_layout,
+    sea_groups,
     shared_tables,
 )
 
@@ -164,10 +165,14 @@ def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[S
     date, count = os.environ.get(DATE), len(folder.records)
     paths = [str((folder.path / cube_name(point.number, count)).resolve()) for point in missing]
     curves = points_with_curves(points, groups)
+    between = dict(zip((each.number for each in points), sea_groups([each.scenario for each in points]), strict=True))
     tasks = [
-        PointTask(each.number, each.scenario, path, date, each.number in curves)
+        PointTask(each.number, each.scenario, path, date, each.number in curves, between[each.number])
         for each, path in zip(missing, paths, strict=True)
     ]
+    # Points of a group follow one another, because few groups fit in memory.
+    first: dict[str, int] = {}
+    tasks.sort(key=lambda task: first.setdefault(task.between.group, task.point) if task.between else task.point)
     return Schedule(tasks, lambda task: groups[task.point], compiled)
 
 

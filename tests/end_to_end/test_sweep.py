@@ -178,10 +178,10 @@ def test_points_without_a_cube_are_missing_in_the_dataset(tmp_path, monkeypatch)
 def test_a_fault_of_the_code_is_one_of_its_point(tmp_path, monkeypatch):
     make_plan = hcss_twin.sweeps.points.make_plan
 
-    def faulty(scenario, shelf):
+    def faulty(scenario, **kept):
         if scenario.seed == 2:
             raise ZeroDivisionError("of a plugin")
-        return make_plan(scenario, shelf=shelf)
+        return make_plan(scenario, **kept)
 
     monkeypatch.setattr("hcss_twin.sweeps.points.make_plan", faulty)
     result = swept(tmp_path / "sweep", {"seed": [1, 2, 3]})

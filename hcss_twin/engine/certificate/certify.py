@@ -49,7 +49,7 @@ def certify(
     ProviderError
         If a provider breaks its contract.
     """
-    names, bands = strata_of(plan), len(plan.bands)
+    names, bands, between = strata_of(plan), len(plan.bands), plan.assembly.between
     reasons = REASONS if plan.assembly.elements else REASONS[:-1]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
@@ -104,7 +104,7 @@ def certify(
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
-        interpolation=references.interpolation,
+        interpolation="; ".join(filter(None, ("" if between is None else between.text, references.interpolation))),
         dark=tuple(
             band.name
             for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)

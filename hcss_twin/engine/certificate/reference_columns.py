@@ -121,11 +121,11 @@ class References:
             return KeptCurve(reference_curve(columns, plan.layers[index], levels, allowed))
 
         self.calls += 1
-        key = hashlib.sha256(f"curve {table_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
+        key = hashlib.sha256(f"curve {_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
         return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve)).curve
 
     def _columns(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
-        digest = hashlib.sha256(table_key(plan).encode())
+        digest = hashlib.sha256(_key(plan).encode())
         digest.update(repr((float(time_s), thickness_m.shape)).encode())
         digest.update(np.ascontiguousarray(thickness_m).tobytes())
         self.calls += 1
@@ -154,8 +154,13 @@ class References:
         return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
 
 
+def _key(plan: Plan) -> str:
+    between = plan.assembly.between
+    return f"{table_key(plan)} afresh" if between is not None and between.afresh else table_key(plan)
+
+
 def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tuple[Sun | None, ...]) -> Array:
-    assembly, grid = plan.assembly, plan.spectral_grid
+    assembly, grid = plan.assembly.for_references, plan.spectral_grid
     coarse, fine = spectral_level(assembly), reference_level(assembly)
     for level in (0, coarse, assembly.numerical_level, fine):
         expect(assembly.at_level(level).model, suns)

@@ -52,7 +52,7 @@ class UncertainScenario:
         if not isinstance(section, Mapping):
             message = f"{shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
             raise ScenarioError([Problem(UNCERTAIN, message)], origin)
-        return cls(raw, dict(overrides or {}), section, base, origin, ResultCache())
+        return cls(raw, dict(overrides or {}), section, base, origin, ResultCache(several=True))
 
     def scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
         """Return the scenario with more keys replaced; raises :class:`ScenarioError`."""

@@ -7,6 +7,7 @@ import logging
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,6 +28,7 @@ from hcss_twin.engine.simulate import run
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.sweeps.points import sea_groups
 from hcss_twin.sweeps.propagation.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,
@@ -173,7 +175,9 @@ def propagate(
         except ScenarioError as error:
             raise with_draw(error, sample, sample.mixtures[0], 0) from error
         collected = _Collected(sample)
-        tasks = [DrawTask(tuple(scenarios[each.name][draw] for each in sample.mixtures), maps) for draw in range(draws)]
+        of_draws = list(zip(*(scenarios[each.name] for each in sample.mixtures), strict=True))
+        groups = iter(sea_groups([scenario for each in of_draws for scenario in each], certified=False))
+        tasks = [DrawTask(each, maps, tuple(islice(groups, len(each)))) for each in of_draws]
         with executor_of(min(workers, draws)) as (executor, count):
             made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
             for draw, result in made if progress is None else progress(made, draws):

@@ -18,6 +18,7 @@ from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.parts import in_order
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
@@ -79,11 +80,13 @@ def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
 class DrawTask:
     """The scenes of one draw, one for each mixture, for any process with this package.
 
-    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps.
+    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps; ``between`` are the temperatures of
+    the sea between which the columns of each scene are interpolated.
     """
 
     scenarios: tuple[Scenario, ...]
     with_pixels: bool
+    between: tuple[SeaTemperatures | None, ...]
 
 
 @dataclass(frozen=True)
@@ -126,9 +129,9 @@ class DrawMaker:
         Raises ProviderError if a provider violates its contract, PropagationError if bands or layers differ.
         """
         statistics, pixels, names, keys, compiled = [], [], set(), set(), 0
-        for place, scenario in enumerate(task.scenarios):
+        for place, (scenario, between) in enumerate(zip(task.scenarios, task.between, strict=True)):
             try:
-                plan = make_plan(scenario, shelf=self._cache)
+                plan = make_plan(scenario, shelf=self._cache, between=between)
                 tables, key, is_new = self._tables.of(plan)
                 temperature = self._tables.temperature(plan)
                 own, values = statistics_of(plan, tables, temperature, with_levels=place == 0)
@@ -159,7 +162,7 @@ def only_one(names: set[tuple[tuple[str, ...], tuple[str, ...]]]) -> tuple[tuple
 
 @lru_cache(maxsize=1)
 def _maker() -> DrawMaker:
-    return DrawMaker(ResultCache())
+    return DrawMaker(ResultCache(several=True))
 
 
 def _made_by_worker(task: DrawTask) -> DrawResult:

@@ -11,9 +11,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.models.radiance.physical.composite_paths import CompositePaths, LayerAmounts, PathTransmittance
+from hcss_twin.models.radiance.physical.composite_paths import (
+    AbsorberPaths,
+    CompositePaths,
+    LayerAmounts,
+    PathTransmittance,
+)
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
@@ -34,6 +40,10 @@ SUBLAYERS = 2
 
 _MAX_LEG_VIEWS = 16
 """Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""
+
+_MOST_KEPT = 2**15
+"""Paths times wavenumbers of a column whose transmittances are kept for other scenes: pairs of streams would fill the
+memory, and cost little."""
 
 _MAX_LEGS, _MAX_SOURCES = 2048, 256
 """Legs in memory, with absorbers or emission: columns share those below and above clouds, suns share all."""
@@ -96,6 +106,8 @@ class Air:
         Parts into which the layers between two levels are divided for their emission; even.
     layers : dict, optional
         Absorber amounts that other wavenumbers share.
+    memory : OwnMemory, optional
+        Keeps legs and transmittances for scenes in the same air; used if paths are sums of absorber amounts.
     """
 
     def __init__(
@@ -105,15 +117,18 @@ class Air:
         wavenumber_cm1: Array,
         sublayers: int = SUBLAYERS,
         layers: LayerAmounts | None = None,
+        memory: OwnMemory | None = None,
     ) -> None:
         self._crossing = PathTransmittance(provider, wavenumber_cm1, {} if layers is None else layers)
         self._profile = profile
         self._sublayers = sublayers
         self._power_law = provider.declares.legs == "to_space"
         self.wavenumber_cm1 = wavenumber_cm1
+        self._memory = memory
+        self._numbers = wavenumber_cm1.tobytes() + sublayers.to_bytes(2, "big")
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
-        self._leg_views = cached_method(self._new_leg_view, _MAX_LEG_VIEWS)
+        self._leg_views = cached_method(self._leg_view, _MAX_LEG_VIEWS)
         self._pieces = cached_method(self._new_pieces, _MAX_LEGS)
         self._sources = cached_method(self._new_sources, _MAX_SOURCES)
 
@@ -137,7 +152,11 @@ class Air:
 
     def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, S) of composite paths."""
-        return self._crossing.transmittance(crossed)
+        small = len(crossed) * self.wavenumber_cm1.size <= _MOST_KEPT
+        if self._memory is None or not small or not isinstance(crossed, AbsorberPaths):
+            return self._crossing.transmittance(crossed)
+        parts = self._numbers, crossed.key, str(len(crossed)).encode()
+        return self._memory.get_or_compute(parts, lambda: (self._crossing.transmittance(crossed),))[0]
 
     def leg(
         self,
@@ -173,6 +192,21 @@ class Air:
         return self._leg_views(
             _LegRequest(front.key, zeniths, lower_m, upper_m, downward, coarse, front, front_transmittance)
         )
+
+    def _leg_view(self, request: _LegRequest) -> LegView:
+        """Return a leg from the memory that scenes share, if there is one."""
+        if self._memory is None or not isinstance(request.front, AbsorberPaths):
+            return self._new_leg_view(request)
+        ends = repr((request.zenith_deg, request.lower_m, request.upper_m, request.downward, request.coarse))
+
+        def compute() -> tuple[Array, ...]:
+            view = self._new_leg_view(request)
+            assert isinstance(view.crossed, AbsorberPaths)
+            return view.emission, view.transmittance, view.crossed.amounts
+
+        parts = self._numbers, request.front.key, ends.encode()
+        emission, transmittance, amounts = self._memory.get_or_compute(parts, compute)
+        return LegView(emission, transmittance, AbsorberPaths(amounts))
 
     def _new_leg_view(self, request: _LegRequest) -> LegView:
         front, front_transmittance, zenith_deg = request.front, request.front_transmittance, request.zenith_deg

@@ -114,7 +114,7 @@ class SlabSolver:
     wavenumber_cm1 : ndarray (V,)
     directions : ColumnDirections
     sun_share : ndarray (V,)
-        Sunlight reflected by a white plane, relative to the Planck radiance of the sea.
+        Sunlight reflected by a white plane, relative to the Planck radiance of a cold sea.
     closed_form : bool
         Whether clouds are solved by the two-stream closed form.
     memory : ArrayMemory

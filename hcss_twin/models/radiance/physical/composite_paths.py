@@ -54,7 +54,7 @@ class CompositePaths(ABC):
 
 
 @dataclass(frozen=True)
-class _AbsorberPaths(CompositePaths):
+class AbsorberPaths(CompositePaths):
     """Paths as amounts of absorbers (P, C, K)."""
 
     amounts: Array
@@ -63,16 +63,19 @@ class _AbsorberPaths(CompositePaths):
         return int(self.amounts.shape[0])
 
     def take(self, rows: Rows) -> Self:
+        """Return the paths of given rows."""
         return type(self)(self.amounts[rows])
 
     def __add__(self, other: Self) -> Self:
         return type(self)(self.amounts + other.amounts)
 
     def beside(self, others: Sequence[Self]) -> Self:
+        """Append columns."""
         return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
 
     @property
-    def key(self) -> Hashable:
+    def key(self) -> bytes:
+        """All amounts."""
         return self.amounts.tobytes()
 
 
@@ -130,7 +133,7 @@ class PathTransmittance:
         if self._amounts is None or self._of_amounts is None:
             return _LegPaths(tuple(tuple(row) for row in paths))
         amounts = self._amounts([path for row in paths for path in row])
-        return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
+        return AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
 
     def nested(
         self, legs_m: Sequence[tuple[float, float]], zenith_deg: tuple[float, ...], parts: int
@@ -168,11 +171,11 @@ class PathTransmittance:
         by_layer = np.stack([known[zenith_deg, layer] for layer in layers], axis=1)
         crossed = np.cumsum(by_layer[:, :, -1], axis=1)
         by_layer[:, 1:] += crossed[:, :-1, None]
-        return _AbsorberPaths(by_layer.reshape(-1, 1, by_layer.shape[3]))
+        return AbsorberPaths(by_layer.reshape(-1, 1, by_layer.shape[3]))
 
     def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, C x V): all wavenumbers of the first column, then of the second, ..."""
-        if isinstance(crossed, _AbsorberPaths) and self._of_amounts is not None:
+        if isinstance(crossed, AbsorberPaths) and self._of_amounts is not None:
             amounts = crossed.amounts.reshape(-1, crossed.amounts.shape[2])
             result: Array = self._of_amounts(self._wavenumber, amounts)
         else:

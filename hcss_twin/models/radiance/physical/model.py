@@ -65,6 +65,10 @@ _FAINT_SHARE = 1e-5
 _MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 
+_COLD_SEA_K = 263.15
+"""Sunlight that is faint beside the emission of colder water is solved in closed form over any sea: solved clouds do
+not depend on the sea's temperature, and radiance is a smooth function of it."""
+
 _MIN_EARTH_RADIUS_M = 6356752.0
 """Polar radius; in providers with a larger radius the sun is no lower."""
 
@@ -132,7 +136,9 @@ class Physical:
             self._gas = GatheredGas(inputs.transmittance)
         # The engine requests the same few spectra repeatedly, for one or several sun positions.
         self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
-        air = partial(Air, self._gas, inputs.profile, sublayers=self._numerics.sublayers, layers={})
+        memory, sublayers = inputs.air_memory, self._numerics.sublayers
+        layers = {} if memory is None else memory.small
+        air = partial(Air, self._gas, inputs.profile, sublayers=sublayers, layers=layers, memory=memory)
         self._air = cached_by_spectrum(air, maxsize=2)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
@@ -290,7 +296,7 @@ class Physical:
             self._numerics,
             wavenumber,
             scene.directions,
-            scene.received / (np.pi * scene.air.black_body(inputs.sea_temperature_K)),
+            scene.received / (np.pi * scene.air.black_body(min(inputs.sea_temperature_K, _COLD_SEA_K))),
             self.closed_form,
             inputs.memory or ArrayMemory(),
             max((layer.top_m for layer in inputs.layers), default=0.0),

@@ -28,7 +28,7 @@ class Numerics:
         Most azimuth modes of sunlight between cloud and sea: under a thin cloud over a calm sea, fewer than twice the
         streams break off the series where it still oscillates.
     faint_sun : float
-        Sunlight below this share of the sea's emission is scattered in closed form, with an error of 15 %.
+        Sunlight below this share of a cold sea's emission is scattered in closed form, with an error of 15 %.
     sublayers : int
         Parts of each layer of the air for its emission; even.
     """
