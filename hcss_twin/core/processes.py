@@ -76,25 +76,33 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def start_worker(work: Callable[..., None], *given: Any) -> BaseProcess:
-    """Start a process that calls ``work(*given)`` and never outlives this one.
-
-    On Linux a process with a single thread is copied, with all its modules, in milliseconds; others start anew.
+    """Start a process that calls ``work(*given)`` and never outlives this one: a copy, or else a new process.
 
     Raises
     ------
     OSError
         If the system starts no more processes.
     """
-    if sys.platform == "linux" and threading.active_count() == 1:
-        copy = multiprocessing.get_context("fork").Process(target=_work, args=(work, given), daemon=True)
-        with _signals_held(), warnings.catch_warnings():
-            # Python warns of threads of BLAS, too, which prepares them for this itself.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            copy.start()
-        return copy
+    if can_copy():
+        return start_copy(work, *given)
     worker = _Worker(target=_work, args=(work, given), daemon=True)
     worker.start()
     return worker
+
+
+def can_copy() -> bool:
+    """Whether this process can be copied: on Linux, while no other thread may hold a lock."""
+    return sys.platform == "linux" and threading.active_count() == 1 and not multiprocessing.current_process().daemon
+
+
+def start_copy(work: Callable[..., None], *given: Any) -> BaseProcess:
+    """Start a copy of this process, with all its modules, in milliseconds; otherwise as :func:`start_worker`."""
+    copy = multiprocessing.get_context("fork").Process(target=_work, args=(work, given), daemon=True)
+    with _signals_held(), warnings.catch_warnings():
+        # Python warns of threads of BLAS, too, which prepares them for this itself.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        copy.start()
+    return copy
 
 
 def _work(work: Callable[..., None], given: tuple[Any, ...]) -> None:
