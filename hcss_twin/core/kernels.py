@@ -46,11 +46,16 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compiled(function: Callable[..., Any]) -> Any:
         if not hasattr(FunctionCache, "_load_overload"):  # a version of numba with another cache
             return njit(cache=True, nogil=True, **options)(function)
-        dispatcher: Any = njit(nogil=True, **options)(function)
+        dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
         dispatcher._cache = _KernelCache(function)
         return dispatcher
 
     return compiled
+
+
+def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """As :func:`kernel`, for functions that only kernels call: the interpreter's access may compile as long as they."""
+    return kernel(no_cpython_wrapper=True, **options)
 
 
 @contextmanager
