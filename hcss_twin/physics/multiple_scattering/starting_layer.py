@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.kernels import inner
+from hcss_twin.core.kernels import inner, kernel
 
 
 @inner(error_model="numpy")
@@ -103,7 +103,7 @@ def eliminate(matrix: Any, right: Any, first: int) -> None:
 START, START_OF_MODES = 0.05, 0.2
 
 
-@inner()
+@kernel()
 def halvings(thickness: float, least_mu: float, start: float) -> int:
     """Return how often a layer is halved to become a starting layer for all directions."""
     count = 0

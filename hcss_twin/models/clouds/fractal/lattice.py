@@ -35,7 +35,7 @@ _MULTIPLIER_2 = 0x94D049BB133111EB
 _OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
-@inner(error_model="numpy")
+@kernel(error_model="numpy")
 def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32], work: NDArray[np.float32]) -> None:
     """Convert ``bits`` (N,) to normals in ``values`` (N,): the top bit is the sign, the others the tail.
 
@@ -152,7 +152,7 @@ def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     return _u4(h ^ _u4(h >> _u4(16)))
 
 
-@inner(error_model="numpy")
+@kernel(error_model="numpy")
 def fill_row(
     plane: np.uint64,
     y: np.int64,
