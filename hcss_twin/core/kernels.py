@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from numba import njit
+from numba.core import event
 from numba.core.caching import FunctionCache
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
+
+COMPILES = "compiles kernels"
+"""Name of a process of :func:`compiling_meanwhile`."""
+
+LONGEST_S = 30.0
+"""Time in which the kernels of clouds are compiled on a busy machine."""
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
@@ -35,8 +46,58 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compiled(function: Callable[..., Any]) -> Any:
         if not hasattr(FunctionCache, "_load_overload"):  # a version of numba with another cache
             return njit(cache=True, nogil=True, **options)(function)
-        dispatcher: Any = njit(nogil=True, **options)(function)
+        dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
         dispatcher._cache = _KernelCache(function)
         return dispatcher
 
     return compiled
+
+
+def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """As :func:`kernel`, for functions that only kernels call: the interpreter's access may compile as long as they."""
+    return kernel(no_cpython_wrapper=True, **options)
+
+
+@contextmanager
+def compiling_meanwhile(work: Callable[[], object]) -> Iterator[None]:
+    """Let a copy of this process do ``work`` as soon as the block compiles a kernel, to compile those of ``work``, too.
+
+    Only its kernels matter, which are kept in numba's cache; :func:`wait_for_kernels` waits for them. Where a process
+    cannot be copied, or all kernels of the block are compiled, nothing happens.
+    """
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
+        is_first = True
+
+        def on_start(self, event: Any) -> None:
+            from hcss_twin.core.processes import can_copy, start_copy
+
+            if self.is_first and can_copy():
+                with suppress(OSError):  # no more processes
+                    start_copy(_silently, work).name = COMPILES
+            self.is_first = False
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
+
+
+def _silently(work: Callable[[], object]) -> None:
+    """Do ``work`` in a copy; the original will meet its errors and warnings itself."""
+    # The copy never goes on with what the original was compiling, and its threads need the lock.
+    while global_compiler_lock.is_locked():
+        global_compiler_lock.release()
+    warnings.simplefilter("ignore")
+    with suppress(Exception):
+        work()
+
+
+def wait_for_kernels() -> None:
+    """Wait for the process that :func:`compiling_meanwhile` has started, unless it takes longer than to compile."""
+    started = sys.modules.get("multiprocessing")
+    for each in started.active_children() if started else ():
+        if each.name == COMPILES:
+            each.join(LONGEST_S)
+            each.terminate()

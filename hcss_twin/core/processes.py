@@ -9,28 +9,42 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Block signals while a process starts, so that none runs handlers of this process in the new one.
+
+    The new process inherits the block; :func:`_follow_the_parent` lifts it for SIGTERM.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class _Worker(SpawnProcess):
-    """A process that starts with blocked Ctrl-C: interrupted while it starts, it would print a traceback."""
+    """A process that starts with blocked signals: interrupted while it starts, it would print a traceback."""
 
     def start(self) -> None:
-        if not hasattr(signal, "pthread_sigmask"):
+        if os.name == "posix":
+            resource_tracker.ensure_running()  # started with the process, it would unblock Ctrl-C
+        with _signals_held():
             super().start()
-            return
-        resource_tracker.ensure_running()  # started with the process, it would unblock Ctrl-C
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            super().start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Context(SpawnContext):
@@ -61,6 +75,41 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(cancel_futures=True)
 
 
+def start_worker(work: Callable[..., None], *given: Any) -> BaseProcess:
+    """Start a process that calls ``work(*given)`` and never outlives this one: a copy, or else a new process.
+
+    Raises
+    ------
+    OSError
+        If the system starts no more processes.
+    """
+    if can_copy():
+        return start_copy(work, *given)
+    worker = _Worker(target=_work, args=(work, given), daemon=True)
+    worker.start()
+    return worker
+
+
+def can_copy() -> bool:
+    """Whether this process can be copied: on Linux, while no other thread may hold a lock."""
+    return sys.platform == "linux" and threading.active_count() == 1 and not multiprocessing.current_process().daemon
+
+
+def start_copy(work: Callable[..., None], *given: Any) -> BaseProcess:
+    """Start a copy of this process, with all its modules, in milliseconds; otherwise as :func:`start_worker`."""
+    copy = multiprocessing.get_context("fork").Process(target=_work, args=(work, given), daemon=True)
+    with _signals_held(), warnings.catch_warnings():
+        # Python warns of threads of BLAS, too, which prepares them for this itself.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        copy.start()
+    return copy
+
+
+def _work(work: Callable[..., None], given: tuple[Any, ...]) -> None:
+    _follow_the_parent()
+    work(*given)
+
+
 def _follow_the_parent() -> None:
     """Ignore Ctrl-C, which the parent handles, and end as soon as the parent has ended, for whatever reason.
 
@@ -68,11 +117,14 @@ def _follow_the_parent() -> None:
     this, all of them would wait forever.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_after, args=(parent,), daemon=True, name="parent").start()
 
 
-def _end_after(parent: multiprocessing.process.BaseProcess) -> None:
+def _end_after(parent: BaseProcess) -> None:
     parent.join()
     os._exit(1)

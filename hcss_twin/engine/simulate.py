@@ -18,6 +18,7 @@ from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
+from hcss_twin.core.kernels import wait_for_kernels
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
@@ -136,6 +137,7 @@ def _write_clean(
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
+    wait_for_kernels()
     _require_no_input(plan, output)  # again, with the files read for the tables
     with (
         executor_of(workers, scheduler) as (executor, count),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from datetime import timedelta
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.kernels import compiling_meanwhile
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
+
+_SMALL_IMAGE = 2**22
+"""Pixels whose clouds take less time than their kernels take to compile."""
 
 
 @in_one_thread
@@ -91,7 +96,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     sensor = planned_sensor(scenario, assembly, catalog, extent)
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
-    analysis, surfaces = analyse_scene(scenario, assembly, catalog, suns), None
+    with compiling_meanwhile(partial(_first_clouds, assembly)):
+        analysis, surfaces = analyse_scene(scenario, assembly, catalog, suns), None
     if assembly.surfaces is not None:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
@@ -155,6 +161,14 @@ def _on_land(share: float) -> tuple[str, ...]:
         "sea everywhere; with [surfaces] land is land"
     )
     return (text,) if share > 0.0 else ()
+
+
+def _first_clouds(assembly: Assembly) -> None:
+    """Compute the clouds of a small image at time 0."""
+    points = tuple(slice(0, each) for each in (assembly.grid.rows, assembly.grid.columns))
+    if assembly.grid.rows * assembly.grid.columns <= _SMALL_IMAGE:
+        for generator in assembly.generators:
+            generator.thickness_m(0.0, *points)
 
 
 def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> tuple[Probed, ...]:

@@ -1,40 +1,32 @@
-"""Compute points with Dask: in processes on this machine, or on an existing cluster.
+"""Compute points on an existing Dask cluster.
 
 Import this module only if Dask is installed.
 """
 
 from __future__ import annotations
 
-import gc
-import logging
 import os
 import re
 import secrets
-import signal
 import socket
-import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from itertools import islice
-from multiprocessing import resource_tracker
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 
-import dask
-from distributed import Client, LocalCluster, Worker, WorkerPlugin, as_completed, get_worker
+from distributed import Client, Worker, WorkerPlugin, as_completed, get_worker
 from distributed.scheduler import KilledWorker
 
 from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
+from hcss_twin.sweeps.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
 """Points assigned to a worker: one being computed and one queued."""
 
-_DIED_TWICE = "the worker processes of both attempts died: out of memory, or killed"
 _CONNECT_S = 10
 _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
@@ -42,23 +34,15 @@ _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})"
 class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
     """State shared by the points of one process; points run one at a time, because the netCDF library is not thread
     safe.
-
-    ``is_ours`` states whether the process was started for the sweep. Such a process ignores Ctrl-C; its parent stops
-    it.
     """
 
     name = "hcss-point-worker"
     # Concurrent sweeps on a cluster share the plugin of the first one, so they take turns, too.
     idempotent = True
 
-    def __init__(self, is_ours: bool) -> None:
-        self._is_ours = is_ours
-
     def setup(self, worker: Worker) -> None:
         """Create the state shared by the threads of a worker."""
         self.turn, self.cache = Lock(), ResultCache(several=True)
-        if self._is_ours:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def compute_on_worker(task: PointTask) -> PointOutcome:
@@ -69,15 +53,15 @@ def compute_on_worker(task: PointTask) -> PointOutcome:
 
 
 class Cluster:
-    """Workers that share the folder of the sweep; ``is_ours`` is true if they were started for it.
+    """Workers that share the folder of the sweep.
 
     Each worker computes one point while another is queued. If a worker dies, both are lost; they are retried at the
     end, each alone on a worker, so that only a point that kills its worker fails.
     """
 
-    def __init__(self, client: Any, is_ours: bool) -> None:
+    def __init__(self, client: Any) -> None:
         self._client = client
-        client.register_plugin(PointWorker(is_ours))
+        client.register_plugin(PointWorker())
 
     def compute(self, schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
         """Yield the outcome of each point in order of completion."""
@@ -107,7 +91,7 @@ class Cluster:
                 if outcome is None and not alone:
                     suspects.append((index, task))
                     continue
-                outcome = outcome or PointOutcome(task.point, error=_DIED_TWICE)
+                outcome = outcome or PointOutcome(task.point, error=DIED_TWICE)
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
@@ -139,62 +123,6 @@ class Cluster:
                 )
 
 
-_OF_OUR_PROCESSES = {
-    "distributed.scheduler.allowed-failures": 0,
-    # By default, Dask workers return every freed 64 kB to the system, which is slow with many arrays, and are profiled
-    # a hundred times a second.
-    "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
-    "distributed.worker.profile.enabled": False,
-}
-
-
-@contextmanager
-def local_cluster(workers: int) -> Iterator[Cluster]:
-    """Start single-threaded processes on this machine, and stop them when the block ends.
-
-    Raises SweepError if the processes do not start.
-    """
-    with ExitStack() as stack:
-        stack.enter_context(_without_reports_of_interrupts())
-        scratch = stack.enter_context(TemporaryDirectory(prefix="hcss-sweep-", ignore_cleanup_errors=True))
-        stack.enter_context(dask.config.set({**_OF_OUR_PROCESSES, "temporary-directory": scratch}))
-        try:
-            with _undisturbed():
-                processes = stack.enter_context(
-                    LocalCluster(
-                        n_workers=workers,
-                        threads_per_worker=1,
-                        processes=True,
-                        memory_limit=0,
-                        # None means Dask's default port, with a warning if another cluster uses it.
-                        dashboard_address="127.0.0.1:0",
-                        silence_logs=logging.CRITICAL,
-                    )
-                )
-                client = stack.enter_context(Client(processes, set_as_default=False))
-            # The workers load the engine, which takes seconds: signals must not wait for that.
-            cluster = Cluster(client, is_ours=True)
-        except (OSError, RuntimeError, TimeoutError) as error:
-            raise SweepError(
-                f"{workers} worker processes cannot be started: {error} (a Python script that starts them needs "
-                "'if __name__ == \"__main__\":' around its own code)"
-            ) from error
-        yield cluster
-
-
-@contextmanager
-def _without_reports_of_interrupts() -> Iterator[None]:
-    """Keep asyncio from printing tracebacks of what an interrupt has cancelled, until it is collected."""
-    logger = logging.getLogger("asyncio")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        gc.collect()
-        logger.setLevel(before)
-
-
 @contextmanager
 def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     """Use the workers of an existing scheduler, and leave them running.
@@ -207,7 +135,7 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     except (OSError, ValueError) as error:
         raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     with client:
-        cluster = Cluster(client, is_ours=False)
+        cluster = Cluster(client)
         cluster.require_alike(folder)
         yield cluster
 
@@ -225,31 +153,6 @@ def _require_answer(scheduler: str) -> None:
         socket.create_connection((host.strip("[]"), int(port)), _CONNECT_S).close()
     except (OSError, OverflowError) as error:
         raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Defer signals while processes start, when they cannot be stopped cleanly.
-
-    The processes inherit the blocked Ctrl-C, because this process stops them.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    resource_tracker.ensure_running()  # started with the processes, it would unblock Ctrl-C
-    late: list[int] = []
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, lambda got, _frame: late.append(got)) for number in numbers]
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
-    try:
-        yield
-    finally:
-        if blocked is not None:
-            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
-        if late:
-            signal.raise_signal(late[0])
 
 
 def _outcome(future: Any, task: PointTask) -> PointOutcome | None:

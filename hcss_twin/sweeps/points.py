@@ -228,6 +228,16 @@ class Schedule(Generic[_T]):
         index = heapq.heappop(self._ready)
         return index, self._things[index]
 
+    @property
+    def ready(self) -> int:
+        """Number of items that are available now."""
+        return len(self._ready)
+
+    @property
+    def left(self) -> int:
+        """Number of items that :meth:`next` has not returned yet."""
+        return len(self._ready) + sum(map(len, self._waiting.values()))
+
     def finished(self, index: int, succeeded: bool) -> None:
         """Record that an item is done: release its group, or, after a failure, let the group's next item go first."""
         group = self._groups[index]
@@ -238,6 +248,10 @@ class Schedule(Generic[_T]):
         for follower in waiting[:count]:
             heapq.heappush(self._ready, follower)
         del waiting[:count]
+
+
+DIED_TWICE = "the worker processes of both attempts died: out of memory, or killed"
+"""Error of a point that ends its process, and again when it is computed alone."""
 
 
 @dataclass(frozen=True)

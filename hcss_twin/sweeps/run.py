@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -98,8 +98,8 @@ def sweep(
     overrides : mapping, optional
         Dotted key to value, the same in all points.
     workers : int
-        Processes on this machine; 1 computes in the current process. With more, a script needs ``if __name__ ==
-        "__main__":``.
+        Most processes on this machine; 1 computes in the current process. With more, as many start as save time, and
+        a script needs ``if __name__ == "__main__":``.
     scheduler : str, optional
         Address of a Dask scheduler whose workers are used instead; they must share the folder.
     dataset : path, optional
@@ -182,18 +182,17 @@ def _outcomes(
     """Yield the outcomes of points in order of completion, local or from the cluster."""
     if count == 0:
         return
-    if scheduler is None and min(workers, count) == 1:
-        yield from compute_here(schedule)
+    if scheduler is None:
+        from hcss_twin.sweeps.local_workers import compute_in_processes
+
+        several = min(workers, count) > 1
+        yield from compute_in_processes(schedule, min(workers, count)) if several else compute_here(schedule)
         return
     try:
-        from hcss_twin.sweeps.cluster import local_cluster, remote_cluster
+        from hcss_twin.sweeps.cluster import remote_cluster
     except ImportError as error:
         raise SweepError(
-            "several workers need Dask, which is not installed: pip install 'hcss-twin[sweep]'; allowed without it: "
-            "one worker"
+            f"the scheduler {scheduler} needs Dask, which is not installed: pip install 'hcss-twin[sweep]'"
         ) from error
-    with ExitStack() as stack:
-        opened = (
-            local_cluster(min(workers, count)) if scheduler is None else remote_cluster(scheduler, folder.resolve())
-        )
-        yield from stack.enter_context(opened).compute(schedule)
+    with remote_cluster(scheduler, folder.resolve()) as cluster:
+        yield from cluster.compute(schedule)

@@ -5,8 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import nullcontext
-from types import SimpleNamespace
 
 import psutil
 import pytest
@@ -31,9 +29,20 @@ if __name__ == "__main__":
 """
 
 
-def test_workers_end_within_a_second_of_a_killed_parent(tmp_path):
+COPIED = """
+import time
+from hcss_twin.core.processes import start_worker
+
+if __name__ == "__main__":
+    print(*(start_worker(time.sleep, 60).pid for _ in range(2)), flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("code", [PARENT, COPIED])
+def test_workers_end_within_a_second_of_a_killed_parent(tmp_path, code):
     script = tmp_path / "parent.py"
-    script.write_text(PARENT)
+    script.write_text(code)
     with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as process:
         workers = [psutil.Process(int(word)) for word in process.stdout.readline().split()]
         assert len(workers) == 2
@@ -69,20 +78,6 @@ def interrupt_work_of(seconds):
         pool.submit(os.getpid).result()
         pool.submit(time.sleep, seconds)
         raise KeyboardInterrupt
-
-
-def test_signals_wait_for_the_start_of_the_processes_of_a_sweep_but_not_of_the_engine_in_them(monkeypatch):
-    pytest.importorskip("distributed")
-    from hcss_twin.sweeps import cluster
-
-    seen = []
-    client = SimpleNamespace(register_plugin=lambda _: seen.append(signal.getsignal(signal.SIGTERM)))
-    monkeypatch.setattr(cluster, "LocalCluster", lambda **_: nullcontext())
-    monkeypatch.setattr(cluster, "Client", lambda *_, **__: nullcontext(client))
-    before = signal.getsignal(signal.SIGTERM)
-    with cluster.local_cluster(1):
-        pass
-    assert seen == [before]
 
 
 def is_alive(process):

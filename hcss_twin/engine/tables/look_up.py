@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.core.kernels import kernel
+from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 
 Thickness = NDArray[np.float32]
@@ -143,7 +143,7 @@ def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
     return index.astype(np.int32), shift, first
 
 
-@kernel()
+@inner()
 def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
     """Whether a thickness is outside the nodes by more than rounding, or NaN."""
     if nodes.size == 0:
@@ -152,7 +152,7 @@ def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
     return not (nodes[0] * (1 - ROUNDING) <= thickness <= nodes[nodes.size - 1] * (1 + ROUNDING))
 
 
-@kernel()
+@inner()
 def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-untyped-def]
     """Interval of a thickness, and its position in the interval, 0 to 1."""
     # Unsigned numbers: for signed ones every access would test whether it counts from the end.
@@ -195,7 +195,7 @@ def _points(  # type: ignore[no-untyped-def]
     return True
 
 
-@kernel()
+@inner()
 def _place(interval, share, i, points, layer):  # type: ignore[no-untyped-def]
     """Set interval and position of points of row i; 0 and 0 without cloud. False if one is outside the nodes."""
     thickness, bits, nodes, guide, shift, first = layer
@@ -278,7 +278,7 @@ def _two_layers(radiance, row, column, samples, table, lower, upper):  # type: i
     return True
 
 
-@kernel()
+@inner()
 def _write(radiance, row, column, sums, count, share):  # type: ignore[no-untyped-def]
     """Write means of neighbouring pixels plane by plane, several times as fast as pixel by pixel."""
     for c in range(sums.shape[1]):

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import kernel
+from hcss_twin.core.kernels import inner, kernel
 
 _f4, _i4 = np.float32, np.int32
 
@@ -230,7 +230,7 @@ def _index_of(strips: Iterable[Field], value: np.float32, number: int) -> int:
     raise AssertionError("the field changed between two passes")
 
 
-@kernel(inline="always")
+@inner(inline="always")
 def _order(word: Any) -> Any:
     """Map the bits of a single-precision number to an ordered 32-bit integer; both zeros map to the same one."""
     if word == -2147483648:

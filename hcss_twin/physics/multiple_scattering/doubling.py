@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import kernel
+from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
@@ -33,7 +33,6 @@ from hcss_twin.physics.multiple_scattering.starting_layer import (
     accumulate,
     eliminate,
     halvings,
-    inner,
     starting_layer,
 )
 
@@ -138,7 +137,7 @@ def solve_chains(
                     transmitted[cell, i - unseen, j] = transmission[i, j] * unscaled
 
 
-@inner
+@inner(error_model="numpy")
 def _is_opaque(transmission: Any, direct: Any, skipped: int, columns: int) -> bool:
     for i in range(skipped, direct.size):
         if direct[i] > OPAQUE:
@@ -149,7 +148,7 @@ def _is_opaque(transmission: Any, direct: Any, skipped: int, columns: int) -> bo
     return True
 
 
-@inner
+@inner(error_model="numpy")
 def _double(
     reflection: Any,
     transmission: Any,
@@ -218,7 +217,7 @@ def _double(
             transmission[i, j] = up[i, j]
 
 
-@inner
+@inner(error_model="numpy")
 def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
     """Make the rows of a layer just doubled sum to 1 in spite of rounding.
 

@@ -31,13 +31,10 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.kernels import kernel
-
-# Decorator for functions called only by compiled functions.
-inner = kernel(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+from hcss_twin.core.kernels import inner, kernel
 
 
-@inner
+@inner(error_model="numpy")
 def accumulate(out: Any, a: Any, b: Any, start: int, stop: int, beams: int, columns: int) -> None:
     """Add to rows ``start`` to ``stop`` of ``out`` the sum over streams of ``a`` [i, k] ``b`` [k, :]."""
     width = out.shape[1]
@@ -57,7 +54,7 @@ def accumulate(out: Any, a: Any, b: Any, start: int, stop: int, beams: int, colu
                 row[j] += f0 * b0[j]
 
 
-@inner
+@inner(error_model="numpy")
 def eliminate(matrix: Any, right: Any, first: int) -> None:
     """Solve ``matrix`` x = rows of ``right`` from ``first`` on, in place; both are overwritten.
 
@@ -116,7 +113,7 @@ def halvings(thickness: float, least_mu: float, start: float) -> int:
     return count
 
 
-@inner
+@inner(error_model="numpy")
 def starting_layer(
     same: Any,
     other: Any,

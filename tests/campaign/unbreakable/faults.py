@@ -154,14 +154,16 @@ OUTPUTS = ("cube.nc", "swept")
 
 
 def _killed_worker(name, allowed):
-    """Kill a worker as soon as there are two."""
+    """Kill a worker as soon as there are two, or the first of a sweep, which may need no other."""
 
     def fault(folder):
         command = Command(arguments_of(name, sound()[0]), folder)
         deadline = time.monotonic() + 50
         workers = []
-        while time.monotonic() < deadline and command.process.poll() is None and len(workers) < 2:
-            workers = [each for each in command.alive() if "spawn_main" in " ".join(each.cmdline())]
+        enough = 1 if name.startswith("sweep") else 2
+        while time.monotonic() < deadline and command.process.poll() is None and len(workers) < enough:
+            others = [each for each in command.alive() if each.pid != command.process.pid]
+            workers = [each for each in others if "resource_tracker" not in " ".join(each.cmdline())]
             time.sleep(0.2)
         if workers:
             workers[0].kill()

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.kernels import kernel
+from hcss_twin.core.kernels import inner, kernel
 
 _f4, _u4, _u8, _i4 = np.float32, np.uint32, np.uint64, np.int32
 
@@ -124,7 +124,7 @@ def unit_offset(seed: int, octave: int, axis: int) -> float:
     return (fold(_OFFSET_KEY, seed, octave, axis) >> 11) * 2.0**-53
 
 
-@kernel(error_model="numpy")
+@inner(error_model="numpy")
 def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     """Return the key of the columns of one row that share the upper 32 bits of their index."""
     word = plane
@@ -136,7 +136,7 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     return word
 
 
-@kernel(inline="always")
+@inner(inline="always")
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     """Mix a column index between two keys, by multiply and xor-shift rounds.
 
@@ -173,7 +173,7 @@ def fill_row(
     normals_from_bits(bits, values, work)
 
 
-@kernel(error_model="numpy")
+@inner(error_model="numpy")
 def fill_scattered(
     plane: np.uint64,
     y: np.int64,
