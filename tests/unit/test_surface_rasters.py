@@ -77,6 +77,12 @@ def test_a_projected_geotiff_has_its_cells_where_pyproj_puts_them(tmp_path):
     np.testing.assert_array_equal(number, expected)
 
 
+def test_a_raster_that_is_not_on_the_globe_is_an_error_that_names_it(tmp_path):
+    write_tiff(tmp_path / "site.tif", 'LOCAL_CS["building site", UNIT["metre", 1]]')
+    with pytest.raises(CatalogError, match="site.tif: no place on the globe has a place in its projection"):
+        raster(tmp_path / "site.tif", classes={0: "sea"}).surface(0.0, slice(0, 2), slice(0, 2))
+
+
 def test_outside_missing_and_unknown_values_are_errors_that_name_the_raster(tmp_path):
     far = LATITUDE + 2.0
     write_netcdf(tmp_path / "far.nc", far, LONGITUDE, surface_class=CLASSES)

@@ -196,7 +196,8 @@ def _geotiff(path: Path) -> Grid:
             x, y = west + np.mod(longitude - west, 360.0), latitude
         else:
             from_globe = "EPSG:4326", crs, longitude.ravel().tolist(), latitude.ravel().tolist()
-            x, y = (np.reshape(each, latitude.shape) for each in rasterio.warp.transform(*from_globe)[:2])
+            with reading(path, CatalogError, "no place on the globe has a place in its projection"):
+                x, y = (np.reshape(each, latitude.shape) for each in rasterio.warp.transform(*from_globe)[:2])
         column = inverse.a * np.asarray(x) + inverse.b * np.asarray(y) + inverse.c
         row = inverse.d * np.asarray(x) + inverse.e * np.asarray(y) + inverse.f
         return row - 0.5, column - 0.5
