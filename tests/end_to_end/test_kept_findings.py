@@ -141,9 +141,9 @@ def test_a_file_of_another_folder_is_not_taken_for_that_of_this_one(asked, monke
     catalog = []
     assemble = planning.assemble
 
-    def assembled(scenario, own, slant):
+    def assembled(scenario, own, slant, *between):
         catalog[:] = [own]
-        return assemble(scenario, own, slant)
+        return assemble(scenario, own, slant, *between)
 
     monkeypatch.setattr(planning, "assemble", assembled)
     monkeypatch.setattr(AsPrinted, "clear", lazily)

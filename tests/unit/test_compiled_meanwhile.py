@@ -7,9 +7,15 @@ import time
 import pytest
 from numba import njit
 
-from hcss_twin.core import kernels
+from hcss_twin.core import kernels, processes
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux only")
+
+
+@pytest.fixture(autouse=True)
+def copies(monkeypatch):
+    """Copies in spite of the threads of pytest-xdist."""
+    monkeypatch.setattr(processes, "can_copy", lambda: True)
 
 
 def compile_one():

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
+from hcss_twin.core import processes
 from hcss_twin.sweeps import local_workers
 from hcss_twin.sweeps.points import PointOutcome, Schedule
 
@@ -21,6 +22,7 @@ def computed(monkeypatch, count, work, warm_up_s=0.0, most=2):
         work(task.point)
         return PointOutcome(task.point, file=str(os.getpid()))
 
+    monkeypatch.setattr(processes, "can_copy", lambda: True)  # in spite of the threads of pytest-xdist
     monkeypatch.setattr(local_workers, "compute", compute)
     monkeypatch.setattr(local_workers, "WARM_UP_S", warm_up_s)
     tasks = [SimpleNamespace(point=number) for number in range(count)]

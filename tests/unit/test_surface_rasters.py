@@ -79,7 +79,7 @@ def test_a_projected_geotiff_has_its_cells_where_pyproj_puts_them(tmp_path):
 
 def test_a_raster_that_is_not_on_the_globe_is_an_error_that_names_it(tmp_path):
     write_tiff(tmp_path / "site.tif", 'LOCAL_CS["building site", UNIT["metre", 1]]')
-    with pytest.raises(CatalogError, match="site.tif: no place on the globe has a place in its projection"):
+    with pytest.raises(CatalogError, match=r"site\.tif: no place on the globe has a place in its projection"):
         raster(tmp_path / "site.tif", classes={0: "sea"}).surface(0.0, slice(0, 2), slice(0, 2))
 
 
