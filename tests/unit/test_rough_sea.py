@@ -11,6 +11,7 @@ from hcss_twin.models.sea.reflection import basis_values, checked_nodes, gathere
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.sea_water import foam_coverage, foam_reflectance
 from hcss_twin.models.sea.slope_statistics import slope_statistics
+from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.providers import SeaInputs
 
 
@@ -59,6 +60,12 @@ def test_bases_reproduce_the_nodes_and_straight_lines(basis):
     mu = np.linspace(0.1, 0.9, 33)
     np.testing.assert_allclose(basis_values(mu, nodes, basis) @ (2.0 - nodes), 2.0 - mu, atol=1e-13)
     np.testing.assert_allclose(basis_values(np.array([0.001, 1.0]), nodes, basis).sum(axis=1), 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [64, 200])
+def test_many_gauss_nodes_interpolate_themselves(count):
+    nodes = gauss_streams(count).mu
+    np.testing.assert_allclose(basis_values(nodes, nodes, "lagrange"), np.eye(count), atol=1e-14)
 
 
 def test_values_are_gathered_as_the_linear_basis_says():

@@ -61,7 +61,8 @@ def basis_values(mu: Array, nodes: Array, basis: Basis) -> Array:
         weights[row, right - 1] = 1.0 - part
         weights[row, right] = part
         return weights
-    difference = nodes[:, None] - nodes[None, :] + np.eye(nodes.size)
+    # Times 4, products of the differences stay near 1 for any number of nodes in (0, 1); exact, and the sum cancels it.
+    difference = 4.0 * (nodes[:, None] - nodes[None, :]) + np.eye(nodes.size)
     barycentric = 1.0 / np.prod(difference, axis=1)
     distance = mu[:, None] - nodes[None, :]
     # At a node the quotient would be 0 / 0; at this distance the result equals the node's value to rounding.
