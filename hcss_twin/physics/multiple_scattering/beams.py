@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.azimuth_series import AzimuthSeries
-from hcss_twin.physics.multiple_scattering.chains import Team
+from hcss_twin.physics.multiple_scattering.chains import AzimuthSeries, Team
 from hcss_twin.physics.multiple_scattering.directions import directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import solve_mode
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back_modes, path_back

@@ -1,4 +1,4 @@
-"""Chains of layers, each solved by one sequence of doublings, and the threads that solve them.
+"""Chains of layers, each solved by one sequence of doublings, the threads that solve them, and when modes end.
 
 Compiled loops release the interpreter's lock, so threads can share the chains of one azimuth mode.
 """
@@ -130,3 +130,35 @@ def chains(thickness: Array, wanted: NDArray[np.bool_]) -> DoublingChains:
     doublings = np.where(begins, 0, np.diff(e, prepend=0))
     first = np.append(np.flatnonzero(begins), cell.size)
     return DoublingChains(cell[order], column[order], tau[order], doublings, first, wavenumber)
+
+
+class AzimuthSeries:
+    """Layers whose Fourier series need more terms: a series ends after two successive small modes.
+
+    Parameters
+    ----------
+    thickness : ndarray (T, V)
+        Optical thickness.
+
+    Attributes
+    ----------
+    chains : DoublingChains
+        Of the layers that still need a mode.
+    """
+
+    def __init__(self, thickness: Array) -> None:
+        self._thickness = thickness
+        self._going = np.ones(thickness.shape, dtype=np.bool_)
+        # Layers whose previous mode was small.
+        self._quiet = np.zeros(thickness.size, dtype=np.bool_)
+        self.chains = chains(thickness, self._going)
+
+    def end_where(self, small: NDArray[np.bool_]) -> bool:
+        """Record for which layers of ``chains`` (n,) this mode was small; return whether all series have ended."""
+        cells = self.chains.cell
+        ended = small & self._quiet[cells]
+        self._quiet[cells] = small
+        if np.any(ended):
+            self._going.flat[cells[ended]] = False
+            self.chains = chains(self._thickness, self._going)
+        return bool(np.all(ended))

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.azimuth_series import AzimuthSeries
-from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
+from hcss_twin.physics.multiple_scattering.chains import AzimuthSeries, DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import solve_mode
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
