@@ -15,7 +15,7 @@ from hcss_twin.physics.multiple_scattering.chains import AzimuthSeries, Team
 from hcss_twin.physics.multiple_scattering.directions import directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import solve_mode
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back_modes, path_back
-from hcss_twin.physics.multiple_scattering.layer import checked_cosines, checked_layers
+from hcss_twin.physics.multiple_scattering.layer import check_modes, checked_cosines, checked_layers
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m
 
 
@@ -46,7 +46,7 @@ def transmit_beams(
         Modes below this one; 1 to twice the streams.
     mode_tolerance : float
         The series of a layer ends, and further modes are 0, after two modes in succession that are at most this share
-        of mode 1 along every stream; 0 solves all ``modes``.
+        of mode 1 along every stream; 0 solves all ``modes``. At least 0 and below 1.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def transmit_beams(
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     beams = checked_cosines("mu_beams", mu_beams)
-    _check_modes(modes, streams)
+    check_modes(modes, streams, mode_tolerance)
     where = directions(beams, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
     series = AzimuthSeries(scaled.thickness)
@@ -115,14 +115,22 @@ def solve_covered_layers(
     Reflected light scattered once is exact, with the full phase function: the truncated series of a sharply peaked
     function oscillates by more than the function is backward.
 
-    Parameters, errors
-    ------------------
-    As for :func:`transmit_beams`. A series ends after two modes in succession in which reflection and transmission of
-    beams are at most ``mode_tolerance`` of mode 1.
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, mu_beams, streams, modes, threads
+        As for :func:`transmit_beams`.
+    mode_tolerance : float
+        The series of a layer ends after two modes in succession in which reflection and transmission of beams are at
+        most this share of mode 1.
+
+    Raises
+    ------
+    ValueError
+        As for :func:`transmit_beams`.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     beams = checked_cosines("mu_beams", mu_beams)
-    _check_modes(modes, streams)
+    check_modes(modes, streams, mode_tolerance)
     where = directions(beams, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
     once = once_back_modes(scaled, w, chi, where, modes)
@@ -154,8 +162,3 @@ def solve_covered_layers(
     return CoveredLayers(
         of_beams.reshape(modes, *shape, streams, beams.size), between.reshape(modes, 2, *shape, first.size)
     )
-
-
-def _check_modes(modes: int, streams: int) -> None:
-    if not 1 <= modes <= 2 * streams:
-        raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
