@@ -55,7 +55,11 @@ class CommandGroup(click.Group):
             listed = "; ".join(map(str, broken))
             ctx.fail(f"No such command '{cmd_name}'. It might come from an installed plugin that is broken: {listed}")
         if cmd_name in OF_PLUGINS:
-            ctx.fail(f"No such command '{cmd_name}'. It comes with the plugin {OF_PLUGINS[cmd_name]}: install it")
+            plugin = OF_PLUGINS[cmd_name]
+            ctx.fail(
+                f"No such command '{cmd_name}'. It comes with the plugin {plugin}: "
+                f"pip install ./plugins/{plugin} in a checkout of hcss_twin"
+            )
         return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
