@@ -54,7 +54,10 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """As :func:`kernel`, for functions that only kernels call: the interpreter's access may compile as long as they."""
+    """As :func:`kernel`, for functions that only kernels call; a call by the interpreter would end the process.
+
+    The wrapper for the interpreter may take as long to compile as the function.
+    """
     return kernel(no_cpython_wrapper=True, **options)
 
 
