@@ -216,8 +216,10 @@ class Version:
 
 def line(row: Row, versions: Sequence[Version], rounds: int) -> str:
     """Return one line of the table: medians, and the median of the ratios of pairs."""
-    for version in versions:  # compiles kernels, keeps tables
+    for version in versions:  # compiles kernels, keeps tables of both commands
         version.seconds(row.command, cold=False)
+        if row.less:
+            version.seconds(row.less, cold=False)
     pairs = [[version.of(row) for version in versions] for _ in range(rounds)]
     cells = []
     for own in zip(*pairs, strict=True):
