@@ -22,8 +22,9 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.additions import build_derived, build_elements
 from hcss_twin.plan.air_over_field import Air, AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.brightness_inversion import LayerBrightness
 from hcss_twin.plan.builder import Builder, attribute_to_field
-from hcss_twin.plan.clouds import assemble_clouds
+from hcss_twin.plan.clouds import assemble_layers, build_generators
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
@@ -86,22 +87,19 @@ def assemble(
     sea_of = partial(_sea_model, builder, scenario, catalog, around)
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
-    clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
+    clouds = assemble_layers(builder, scenario, catalog, around)
     particles = particle_optics(builder, scenario, catalog, clouds, optics)
+    generators_of = partial(build_generators, builder, scenario, catalog, clouds, motion, slant)
     for each, name in {} if particles is None else particles.names.items():
         with builder.collect_problems("bands"):
             _require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
-    builder.raise_problems()
+    if builder.has_problems:
+        generators_of([None] * len(clouds))  # for their problems
+        builder.raise_problems()
     if around is None or transmittance is None or sea is None or particles is None:
         raise AssertionError("a provider is missing, and no problem was collected")
     layers = tuple(each.layer for each in clouds)
-    spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
-    elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
-    derived = build_derived(builder, scenario, catalog, sensor_bands(bands), grid, slant.view)
-    surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
-    builder.raise_problems()
     solar_irradiance = SolarSpectrum(catalog)
-
     inputs = RadianceInputs(
         profile=around.profile,
         transmittance=transmittance,
@@ -134,6 +132,15 @@ def assemble(
     # The same model serves the tables and the certificate, which share its solutions.
     exact_model_of = model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
     kelvin = around.sea_temperature_K
+    at_level = partial(exact_model_of, sea, slant.view, kelvin)
+    profile = around.profile
+    generators = generators_of([LayerBrightness(at_level, profile, layers, index) for index in range(len(layers))])
+    builder.raise_problems()
+    spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
+    elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
+    derived = build_derived(builder, scenario, catalog, sensor_bands(bands), grid, slant.view)
+    surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
+    builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):
         model = model_of(sea, slant.view, kelvin, 0)
     if between is not None and model.declares.numerical_levels > 1:  # other models are cheap
@@ -147,11 +154,11 @@ def assemble(
         entries=builder.entries,
         bands=tuple(bands),
         spectral_grid=spectral_grid,
-        profile=around.profile,
+        profile=profile,
         grid=grid,
         motion=motion,
         layers=layers,
-        generators=tuple(each.generator for each in clouds),
+        generators=generators,
         particle_fields=tuple(each.particle_field for each in clouds),
         optics_fields=particles.fields,
         transmittance=transmittance,

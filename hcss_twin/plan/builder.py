@@ -107,6 +107,11 @@ class Builder:
         """Add problems found elsewhere."""
         self._problems += problems
 
+    @property
+    def has_problems(self) -> bool:
+        """Whether any problem is collected."""
+        return bool(self._problems)
+
     def raise_problems(self) -> None:
         """Raise all collected problems."""
         if self._problems:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,17 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
-from hcss_twin.providers import CloudDeclaration, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
+from hcss_twin.providers import (
+    BrightnessInversion,
+    CloudDeclaration,
+    CloudGenerator,
+    CloudInputs,
+    CloudLayer,
+    Grid,
+    Motion,
+)
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
+from hcss_twin.scenario.cloud_types import LayerGeometry, overlap_problems, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import selected
@@ -153,7 +161,7 @@ _OF_PARTICLES = ("effective_radius", "effective_variance", "material", "water_co
 
 @dataclass(frozen=True)
 class AssembledLayer:
-    """A cloud layer and its generator.
+    """A cloud layer of a scenario.
 
     Attributes
     ----------
@@ -161,75 +169,86 @@ class AssembledLayer:
         The layer in the scenario, at the path ``field``.
     particle_field : str
         Field to report if an optics provider rejects the layer's particles.
+    type_parameters : mapping
+        Parameters of the cloud type's shapes.
     filled_in : tuple of FilledIn
         Values that the climatology gave.
     """
 
     layer: CloudLayer
-    generator: CloudGenerator
     section: Layer
     field: str
     particle_field: str
+    type_parameters: Mapping[str, Any]
     filled_in: tuple[FilledIn, ...] = ()
 
 
-def assemble_clouds(
-    builder: Builder,
-    scenario: Scenario,
-    catalog: Catalog,
-    grid: Grid,
-    motion: Motion,
-    around: Surroundings | None,
-    slant: SlantPaths,
+def assemble_layers(
+    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings | None
 ) -> list[AssembledLayer]:
-    """Build layers and their generators, ordered from the lowest to the highest."""
-    layers: list[tuple[ResolvedLayer, Layer, str]] = []
-    filled: dict[str, FilledIn] = {}
+    """Resolve the layers, ordered from the lowest to the highest."""
+    layers: list[AssembledLayer] = []
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with builder.collect_problems(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
+            layer = resolved.layer
+            filled_in: tuple[FilledIn, ...] = ()
             if around is not None:
-                _require_top_inside(resolved.layer, around.profile, field)
+                _require_top_inside(layer, around.profile, field)
             if section.temperature == "climatology":
-                layer, filled[field] = with_climatological_top(resolved.layer, scenario, catalog, field)
-                resolved = replace(resolved, layer=layer)
-            layers.append((resolved, section, field))
+                layer, known = with_climatological_top(layer, scenario, catalog, field)
+                filled_in = (known,)
+            particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
+            particles = f"{field}.{particle_key}"
+            layers.append(AssembledLayer(layer, section, field, particles, resolved.type_parameters, filled_in))
     geometries = {
-        field: (section, LayerGeometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
-        for resolved, section, field in layers
+        each.field: (each.section, LayerGeometry(each.layer.base_m, each.layer.top_m, each.layer.thickness_min_m))
+        for each in layers
     }
     builder.keep(overlap_problems(geometries))
-    layers.sort(key=lambda each: each[0].layer.base_m)
-    samples = scenario.image.samples_per_pixel
-    points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
-    clouds: list[AssembledLayer] = []
-    for index, (resolved, section, field) in enumerate(layers):
-        margin = slant.margin(resolved.layer, points.pixel_size_m)
+    return sorted(layers, key=lambda each: each.layer.base_m)
+
+
+def build_generators(
+    builder: Builder,
+    scenario: Scenario,
+    catalog: Catalog,
+    layers: Sequence[AssembledLayer],
+    motion: Motion,
+    slant: SlantPaths,
+    inversions: Sequence[BrightnessInversion | None],
+) -> tuple[CloudGenerator, ...]:
+    """Build the generator of each layer; those that have problems are left out."""
+    image, samples = scenario.image, scenario.image.samples_per_pixel
+    points = Grid(image.rows * samples, image.columns * samples, image.pixel_size / samples)
+    generators: list[CloudGenerator] = []
+    for index, (each, inversion) in enumerate(zip(layers, inversions, strict=True)):
+        layer, section, field = each.layer, each.section, each.field
+        margin = slant.margin(layer, points.pixel_size_m)
         inputs = CloudInputs(
-            resolved.layer,
+            layer,
             enlarged(points, margin),
             motion,
             layer_seed(scenario.seed, index),
             catalog,
-            resolved.type_parameters,
+            each.type_parameters,
+            inversion,
         )
         label = numbered(Kind.CLOUDS, index, len(layers))
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
-            _require_one_sky(resolved.layer, field, margin)
-            slant.require_short(resolved.layer, points.pixel_size_m, samples)
+            _require_one_sky(layer, field, margin)
+            slant.require_short(layer, points.pixel_size_m, samples)
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
             if not (generator.declares.tileable or sums_up(generator)):
-                _require_few_points(points, samples, resolved.layer, field)
+                _require_few_points(points, samples, layer, field)
             if margin != (0, 0):
-                _require_windows(generator, resolved.layer, field)
-                shift = slant.of_view(resolved.layer, points.pixel_size_m)
+                _require_windows(generator, layer, field)
+                shift = slant.of_view(layer, points.pixel_size_m)
                 generator = DisplacedClouds(generator, margin, shift)
-            particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
-            known = (filled[field],) if field in filled else ()
-            clouds.append(AssembledLayer(resolved.layer, generator, section, field, f"{field}.{particle_key}", known))
-    return clouds
+            generators.append(generator)
+    return tuple(generators)
 
 
 def layer_seed(seed: int, index: int) -> int:

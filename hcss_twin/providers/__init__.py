@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         TransmittanceProvider,
     )
     from hcss_twin.providers.clouds import (
+        BrightnessInversion,
         CloudDeclaration,
         CloudGenerator,
         CloudGeneratorOptions,
@@ -72,6 +73,7 @@ __all__ = [
     "Array",
     "AtmosphereDeclaration",
     "AtmosphereInputs",
+    "BrightnessInversion",
     "CloudDeclaration",
     "CloudGenerator",
     "CloudGeneratorOptions",

@@ -131,6 +131,38 @@ class CloudLayer:
         return np.full_like(thickness_m, self.top_m)
 
 
+class BrightnessInversion(Protocol):
+    """Thickness of a layer from its brightness temperature at 10.8 um, in the scene that the generator is made for.
+
+    For generators that start from images. It is computed at first use, with the scene's own radiance model.
+    """
+
+    @property
+    def clear_K(self) -> float:
+        """Brightness temperature of the clear sky."""
+        ...
+
+    @property
+    def coldest_K(self) -> float:
+        """Lowest brightness temperature that the layer's clouds can have."""
+        ...
+
+    def air_temperature_K(self, altitude_m: Array) -> Array:
+        """Return the temperature of the air, any shape; below sea level and above the profile that of its ends.
+
+        An opaque cloud with its top at that altitude has about this brightness temperature.
+        """
+        ...
+
+    def thickness_m(self, brightness_temperature_K: Array) -> NDArray[np.float32]:
+        """Return the thickness of the layer, same shape, 0 for the temperature of clear sky and above.
+
+        What is colder than ``coldest_K`` has the greatest thickness. The layer has no cloud thinner than its
+        ``thickness_min_m``: what would be thinner gets that thickness or 0, whichever is closer in temperature.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class CloudInputs:
     """Inputs of a cloud generator.
@@ -149,6 +181,8 @@ class CloudInputs:
         Reader of data files.
     type_parameters : mapping of str to anything
         Parameters of the cloud type's shapes, by the names of the fractal generator; may be empty.
+    inversion : BrightnessInversion or None
+        None outside a scene, and in one whose other values are rejected.
     """
 
     layer: CloudLayer
@@ -157,6 +191,7 @@ class CloudInputs:
     seed: int
     catalog: Catalog
     type_parameters: Mapping[str, Any] = field(default_factory=dict)
+    inversion: BrightnessInversion | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

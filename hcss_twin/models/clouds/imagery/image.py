@@ -58,6 +58,11 @@ class SatelliteImage:
     date: str = ""
     rights: str = ""
 
+    @property
+    def is_temperature(self) -> bool:
+        """Whether the values are in kelvin."""
+        return self.units.casefold() in ("k", "kelvin")
+
 
 # ITU-R BT.601, section 2.5.1: luminance from the colour components.
 _LUMINANCE = np.array([0.299, 0.587, 0.114])

@@ -14,13 +14,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
-from hcss_twin.models.clouds.imagery.cloudiness import (
-    TOP_PERCENTILE,
-    cloudiness_level,
-    find_threshold,
-    relative_grey,
-    thickness_of,
-)
+from hcss_twin.models.clouds.imagery.cloudiness import cloudiness_level, thickness_of
+from hcss_twin.models.clouds.imagery.image_thickness import thickness_by_temperature, thickness_by_threshold
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
@@ -246,32 +241,10 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     window = _window(inputs, parameters, (rows, columns), image.pixel_size_m, turned)
     level = cloudiness_level(image, parameters.cloud_is)
     _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0)
-    layer = inputs.layer
-    # With an unbounded sky, the coverage refers to the image, not to the part that one sensor sees.
-    scope = level if layer.coverage_mode == "field" else level[window.at(0.0)]
-    try:
-        threshold, lowest = find_threshold(level, parameters.method, parameters.window_pixels, layer.coverage, scope)
-    except ValueError as error:
-        raise ScenarioError([Problem("clouds.coverage", str(error))], origin="imagery clouds") from error
-    cloudy = level > threshold
-    thickness = np.zeros(level.shape, dtype=np.float32)
-    thickness[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), layer.thickness_min_m, layer.thickness_max_m)
-    if parameters.method == "coverage":
-        where = "over the whole image" if layer.coverage_mode == "field" else "there"
-        coverage = f"; {layer.coverage:g} was requested {where}. Later frames show other parts of the image."
-    else:
-        coverage = (
-            f", as found in the image by the method '{parameters.method}'; "
-            f"the scenario's coverage, {layer.coverage:g}, is not used."
-        )
-    notes = (
-        coverage,
-        f"Thickness is linear in the grey level up to the {TOP_PERCENTILE:g}th percentile of the "
-        "cloudy pixels of the whole image; what is brighter has the greatest thickness. Shapes do not "
-        "change.",
-        *size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs),
-    )
-    return window, _Plane(thickness, np.isnan(level), notes)
+    method = thickness_by_temperature if parameters.method == "temperature" else thickness_by_threshold
+    thickness, notes = method(image, level, window.at(0.0), inputs, parameters)
+    size = size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)
+    return window, _Plane(thickness, np.isnan(level), (*notes, *size))
 
 
 def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> tuple[MovingWindow, _Plane]:

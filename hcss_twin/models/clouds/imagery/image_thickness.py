@@ -1,0 +1,101 @@
+"""Cloud thickness at the pixels of an image: above a threshold (HCSS paper, eq 7), or by brightness temperature."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.imagery.cloudiness import (
+    TOP_PERCENTILE,
+    Method,
+    bright_is_cloud,
+    find_threshold,
+    relative_grey,
+    thickness_of,
+)
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.providers import CloudInputs
+
+CLEAR_PERCENTILE = 99.0
+"""Of the brightness temperature of an image with some clear sky: that of the clear sky."""
+
+COLD_K = 2.0
+"""How much colder than clear sky a pixel is certainly cloudy."""
+
+
+def thickness_by_threshold(
+    image: SatelliteImage, level: Array, scene: tuple[slice, slice], inputs: CloudInputs, parameters: ImageryParameters
+) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+    """Return thickness where the level exceeds a threshold, and notes."""
+    layer = inputs.layer
+    # With an unbounded sky, the coverage refers to the image, not to the part that one sensor sees.
+    scope = level if layer.coverage_mode == "field" else level[scene]
+    try:
+        threshold, lowest = find_threshold(
+            level, cast(Method, parameters.method), parameters.window_pixels, layer.coverage, scope
+        )
+    except ValueError as error:
+        raise ScenarioError([Problem("clouds.coverage", str(error))], origin="imagery clouds") from error
+    cloudy = level > threshold
+    thickness = np.zeros(level.shape, dtype=np.float32)
+    thickness[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), layer.thickness_min_m, layer.thickness_max_m)
+    if parameters.method == "coverage":
+        where = "over the whole image" if layer.coverage_mode == "field" else "there"
+        coverage = f"; {layer.coverage:g} was requested {where}. Later frames show other parts of the image."
+    else:
+        coverage = (
+            f", as found in the image by the method '{parameters.method}'; "
+            f"the scenario's coverage, {layer.coverage:g}, is not used."
+        )
+    notes = [
+        coverage,
+        f"Thickness is linear in the grey level up to the {TOP_PERCENTILE:g}th percentile of the "
+        "cloudy pixels of the whole image; what is brighter has the greatest thickness. Shapes do not "
+        "change.",
+    ]
+    if image.is_temperature and not bright_is_cloud(image, parameters.cloud_is):
+        clear = float(np.nanpercentile(image.values, CLEAR_PERCENTILE))
+        cold = -level < clear - COLD_K
+        lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
+        notes.append(
+            f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as "
+            "clear; the method 'temperature' keeps them."
+        )
+    return thickness, tuple(notes)
+
+
+def thickness_by_temperature(
+    image: SatelliteImage, level: Array, scene: tuple[slice, slice], inputs: CloudInputs, parameters: ImageryParameters
+) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+    """Return the thickness with which the scene has the image's brightness temperature, and notes."""
+    layer, inversion = inputs.layer, inputs.inversion
+    if not image.is_temperature or bright_is_cloud(image, parameters.cloud_is):
+        given = f"unit '{image.units}'" if not image.is_temperature else f"cloud_is '{parameters.cloud_is}'"
+        message = (
+            f"'temperature' given for an image with {given}; allowed: brightness temperature in kelvin where cloud is "
+            "cold; closest is the method 'otsu'"
+        )
+        raise ScenarioError([Problem("clouds.parameters.method", message)], origin="imagery clouds")
+    if inversion is None:  # outside a scene: the linear law of eq 7, from the warmest pixel
+        relative = relative_grey(level, float(np.nanmin(level)))
+        outside = thickness_of(np.nan_to_num(relative), layer.thickness_min_m, layer.thickness_max_m)
+        return np.where(np.isnan(level), np.float32(0.0), outside), (" (no scene: linear in temperature)",)
+    kelvin = -level
+    thickness = inversion.thickness_m(kelvin)
+    cold = kelvin[scene] < inversion.clear_K - COLD_K
+    lost = np.count_nonzero(cold & (thickness[scene] == 0.0)) / cold.size
+    colder = np.count_nonzero(kelvin[scene] < inversion.coldest_K - COLD_K) / cold.size
+    warmer = np.count_nonzero(kelvin[scene] > inversion.clear_K + COLD_K) / cold.size
+    notes = (
+        f"; the scenario's coverage, {layer.coverage:g}, is not used.",
+        f"Each pixel has the thickness with which the scene has the image's brightness temperature at 10.8 um, from "
+        f"{inversion.clear_K:.5g} K (clear sky) to {inversion.coldest_K:.5g} K. {lost:.2%} of the scene's pixels are "
+        f"{COLD_K:g} K colder than clear sky and too thin for the layer, {colder:.2%} are {COLD_K:g} K colder than its "
+        f"thickest cloud, {warmer:.2%} are {COLD_K:g} K warmer than clear sky. Shapes do not change.",
+    )
+    return thickness, notes
