@@ -23,7 +23,8 @@ from hcss_twin.models.radiance.physical.operator_table import (
     PER_OCTAVE,
     WINDOW,
     OperatorTable,
-    from_octaves,
+    coarse_thickness,
+    from_coarse,
     thickness_grid,
 )
 from hcss_twin.physics.multiple_scattering.beams import solve_covered_layers, transmit_beams
@@ -205,10 +206,10 @@ class SlabSolver:
         table = self._tables.get(layer)
         beyond = [h for h in thickness_m if table is None or not table.least_m <= h <= table.most_m]
         new = [h for h in beyond if (layer, h) not in self._single]
-        if new:
-            solvers = [each for each in together if any((layer, h) not in each._single for h in new)]
-            for solver, solved in zip(solvers, self._solve(layer, np.array(new), solvers), strict=True):
-                solver._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(new)}
+        for some in (new[first : first + WINDOW] for first in range(0, len(new), WINDOW)):  # more would be a grid
+            solvers = [each for each in together if any((layer, h) not in each._single for h in some)]
+            for solver, solved in zip(solvers, self._solve(layer, np.array(some), solvers), strict=True):
+                solver._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(some)}
         for h in thickness_m:
             yield self._single[layer, h] if table is None or h in beyond else table.at(h)
 
@@ -368,8 +369,9 @@ class SlabSolver:
         if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= WINDOW:
             return solve(depth, *most)
         few = solve(depth, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
-        more = solve(depth[::PER_OCTAVE], *most) - few[:, :, ::PER_OCTAVE]
-        result: Array = few + np.einsum("ts,mnsv->mntv", from_octaves(depth.shape[0]), more)
+        coarse = coarse_thickness(depth)
+        more = solve(coarse, *most) - solve(coarse, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
+        result: Array = few + np.einsum("ts,mnsv->mntv", from_coarse(depth.shape[0]), more)
         return result
 
     def _layers(self, depth: Array, albedo: Array, moments: Array, extras: Sequence[float]) -> LayerOperators:

@@ -17,6 +17,13 @@ WINDOW = 10
 """Nodes of the interpolating polynomial; its error is 1e-6 of full reflection, as with 6 nodes at 6 per doubling."""
 
 
+COARSE_PER_OCTAVE = 2
+"""Nodes per doubling for the difference that many streams make: with one, errors reach 3e-4 at grazing angles."""
+
+COARSE_BELOW, COARSE_ABOVE = 2, 1
+"""Such nodes beyond the grid; nodes on one side only would err by 1e-3 where light leaves thin clouds."""
+
+
 def thickness_grid(least_m: float, most_m: float) -> Array:
     """Return ascending thicknesses most 2^(n / 3) that extend beyond both ends by half a window.
 
@@ -79,12 +86,20 @@ def _window(place: float, count: int) -> tuple[slice, Array]:
     return slice(first, first + nodes), _lagrange(place - first, nodes)
 
 
-def from_octaves(count: int) -> Array:
-    """Return the weights (T, S) that interpolate T thicknesses of a grid from every third of them."""
-    known = -(-count // PER_OCTAVE)
+def coarse_thickness(depth: Array) -> Array:
+    """Return thicknesses (S, V) at steps of half an octave around a grid (T, V), for what is small and smooth."""
+    octaves = (depth.shape[0] - 1) / PER_OCTAVE
+    steps = np.arange(-COARSE_BELOW, math.ceil(octaves * COARSE_PER_OCTAVE) + COARSE_ABOVE + 1)
+    nodes: Array = depth[0] * 2.0 ** (steps / COARSE_PER_OCTAVE)[:, None]
+    return nodes
+
+
+def from_coarse(count: int) -> Array:
+    """Return the weights (T, S) that interpolate T thicknesses of a grid from :func:`coarse_thickness`."""
+    known = COARSE_BELOW + math.ceil((count - 1) / PER_OCTAVE * COARSE_PER_OCTAVE) + COARSE_ABOVE + 1
     weights = np.zeros((count, known))
     for row in range(count):
-        columns, weights_of_row = _window(row / PER_OCTAVE, known)
+        columns, weights_of_row = _window(COARSE_BELOW + row * COARSE_PER_OCTAVE / PER_OCTAVE, known)
         weights[row, columns] = weights_of_row
     return weights
 
