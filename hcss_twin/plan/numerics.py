@@ -124,9 +124,9 @@ class GridRefinement:
 def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance: float) -> GridRefinement:
     """Return the coarsest spectral grid whose columns are within the tolerance of the next finer one.
 
-    The test columns are clear sky, or the thinnest and thickest cloud where there is no clear sky, at the coarsest
-    numerical level. In narrow bands they include clouds of medium thickness: variations of the optical properties of
-    particles with wavenumber average out over wide bands only.
+    The test columns are clear sky, where there is any, and the thickest cloud of each layer, at the coarsest numerical
+    level: above high clouds, lines are as strong as the window is dark. In narrow bands they include clouds of medium
+    thickness: variations of the optical properties of particles with wavenumber average out over wide bands only.
     """
     if not suns:
         return GridRefinement(0, 0.0)
@@ -137,9 +137,9 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     @cache
     def at(refinement: int) -> Array:
         grid = assembly.refined_grid(refinement)
-        columns = FewColumns(grid.wavenumber_cm1, grid.weights_cm1, assembly.extreme_thicknesses_m, True)
-        columns = columns.only(np.zeros(1, np.intp)) if assembly.has_clear_sky else replace(columns, clear=False)
-        total = columns.total(model, suns[0])
+        clear, extremes = assembly.has_clear_sky, assembly.extreme_thicknesses_m
+        columns = FewColumns(grid.wavenumber_cm1, grid.weights_cm1, extremes, clear)
+        total = columns.only(columns.ends).total(model, suns[0])
         if not (narrow and medium.size):
             return total
         places = np.unique(np.concatenate([grid.nodes[band] for band in narrow]))
