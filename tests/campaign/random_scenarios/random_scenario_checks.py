@@ -20,7 +20,7 @@ from random_scenario_reference import band_weights, finest_radiance, total_spect
 from random_scenario_rows import Row
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.core.errors import CertificateWarning, ProviderDefect
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.models.parameters import PhysicalParameters
@@ -175,7 +175,9 @@ def check(
             with limited(limit_s) if limit_s < np.inf else nullcontext():
                 # The draw has made the first plan.
                 runs[accuracy] = run(made, 0.0 if runs else planned_s) if finest else run(made)
-        except TimeoutError as error:
+        except (TimeoutError, ProviderDefect) as error:  # guards of providers wrap the first
+            if isinstance(error, ProviderDefect) and not isinstance(error.__cause__, TimeoutError):
+                raise
             unfinished[f"{number} at {accuracy:g}"] = str(error)
             break
     if not runs:
