@@ -24,7 +24,7 @@ def test_levels_become_finer_in_every_size():
         assert more >= sublayers
 
 
-def test_a_tolerance_that_two_sublayers_may_miss_is_compared_with_four():
+def test_a_tolerance_that_few_sublayers_may_miss_is_compared_with_more():
     first = next(level for limit, level in FIRST_LEVELS if limit < 1e-4)
     assert LEVELS[first].sublayers > LEVELS[first - 1].sublayers
 
