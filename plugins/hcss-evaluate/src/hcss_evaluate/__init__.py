@@ -1,0 +1,1 @@
+"""Comparison of simulated with real images: similarity metrics (``hcss evaluate``) and the realism test."""
