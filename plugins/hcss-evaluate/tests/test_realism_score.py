@@ -5,10 +5,10 @@ import sys
 
 import numpy as np
 import pytest
-from random_fields import power_law
-
 from hcss_evaluate.realism import compare
 from hcss_evaluate.realism.classifiers import auc
+from random_fields import power_law
+
 from hcss_twin import HcssError, ImageError
 
 pytest.importorskip("sklearn", reason="scikit-learn is optional: pip install 'hcss-evaluate[realism]'")

@@ -102,7 +102,7 @@ class Realism:
     scores : tuple of Score
         Each classifier in each scale; the first is that of the forest with z-scored patches, if it ran.
     features : tuple of FeatureDifference
-        All features, those that tell most first.
+        Features, those that tell most first; in kelvin only those that the unit changes.
     copies : Copies or None
         None if not searched.
     spectrum : Curve
@@ -218,7 +218,10 @@ def compare(
             probability = out_of_fold(values, label, scene, name, seed)
             interval = auc_interval(probability, label, scene, resamples=resamples, seed=seed)
             scores.append(Score(name, scale, auc(probability, label), *interval))
-        differences += _differences(names, values, label, scale)
+        # Most features do not depend on the unit.
+        known = {(each.name, each.auc) for each in differences}
+        found = _differences(names, values, label, scale)
+        differences += [each for each in found if (each.name, each.auc) not in known]
     differences.sort(key=lambda each: -abs(each.auc - 0.5))
     wavenumber, density, _ = power_by_ring(sides[0].kelvin)
     both = (density, power_by_ring(sides[1].kelvin)[1])
@@ -294,6 +297,6 @@ def _copies(
 def _coherence(fields: Fields, scene: NDArray[np.int64], times: Times | None) -> dict[float, tuple[float, ...]]:
     if times is None:
         return {}
-    members = [np.flatnonzero(scene == number) for number in np.unique(scene)]
-    found = coherence(([fields[each] for each in at], [float(times[each]) for each in at]) for at in members)
+    members = [np.flatnonzero(scene == number).tolist() for number in np.unique(scene)]
+    found = coherence(([fields[each] for each in at], [times[each] for each in at]) for at in members)
     return {lag: tuple(map(float, values)) for lag, values in found.items()}

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
+from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
@@ -142,7 +142,7 @@ def open_footage(
             if path.is_dir():
                 raise CatalogError(f"{title}: {path} is a folder; allowed: an image, or a cube")
         return open_images(paths, choice)
-    from hcss_twin.analysis.comparison.cube_footage import cube_footage
+    from hcss_evaluate.comparison.cube_footage import cube_footage
     from hcss_twin.cube.reader import open_cube
 
     return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)

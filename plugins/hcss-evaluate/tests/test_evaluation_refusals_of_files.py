@@ -6,8 +6,9 @@ import netCDF4
 import numpy as np
 import pytest
 from evaluation_images import clouds
+from hcss_evaluate import EvaluationChoice, evaluate
 
-from hcss_twin import EvaluationChoice, HcssError, ImageError, evaluate
+from hcss_twin import HcssError, ImageError
 
 
 def bad(tmp_path):

@@ -8,10 +8,10 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from hcss_twin.analysis.comparison.footage import EvaluationChoice
-from hcss_twin.analysis.comparison.image_footage import open_footage
-from hcss_twin.analysis.comparison.metrics import build_metrics
-from hcss_twin.analysis.comparison.pairing import (
+from hcss_evaluate.comparison.footage import EvaluationChoice
+from hcss_evaluate.comparison.image_footage import open_footage
+from hcss_evaluate.comparison.metrics import build_metrics
+from hcss_evaluate.comparison.pairing import (
     common_parts,
     common_quantity,
     distances_of_frames,
@@ -21,8 +21,8 @@ from hcss_twin.analysis.comparison.pairing import (
     same_pixel_size,
     typical_frame,
 )
-from hcss_twin.analysis.comparison.result import Evaluation, Side
-from hcss_twin.analysis.comparison.side import (
+from hcss_evaluate.comparison.result import Evaluation, Side
+from hcss_evaluate.comparison.side import (
     MEANINGS,
     ComparedSide,
     Progress,

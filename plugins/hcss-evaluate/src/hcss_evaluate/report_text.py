@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from hcss_twin.analysis.comparison.result import Evaluation, Metric, Side
+from hcss_evaluate.comparison.result import Evaluation, Metric, Side
 from hcss_twin.analysis.measures.morphology import MODES
 from hcss_twin.reports.tables import Table, aligned, labelled, number
 

@@ -25,7 +25,7 @@ from hcss_twin.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from hcss_twin.analysis.comparison.footage import Method
+    from hcss_evaluate.comparison.footage import Method
 
 
 _METHODS = ["auto", "otsu", "local", "coverage", "valid", "truth"]
@@ -130,10 +130,10 @@ def evaluate_command(
     wanted = {"-o": output, "--json": None if to_screen else json_file}
     require_two_files(wanted)
     require_writable(wanted.values(), force, "give another name")
-    from hcss_twin.analysis.comparison.evaluate import evaluate
-    from hcss_twin.analysis.comparison.footage import EvaluationChoice
+    from hcss_evaluate.comparison.comparison import evaluate
+    from hcss_evaluate.comparison.footage import EvaluationChoice
+    from hcss_evaluate.report_text import evaluation_text
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.reports.evaluation_text import evaluation_text
 
     def choice(side: str) -> EvaluationChoice:
         chosen: Method = options[f"{side}_method"] or method
@@ -158,7 +158,7 @@ def evaluate_command(
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
     text = json.dumps(result.as_dict(), allow_nan=False)
     if output is not None:
-        from hcss_twin.reports.evaluation_page import evaluation_page
+        from hcss_evaluate.report_page import evaluation_page
         from hcss_twin.reports.page import write_page
 
         write_page(output, evaluation_page(result))

@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.analysis.comparison.result import Dependence, FrameResult, Metric
-from hcss_twin.analysis.measures.image_measures import TemporalAutocorrelation
+from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation
+from hcss_evaluate.comparison.result import Dependence, FrameResult, Metric
 from hcss_twin.analysis.measures.morphology import Mode, four_measures
 from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum
 from hcss_twin.core.arrays import Array

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from hcss_evaluate.comparison.image_measures import temporal_autocorrelation
 
-from hcss_twin.analysis.measures.image_measures import temporal_autocorrelation
 from hcss_twin.core.errors import ImageError
 
 

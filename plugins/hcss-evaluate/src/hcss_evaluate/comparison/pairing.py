@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.comparison.footage import Footage
-from hcss_twin.analysis.comparison.side import ComparedAs, ComparedSide, SideMeasures
+from hcss_evaluate.comparison.footage import Footage
+from hcss_evaluate.comparison.image_measures import DistributionDistance, distribution_distance
+from hcss_evaluate.comparison.side import ComparedAs, ComparedSide, SideMeasures
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
-from hcss_twin.analysis.measures.image_measures import DistributionDistance, distribution_distance
 from hcss_twin.analysis.measures.morphology import Mode, Morphology, MorphologyErrors, eq_24
 from hcss_twin.core.errors import ImageError
 

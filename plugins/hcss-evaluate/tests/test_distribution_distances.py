@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from hcss_evaluate.comparison.image_measures import distribution_distance
 from scipy.stats import ks_2samp, wasserstein_distance
 
-from hcss_twin.analysis.measures.image_measures import distribution_distance
 from hcss_twin.core.errors import ImageError
 
 

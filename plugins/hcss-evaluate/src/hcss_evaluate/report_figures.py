@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.comparison.result import Evaluation, Side
+from hcss_evaluate.comparison.result import Evaluation, Side
 from hcss_twin.reports.colour_scale import MISSING
 from hcss_twin.reports.figures import axis_label, new_figure
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from hcss_twin.analysis.comparison.result import TERMS, Evaluation, Side
-from hcss_twin.analysis.measures.morphology import DEFINITIONS, MODES, Mode
-from hcss_twin.reports import evaluation_figures as drawn
-from hcss_twin.reports.evaluation_text import (
+from hcss_evaluate import report_figures as drawn
+from hcss_evaluate.comparison.result import TERMS, Evaluation, Side
+from hcss_evaluate.report_text import (
     NOT_COMPARABLE,
     cloud_text,
     distances,
@@ -18,10 +17,11 @@ from hcss_twin.reports.evaluation_text import (
     rmse_text,
     signed,
 )
+from hcss_twin import __version__
+from hcss_twin.analysis.measures.morphology import DEFINITIONS, MODES, Mode
 from hcss_twin.reports.figures import picture
 from hcss_twin.reports.page import Block, Page, Section, beside, bullets, element, facts, folded, note, paragraph
 from hcss_twin.reports.tables import Table, number
-from hcss_twin.version import __version__
 
 _ERRORS = (("EV", "entropy"), ("Den", "density"), ("DP", "diagonal_peak"), ("FD", "fractal_dimension"))
 _LISTED = 4  # number of largest relative differences in the summary
