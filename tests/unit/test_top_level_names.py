@@ -22,5 +22,5 @@ def test_a_name_that_moved_to_a_plugin_warns_or_names_the_plugin(monkeypatch, na
     with pytest.warns(DeprecationWarning, match=f"is now hcss_evaluate.{name}"):
         assert getattr(hcss_twin, name) is getattr(plugin, name)
     monkeypatch.setitem(sys.modules, "hcss_evaluate", None)
-    with pytest.raises(AttributeError, match="pip install ./plugins/hcss-evaluate"):
+    with pytest.raises(AttributeError, match=r"pip install ./plugins/hcss-evaluate"):
         getattr(hcss_twin, name)

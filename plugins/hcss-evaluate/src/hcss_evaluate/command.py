@@ -1,4 +1,4 @@
-"""``hcss evaluate``: image similarity metrics of a simulated and a real image."""
+"""``hcss evaluate``: image similarity metrics of a simulated and a real image, and the realism test of many."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from hcss_twin.cli.options import (
     EXISTING,
-    EXISTING_FILE,
     NEW_FILE,
     Stop,
     force_option,
@@ -25,7 +25,7 @@ from hcss_twin.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from hcss_evaluate.comparison.footage import Method
+    from hcss_evaluate.comparison.footage import EvaluationChoice, Method
 
 
 _METHODS = ["auto", "otsu", "local", "coverage", "valid", "truth"]
@@ -82,9 +82,10 @@ def _side_options(command: Any) -> Any:
 @click.option(
     "--real-also",
     multiple=True,
-    type=EXISTING_FILE,
-    help="Next image of a real sequence that begins with REAL; repeat.",
+    type=EXISTING,
+    help="Next image of a real sequence that begins with REAL, or with --realism more images; repeat.",
 )
+@click.option("--sim-also", multiple=True, type=EXISTING, help="With --realism: more simulated images; repeat.")
 @_side_options
 @click.option(
     "--method",
@@ -102,6 +103,20 @@ def _side_options(command: Any) -> Any:
     help="Cloud contrast; auto: dark in temperatures and thermal radiances.",
 )
 @click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
+@click.option("--realism", is_flag=True, help="Test whether classifiers can tell the images of SIM from those of REAL.")
+@click.option("--paired", is_flag=True, help="With --realism: the n-th scene of SIM was made from the n-th of REAL.")
+@click.option(
+    "--blur",
+    default=0.65,
+    type=click.FloatRange(0, 10),
+    help="With --realism: standard deviation of the blur of SIM, pixels; default: 0.65.",
+)
+@click.option(
+    "--seed",
+    default=0,
+    type=click.IntRange(0),
+    help="With --realism: seed of noise, folds and classifiers; default: 0.",
+)
 @click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
 @json_file_option
 @force_option
@@ -112,8 +127,13 @@ def evaluate_command(
     real: Path,
     sim: Path,
     real_also: tuple[Path, ...],
+    sim_also: tuple[Path, ...],
     method: Method,
     whole: bool,
+    realism: bool,
+    paired: bool,
+    blur: float,
+    seed: int,
     output: Path | None,
     json_file: Path | None,
     force: bool,
@@ -125,47 +145,82 @@ def evaluate_command(
     have them, else a common unit, else grey levels of cloud. The metrics are EV, Den, DP, FD and RMSE of the HCSS paper
     (as printed and corrected), coverage, fractal dimensions, anisotropy, spectra, histograms and change over time.
     Nothing is resampled.
+
+    With --realism, REAL and SIM are files or folders of brightness temperature with the same pixel size. Two
+    classifiers learn to tell patches of SIM from patches of REAL, and are asked about scenes that they have not seen:
+    AUC is 0.5 if they cannot tell, 1 if they always can. The features that tell, copies of real images, spectra,
+    structure functions and correlation over time are listed, too. Needs the package scikit-learn.
     """
     to_screen = json_file is not None and str(json_file) == "-"
     wanted = {"-o": output, "--json": None if to_screen else json_file}
     require_two_files(wanted)
     require_writable(wanted.values(), force, "give another name")
+    _require_options_of_one_test(context, realism)
     from hcss_evaluate.comparison.comparison import evaluate
-    from hcss_evaluate.comparison.footage import EvaluationChoice
     from hcss_evaluate.report_text import evaluation_text
     from hcss_twin.core.environment import announce_compilation
 
-    def choice(side: str) -> EvaluationChoice:
-        chosen: Method = options[f"{side}_method"] or method
-        return EvaluationChoice(
-            variable=options[f"{side}_variable"],
-            band=options[f"{side}_band"],
-            frames=options[f"{side}_frames"],
-            method=chosen,
-            cloud_is=options["cloud_is"],
-            # Omit options that only the other side's method needs.
-            coverage=options["coverage"] if chosen == "coverage" else None,
-            window_pixels=options["window_pixels"] if chosen == "local" else None,
-            pixel_size_m=options[f"{side}_pixel_size"],
-        )
-
-    choices = (choice("real"), choice("sim"))
+    choices = (_choice("real", method, options), _choice("sim", method, options))
     for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
         if options[name] is not None and needs not in {each.method for each in choices}:
             raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
+    if realism:
+        from hcss_evaluate.realism.files import compare_files
+        from hcss_evaluate.realism.text import realism_text
+
+        tested = compare_files(
+            (real, *real_also), (sim, *sim_also), *choices, paired=paired, blur_pixels=blur, seed=seed
+        )
+        _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), None, json_file)
+        return
     shown = partial(progress, context.ensure_object(Stop), label="measuring")
     with announce_compilation(partial(click.echo, err=True)):
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
-    text = json.dumps(result.as_dict(), allow_nan=False)
     if output is not None:
         from hcss_evaluate.report_page import evaluation_page
         from hcss_twin.reports.page import write_page
 
         write_page(output, evaluation_page(result))
-    if json_file is not None and not to_screen:
-        write_text(json_file, text)
-    click.echo(text if to_screen else evaluation_text(result))
-    if not to_screen:
-        for file in (output, json_file):
-            if file is not None:
-                click.echo(str(file))
+    _answer(json.dumps(result.as_dict(), allow_nan=False), evaluation_text(result), output, json_file)
+
+
+_OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole", "output")
+_OF_REALISM = ("sim_also", "paired", "blur", "seed")
+
+
+def _require_options_of_one_test(context: click.Context, realism: bool) -> None:
+    """Raise UsageError if an option is given that the chosen test does not use."""
+    for parameter in context.command.params:
+        given = context.get_parameter_source(parameter.name or "") is ParameterSource.COMMANDLINE
+        if given and parameter.name in (_OF_METRICS if realism else _OF_REALISM):
+            raise click.UsageError(f"{parameter.opts[-1]}: allowed {'without' if realism else 'with'} --realism only")
+
+
+def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationChoice:
+    from hcss_evaluate.comparison.footage import EvaluationChoice
+
+    chosen: Method = options[f"{side}_method"] or method
+    return EvaluationChoice(
+        variable=options[f"{side}_variable"],
+        band=options[f"{side}_band"],
+        frames=options[f"{side}_frames"],
+        method=chosen,
+        cloud_is=options["cloud_is"],
+        # Omit options that only the other side's method needs.
+        coverage=options["coverage"] if chosen == "coverage" else None,
+        window_pixels=options["window_pixels"] if chosen == "local" else None,
+        pixel_size_m=options[f"{side}_pixel_size"],
+    )
+
+
+def _answer(answer: str, text: str, output: Path | None, json_file: Path | None) -> None:
+    """Print JSON or the text with the names of the files, and write JSON to its file."""
+    if json_file is not None and str(json_file) == "-":
+        click.echo(answer)
+        return
+    if json_file is not None:
+        write_text(json_file, answer)
+    click.echo(text)
+    for file in (output, json_file):
+        if file is not None:
+            click.echo(str(file))

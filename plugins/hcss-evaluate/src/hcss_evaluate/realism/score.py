@@ -111,7 +111,7 @@ class Realism:
         Second-order structure function, K^2, over pixels.
     coherence : dict of str to dict of float to tuple of float
         For "real" and "simulated", by lag in s: correlation of the whole field and of the bands 4-8, 8-16 and 16-32
-        pixels of wavelength; empty without times.
+        pixels of wavelength, after the motion between frames; empty without times.
     patches, left_out, scenes : tuple of (int, int)
         Numbers of the real and the simulated side.
     common_scenes : int
