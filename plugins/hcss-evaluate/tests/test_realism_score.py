@@ -33,6 +33,11 @@ def test_two_slopes_are_told_apart_by_their_spectrum():
     json.dumps(found.as_dict(), allow_nan=False)
 
 
+def test_few_scenes_suffice_where_single_features_tell_everything():
+    found = compare(fields(1, -2.0), fields(2, -3.6, 2), classifiers=["boosting"], scales=["z-scored"], **QUICK)
+    assert found.scores[0].auc > 0.99
+
+
 def test_two_halves_of_one_process_are_not_told_apart():
     both = fields(3, -3.0, 12)
     scenes = range(12)

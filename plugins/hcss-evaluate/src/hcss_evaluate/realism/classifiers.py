@@ -29,7 +29,8 @@ def _classifier(name: Classifier, seed: int) -> Any:
 
     if name == "forest":
         return RandomForestClassifier(200, min_samples_leaf=3, class_weight="balanced", random_state=seed)
-    return HistGradientBoostingClassifier(random_state=seed)
+    # Splits choose among some features only: where one feature tells everything, the others are learnt, too.
+    return HistGradientBoostingClassifier(max_features=0.3, random_state=seed)
 
 
 def out_of_fold(
@@ -58,17 +59,31 @@ def out_of_fold(
     from sklearn.model_selection import StratifiedGroupKFold
 
     scenes = [len(np.unique(scene[simulated == side])) for side in (False, True)]
+    needed = "allowed: 2 or more, better 10, so that scenes can be left out"
     for side, count in zip(("real", "simulated"), scenes, strict=True):
         if count < 2:
-            raise ImageError(
-                f"{side} scenes with cloud: {count}, allowed: 2 or more, better 10, so that scenes can be left out"
-            )
+            raise ImageError(f"{side} scenes with cloud: {count}, {needed}")
     folds = StratifiedGroupKFold(min(_FOLDS, *scenes), shuffle=True, random_state=seed)
     probability = np.empty(len(features))
     for train, test in folds.split(features, simulated, scene):
-        model = _classifier(name, seed).fit(features[train], simulated[train])
+        if len(np.unique(simulated[train])) < 2:
+            raise ImageError(
+                f"scenes with cloud: {scenes[0]} real and {scenes[1]} simulated of very different size, {needed}"
+            )
+        rows = train if name == "forest" else _balanced(train, simulated)
+        model = _classifier(name, seed).fit(features[rows], simulated[rows])
         probability[test] = model.predict_proba(features[test])[:, -1]
     return probability
+
+
+def _balanced(train: NDArray[np.intp], simulated: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return patches to learn from, those of the smaller side repeated until both sides have about as many.
+
+    Otherwise probabilities of boosting depend on how many patches of each side the other folds have, and do not
+    compare between folds.
+    """
+    sides = sorted((train[~simulated[train]], train[simulated[train]]), key=len)
+    return np.concatenate((np.tile(sides[0], round(len(sides[1]) / len(sides[0]))), sides[1]))
 
 
 def auc(score: Array, simulated: NDArray[np.bool_], weight: Array | None = None) -> float:
