@@ -66,6 +66,15 @@ def test_a_stack_of_images_has_a_scene_for_each_place_and_pairs_with_files(monke
     np.testing.assert_array_equal(given[1][1][::-1], np.load(folders[1] / "1.npy"))
 
 
+def test_the_radiance_of_a_cube_becomes_its_brightness_temperature_with_times(monkeypatch, cube):
+    monkeypatch.setattr("hcss_evaluate.realism.files.compare", lambda *given, **options: (given, options))
+    choices = [EvaluationChoice(band="lwir-10.8", variable=name) for name in ("radiance", "brightness_temperature")]
+    given, options = compare_files([cube], [cube], *choices, paired=True, blur_pixels=0.0, seed=0)
+    np.testing.assert_allclose(given[0], given[1], atol=0.02)
+    assert given[2:] == ([0, 0, 0], [0, 0, 0])
+    assert options["real_time_s"] == [0.0, 60.0, 120.0]
+
+
 def test_a_large_image_is_cut_into_scenes_that_no_other_side_has(monkeypatch, tmp_path):
     monkeypatch.setattr("hcss_evaluate.realism.files.compare", lambda *given, **options: given)
     image = np.random.default_rng(3).random((520, 300))

@@ -109,14 +109,9 @@ def _side_options(command: Any) -> Any:
     "--blur",
     default=0.65,
     type=click.FloatRange(0, 10),
-    help="With --realism: standard deviation of the blur of SIM, pixels; default: 0.65.",
+    help="With --realism: standard deviation of the blur of SIM, pixels.",
 )
-@click.option(
-    "--seed",
-    default=0,
-    type=click.IntRange(0),
-    help="With --realism: seed of noise, folds and classifiers; default: 0.",
-)
+@click.option("--seed", default=0, type=click.IntRange(0), help="With --realism: seed of noise, folds and classifiers.")
 @click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
 @json_file_option
 @force_option

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from hcss_evaluate import report_figures as drawn
+from hcss_evaluate.comparison.definitions import DEFINITIONS, MODES, Mode
 from hcss_evaluate.comparison.result import TERMS, Evaluation, Side
 from hcss_evaluate.report_text import (
     NOT_COMPARABLE,
@@ -18,7 +19,6 @@ from hcss_evaluate.report_text import (
     signed,
 )
 from hcss_twin import __version__
-from hcss_twin.analysis.measures.morphology import DEFINITIONS, MODES, Mode
 from hcss_twin.reports.figures import picture
 from hcss_twin.reports.page import Block, Page, Section, beside, bullets, element, facts, folded, note, paragraph
 from hcss_twin.reports.tables import Table, number

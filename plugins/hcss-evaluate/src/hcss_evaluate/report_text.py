@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from hcss_evaluate.comparison.definitions import MODES
 from hcss_evaluate.comparison.result import Evaluation, Metric, Side
-from hcss_twin.analysis.measures.morphology import MODES
 from hcss_twin.reports.tables import Table, aligned, labelled, number
 
 NOT_COMPARABLE = "~ depends on the size or the number of pixels, which differ between the sides or are unknown."

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 
 import numpy as np
 
+from hcss_evaluate.comparison.definitions import MODES, Mode
 from hcss_evaluate.comparison.footage import EvaluationChoice
 from hcss_evaluate.comparison.image_footage import open_footage
 from hcss_evaluate.comparison.metrics import build_metrics
@@ -31,7 +32,7 @@ from hcss_evaluate.comparison.side import (
     measure_side,
     pictured,
 )
-from hcss_twin.analysis.measures.morphology import MODES, Mode, MorphologyErrors
+from hcss_twin.analysis.measures.morphology import MorphologyErrors
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
 from hcss_twin.core.arrays import Array
 

@@ -1,12 +1,16 @@
 """Both definitions of eqs 21 to 24 on the printed entries of the HCSS paper's Tables VIII and IX."""
 
+import json
 import math
+from pathlib import Path
 
 import pytest
-from printed_tables import PAPER
+from hcss_evaluate.comparison.definitions import DEFINITIONS, eq_24, four_measures
 
-from hcss_twin.analysis.measures.morphology import DEFINITIONS, Morphology, eq_24, four_measures
+from hcss_twin.analysis.measures.morphology import Morphology
 
+TABLES = Path(__file__).parents[2] / "hcss-paper" / "src" / "hcss_paper" / "data" / "tables.json"
+PAPER = json.loads(TABLES.read_text(encoding="utf-8"))
 NAMES = ("entropy", "density", "diagonal_peak", "fractal_dimension")
 
 # Half a unit of the last printed digit in every value moves the RMSE by up to this, percent.
