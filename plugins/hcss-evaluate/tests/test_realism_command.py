@@ -12,7 +12,7 @@ from random_fields import power_law
 
 from hcss_twin import CatalogError, ImageError
 
-NO_CHOICE = EvaluationChoice()
+AT_3_KM = EvaluationChoice(pixel_size_m=3000.0)
 
 
 @pytest.fixture
@@ -38,8 +38,8 @@ def stacked(path, values, units="K"):
     return path
 
 
-def realism_of(real, sim, paired=False, choice=NO_CHOICE):
-    return compare_files([real], [sim], choice, NO_CHOICE, paired=paired, blur_pixels=0.0, seed=0)
+def realism_of(real, sim, paired=False, choice=AT_3_KM):
+    return compare_files([real], [sim], choice, AT_3_KM, paired=paired, blur_pixels=0.0, seed=0)
 
 
 def test_the_command_answers_as_a_table_and_as_json(folders, tmp_path):
@@ -51,6 +51,7 @@ def test_the_command_answers_as_a_table_and_as_json(folders, tmp_path):
     assert answer["features"][0]["name"] in done.output
     assert answer["scenes"] == [3, 3]
     assert answer["common_scenes"] == 0
+    assert "note: 6 of 6 files state no pixel size" in done.output
     assert "Copies: 27 simulated patches searched in all real images" in done.output
 
 
@@ -58,7 +59,7 @@ def test_a_stack_of_images_has_a_scene_for_each_place_and_pairs_with_files(monke
     monkeypatch.setattr("hcss_evaluate.realism.files.compare", lambda *given, **options: (given, options))
     values = 285.0 + np.random.default_rng(2).random((3, 2, 192, 192))
     given, options = realism_of(
-        stacked(tmp_path / "stack.nc", values), folders[1], True, EvaluationChoice(variable="bt")
+        stacked(tmp_path / "stack.nc", values), folders[1], True, EvaluationChoice(variable="bt", pixel_size_m=3000.0)
     )
     np.testing.assert_array_equal(given[0], values.reshape(6, 192, 192))
     assert given[2:] == ([0, 0, 1, 1, 2, 2], [0, 1, 2])
@@ -119,7 +120,7 @@ def test_files_that_cannot_be_compared_are_named(folders, tmp_path):
         )
     wrong = stacked(tmp_path / "wrong.nc", np.ones((2, 1, 64, 64)), "W m-2")
     with pytest.raises(ImageError, match="bt has the unit 'W m-2', allowed: K"):
-        realism_of(wrong, sim, choice=EvaluationChoice(variable="bt"))
+        realism_of(wrong, sim, choice=EvaluationChoice(variable="bt", pixel_size_m=3000.0))
     np.save(tmp_path / "counts.npy", np.random.default_rng(0).random((64, 64)))
     with pytest.raises(ImageError, match=r"real image 0: values from .* allowed: brightness temperature, 100 to 400 K"):
         realism_of(tmp_path / "counts.npy", sim)

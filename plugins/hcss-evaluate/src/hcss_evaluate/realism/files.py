@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +25,12 @@ _SAME_SIZE = 0.05
 
 @dataclass
 class _Side:
-    """Images of one side with their scenes and times (s), and the pixel sizes (m) of the files that state them."""
+    """Images of one side with their scenes and times (s), and the pixel sizes (m) of its files, None if unknown."""
 
     kelvin: list[Array] = field(default_factory=list)
     scene: list[int] = field(default_factory=list)
     time_s: list[float] | None = field(default_factory=list)
-    sizes_m: list[float] = field(default_factory=list)
+    sizes_m: list[float | None] = field(default_factory=list)
 
 
 def compare_files(
@@ -67,7 +67,8 @@ def compare_files(
         numbers of scenes; and whatever ``compare`` raises.
     """
     first, second = _read("REAL", real, real_choice), _read("SIM", simulated, simulated_choice)
-    sizes = [*first.sizes_m, *second.sizes_m]
+    stated = [*first.sizes_m, *second.sizes_m]
+    sizes = [each for each in stated if each is not None]
     if sizes and max(sizes) > min(sizes) * (1.0 + _SAME_SIZE):
         raise ImageError(
             f"pixel sizes: from {min(sizes):.6g} to {max(sizes):.6g} m, allowed: the same on both sides within 5 %; "
@@ -76,7 +77,7 @@ def compare_files(
     counts = [side.scene[-1] + 1 for side in (first, second)]
     if paired and counts[0] != counts[1]:
         raise ImageError(f"--paired: {counts[0]} real and {counts[1]} simulated scenes, allowed: as many of both")
-    return compare(
+    found = compare(
         first.kelvin,
         second.kelvin,
         first.scene,
@@ -86,6 +87,10 @@ def compare_files(
         blur_pixels=blur_pixels,
         seed=seed,
     )
+    if len(sizes) == len(stated):
+        return found
+    note = f"{len(stated) - len(sizes)} of {len(stated)} files state no pixel size: it must be the same on both sides."
+    return replace(found, notes=(note,))
 
 
 def _read(title: str, paths: Sequence[Path], choice: EvaluationChoice) -> _Side:
@@ -119,12 +124,12 @@ def _files(title: str, path: Path) -> list[Path]:
 
 
 def _scenes(
-    title: str, path: Path, choice: EvaluationChoice, sizes_m: list[float]
+    title: str, path: Path, choice: EvaluationChoice, sizes_m: list[float | None]
 ) -> Iterator[tuple[list[Array], Sequence[float] | None]]:
     """Yield frames (K) and their times for each scene of a file; add the pixel size to a list."""
     stack = None if is_cube(path) else _stack(path, choice.variable)
     if stack is not None:
-        sizes_m += [choice.pixel_size_m] if choice.pixel_size_m else []
+        sizes_m.append(choice.pixel_size_m)
         values, times = stack
         yield from ((list(frames), times) for frames in values)
         return
@@ -134,7 +139,7 @@ def _scenes(
             raise ImageError(
                 f"{path}: unit {footage.units}, allowed: brightness temperature in K, or a cube's radiance"
             )
-        sizes_m += [footage.pixel_size_m] if footage.pixel_size_m else []
+        sizes_m.append(footage.pixel_size_m)
         frames = [footage.values(number) for number in range(footage.count)]
         yield [frame if footage.kelvin is None else footage.kelvin(frame) for frame in frames], footage.seconds
 

@@ -116,6 +116,8 @@ class Realism:
         Numbers of the real and the simulated side.
     common_scenes : int
         Scenes that both sides have.
+    notes : tuple of str
+        What the caller should know of the files.
     """
 
     scores: tuple[Score, ...]
@@ -128,6 +130,7 @@ class Realism:
     left_out: tuple[int, int]
     scenes: tuple[int, int]
     common_scenes: int
+    notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything for JSON."""

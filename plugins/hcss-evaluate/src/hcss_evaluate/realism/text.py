@@ -63,6 +63,7 @@ def _lines(realism: Realism) -> Iterator[str]:
                 [["s", "whole", *bands]]
                 + [[number(lag), *(f"{each:.3f}" for each in found)] for lag, found in realism.coherence[side].items()]
             )
+    yield from (f"note: {each}" for each in realism.notes)
 
 
 def _curve(axis: str, curve: Curve) -> Iterator[str]:
