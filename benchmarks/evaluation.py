@@ -26,12 +26,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hcss_twin import EvaluationChoice, Scenario, evaluate, make_plan
-from hcss_twin.analysis.comparison.result import Evaluation
+from hcss_evaluate import EvaluationChoice, evaluate
+from hcss_evaluate.comparison.result import Evaluation
+from hcss_evaluate.report_page import evaluation_page
+
+from hcss_twin import Scenario, make_plan
 from hcss_twin.analysis.matching.match import match
 from hcss_twin.analysis.matching.target import ImageChoice, read_target
 from hcss_twin.engine.simulate import run
-from hcss_twin.reports.evaluation_page import evaluation_page
 from hcss_twin.reports.page import write_page
 
 BUDGET = 120

@@ -9,14 +9,13 @@ The names in ``__all__`` are imported on first use, so that ``import hcss_twin``
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.analysis.comparison.evaluate import evaluate
-    from hcss_twin.analysis.comparison.footage import EvaluationChoice
     from hcss_twin.analysis.uncertainty.fit import fit, fit_dimension
     from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
     from hcss_twin.core.errors import (
@@ -49,7 +48,6 @@ __all__ = [
     "CatalogError",
     "ColumnSpectra",
     "CubeError",
-    "EvaluationChoice",
     "HcssError",
     "ImageError",
     "PosteriorError",
@@ -61,7 +59,6 @@ __all__ = [
     "SweepError",
     "__version__",
     "column_spectra",
-    "evaluate",
     "export_cube",
     "fit",
     "fit_dimension",
@@ -84,7 +81,6 @@ def __getattr__(name: str) -> Any:
         "CatalogError": "core.errors",
         "ColumnSpectra": "engine.column_spectra",
         "CubeError": "core.errors",
-        "EvaluationChoice": "analysis.comparison.footage",
         "HcssError": "core.errors",
         "ImageError": "core.errors",
         "PosteriorError": "core.errors",
@@ -94,7 +90,6 @@ def __getattr__(name: str) -> Any:
         "SweepError": "core.errors",
         "ProviderSpec": "providers.registry.specs",
         "column_spectra": "engine.column_spectra",
-        "evaluate": "analysis.comparison.evaluate",
         "export_cube": "cube.export.cube_export",
         "fit": "analysis.uncertainty.fit",
         "fit_dimension": "analysis.uncertainty.fit",
@@ -111,9 +106,24 @@ def __getattr__(name: str) -> Any:
         "simulate": "engine.simulate",
         "sweep": "sweeps.run",
     }
+    if name in ("EvaluationChoice", "evaluate"):
+        return _of_hcss_evaluate(name)
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")
     return getattr(import_module(f"hcss_twin.{homes[name]}"), name)
+
+
+def _of_hcss_evaluate(name: str) -> Any:
+    """Return a name that moved to a plugin after version 0.1 and will be gone here in version 0.4."""
+    try:
+        found = getattr(import_module("hcss_evaluate"), name)
+    except ModuleNotFoundError as error:
+        raise AttributeError(
+            f"hcss_twin.{name} moved to the plugin hcss-evaluate as hcss_evaluate.{name}: "
+            "pip install ./plugins/hcss-evaluate in a checkout of hcss_twin"
+        ) from error
+    warnings.warn(f"hcss_twin.{name} is now hcss_evaluate.{name}", DeprecationWarning, stacklevel=3)
+    return found
 
 
 def __dir__() -> list[str]:

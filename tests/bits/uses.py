@@ -128,15 +128,17 @@ def propagation(folder: Path) -> Results:
 
 
 def evaluate(folder: Path) -> Results:
+    from hcss_evaluate import EvaluationChoice
+    from hcss_evaluate import evaluate as judge
+
     values = {"frames.count": 3, "frames.interval": 60.0, "image.rows": 64, "image.columns": 80}
     values |= {"image.pixel_size": 100.0, "motion.platform_speed": 0.0, "output.certificate": 0}
     made = cube(folder, "cumulus", **{**CHEAP, "bands": ["lwir-10.8"], **values})
     np.save(folder / "image.npy", cloud_image(64, 80))
     with inside(folder):
-        words = ("--real-pixel-size", "100 m")
-        pair = json.loads(hcss("evaluate", "image.npy", made.name, *words, "--json", "-"))
-        self = json.loads(hcss("evaluate", made.name, made.name, "--json", "-"))
-    return {"image-and-cube": pair, "cube-and-itself": self}
+        pair = judge("image.npy", made.name, EvaluationChoice(pixel_size_m=100.0)).as_dict()
+        self = judge(made.name, made.name).as_dict()
+    return {"image-and-cube": json.loads(json.dumps(pair)), "cube-and-itself": json.loads(json.dumps(self))}
 
 
 IMAGE = ("--pixel-size", "20 m", "--method", "coverage", "--coverage", 0.4)

@@ -79,10 +79,7 @@ def test_an_existing_cube_is_kept_unless_forced(tmp_path):
         (("fit", "image.npy", "--fix", "Q=1"), 2, "'Q' given, allowed: H, Lx"),
         (("fit", "image.npy", "--prior", "H=foo:1:2"), 2, "'foo' given, allowed: lognormal"),
         (("run", "stratus", "--draws", "20", "-o", "x.nc"), 2, "nothing is uncertain"),
-        (("evaluate", "image.npy", "image.npy", "--real-band", "x"), 2, "applies to cubes only"),
-        (("evaluate", "image.npy", "image.npy", "--window", "9"), 2, "--window"),
         (("plugins", "fractl"), 2, "closest is 'fractal'"),
-        (("evaluate", "image.npy", "image.npy"), 1, "all pixels have the value 1"),
         (("report", "image.npy"), 1, "not a NetCDF file"),
     ],
 )

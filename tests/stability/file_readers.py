@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from input_files import FIT, SENSOR, SWEPT, noise, optics_table, small_stratus
 
-from hcss_twin.analysis.comparison.evaluate import evaluate
 from hcss_twin.analysis.uncertainty.fit import fit
 from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
 from hcss_twin.core.catalog import Catalog, read_columns
@@ -53,10 +52,6 @@ def _raster(path):
     inputs = replace(sample_surface_inputs(), catalog=Catalog(base=path.parent))
     raster = Raster(inputs, RasterParameters(file=path.name, classes={0: "sea", 1: "ice"}))
     raster.surface(0.0, slice(0, 4), slice(0, 5))
-
-
-def _evaluate(path):
-    evaluate([path], [path])
 
 
 def _resume(path):
@@ -130,7 +125,6 @@ SLOW = {
     "cube.nc": _CUBE,
     "measured.nc": {name: read for name, read in _CUBE.items() if name != "sense"},
     "cube.zarr": {name: _CUBE[name] for name in ("open", "export", "verify", "columns")},
-    "image.png": {"evaluate": _evaluate},
     "scene": {"plan": lambda path: make_plan(Scenario.load(path / "scene.toml"))},
     "sweep": {"resume": _resume},
     "sweep.nc": {"open": lambda path: open_sweep(path).close()},

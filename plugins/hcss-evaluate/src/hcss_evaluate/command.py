@@ -1,0 +1,221 @@
+"""``hcss evaluate``: image similarity metrics of a simulated and a real image, and the realism test of many."""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from hcss_twin.cli.options import (
+    EXISTING,
+    NEW_FILE,
+    Stop,
+    force_option,
+    json_file_option,
+    metres,
+    progress,
+    require_two_files,
+    require_writable,
+    write_text,
+)
+
+if TYPE_CHECKING:
+    from hcss_evaluate.comparison.footage import EvaluationChoice, Method
+
+
+_METHODS = ["auto", "otsu", "local", "coverage", "valid", "truth"]
+_FRAMES = re.compile(r"(\d+)(?:-(\d+))?")
+
+
+def frame_numbers(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[int, ...]:
+    """Parse frame numbers such as ``0-7`` or ``0,3,5``."""
+    if text is None:
+        return ()
+    numbers: list[int] = []
+    for part in text.split(","):
+        match = _FRAMES.fullmatch(part.strip())
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if last < first:
+            raise click.BadParameter(f"'{text}' given, allowed: numbers and ranges, such as 0-7 or 0,3,5")
+        numbers.extend(range(first, last + 1))
+    return tuple(numbers)
+
+
+def _side_options(command: Any) -> Any:
+    """Add the options that each side has separately."""
+    for side in ("sim", "real"):
+        title = side.upper()
+        for option in (
+            click.option(
+                f"--{side}-pixel-size",
+                metavar="LENGTH",
+                callback=metres,
+                help=f"Pixel size of {title}, for example '2 km'; overrides the file.",
+            ),
+            click.option(
+                f"--{side}-method", type=click.Choice(_METHODS), help=f"Cloud detection in {title}; default: --method."
+            ),
+            click.option(
+                f"--{side}-frames",
+                metavar="NUMBERS",
+                callback=frame_numbers,
+                help=f"Frames of {title} (cube): 0-7 or 0,3,5; default: all.",
+            ),
+            click.option(
+                f"--{side}-band",
+                help=f"Band of {title} (cube)" + ("; default: that of REAL's wavelength." if side == "sim" else "."),
+            ),
+            click.option(f"--{side}-variable", help=f"Variable of {title}, or band number of a GeoTIFF."),
+        ):
+            command = option(command)
+    return command
+
+
+@click.command("evaluate")
+@click.argument("real", type=EXISTING)
+@click.argument("sim", type=EXISTING)
+@click.option(
+    "--real-also",
+    multiple=True,
+    type=EXISTING,
+    help="Next image of a real sequence that begins with REAL, or with --realism more images; repeat.",
+)
+@click.option("--sim-also", multiple=True, type=EXISTING, help="With --realism: more simulated images; repeat.")
+@_side_options
+@click.option(
+    "--method",
+    default="auto",
+    type=click.Choice(_METHODS),
+    help="Cloud detection. otsu, local, coverage: as hcss import; valid: every pixel with a value; truth: the cube's "
+    "mask; auto: valid for cloud-top products, truth for cloud variables of a cube, otsu for all else.",
+)
+@click.option("--coverage", type=click.FloatRange(0, 1), help="Cloudy fraction for method coverage.")
+@click.option("--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels.")
+@click.option(
+    "--cloud-is",
+    default="auto",
+    type=click.Choice(["auto", "bright", "dark"]),
+    help="Cloud contrast; auto: dark in temperatures and thermal radiances.",
+)
+@click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
+@click.option("--realism", is_flag=True, help="Test whether classifiers can tell the images of SIM from those of REAL.")
+@click.option("--paired", is_flag=True, help="With --realism: the n-th scene of SIM was made from the n-th of REAL.")
+@click.option(
+    "--blur",
+    default=0.65,
+    type=click.FloatRange(0, 10),
+    help="With --realism: standard deviation of the blur of SIM, pixels.",
+)
+@click.option("--seed", default=0, type=click.IntRange(0), help="With --realism: seed of noise, folds and classifiers.")
+@click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
+@json_file_option
+@force_option
+@click.pass_context
+def evaluate_command(
+    context: click.Context,
+    /,
+    real: Path,
+    sim: Path,
+    real_also: tuple[Path, ...],
+    sim_also: tuple[Path, ...],
+    method: Method,
+    whole: bool,
+    realism: bool,
+    paired: bool,
+    blur: float,
+    seed: int,
+    output: Path | None,
+    json_file: Path | None,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Compare SIM with REAL by image similarity metrics.
+
+    Each is a cube, NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. Brightness temperatures are compared if both
+    have them, else a common unit, else grey levels of cloud. The metrics are EV, Den, DP, FD and RMSE of the HCSS paper
+    (as printed and corrected), coverage, fractal dimensions, anisotropy, spectra, histograms and change over time.
+    Nothing is resampled.
+
+    With --realism, REAL and SIM are files or folders of brightness temperature with the same pixel size. Two
+    classifiers learn to tell patches of SIM from patches of REAL, and are asked about scenes that they have not seen:
+    AUC is 0.5 if they cannot tell, 1 if they always can. The features that tell, copies of real images, spectra,
+    structure functions and correlation over time are listed, too. Needs the package scikit-learn.
+    """
+    to_screen = json_file is not None and str(json_file) == "-"
+    wanted = {"-o": output, "--json": None if to_screen else json_file}
+    require_two_files(wanted)
+    require_writable(wanted.values(), force, "give another name")
+    _require_options_of_one_test(context, realism)
+    from hcss_evaluate.comparison.comparison import evaluate
+    from hcss_evaluate.report_text import evaluation_text
+    from hcss_twin.core.environment import announce_compilation
+
+    choices = (_choice("real", method, options), _choice("sim", method, options))
+    for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
+        if options[name] is not None and needs not in {each.method for each in choices}:
+            raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
+    if realism:
+        from hcss_evaluate.realism.files import compare_files
+        from hcss_evaluate.realism.text import realism_text
+
+        tested = compare_files(
+            (real, *real_also), (sim, *sim_also), *choices, paired=paired, blur_pixels=blur, seed=seed
+        )
+        _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), None, json_file)
+        return
+    shown = partial(progress, context.ensure_object(Stop), label="measuring")
+    with announce_compilation(partial(click.echo, err=True)):
+        result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
+    if output is not None:
+        from hcss_evaluate.report_page import evaluation_page
+        from hcss_twin.reports.page import write_page
+
+        write_page(output, evaluation_page(result))
+    _answer(json.dumps(result.as_dict(), allow_nan=False), evaluation_text(result), output, json_file)
+
+
+_OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole", "output")
+_OF_REALISM = ("sim_also", "paired", "blur", "seed")
+
+
+def _require_options_of_one_test(context: click.Context, realism: bool) -> None:
+    """Raise UsageError if an option is given that the chosen test does not use."""
+    for parameter in context.command.params:
+        given = context.get_parameter_source(parameter.name or "") is ParameterSource.COMMANDLINE
+        if given and parameter.name in (_OF_METRICS if realism else _OF_REALISM):
+            raise click.UsageError(f"{parameter.opts[-1]}: allowed {'without' if realism else 'with'} --realism only")
+
+
+def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationChoice:
+    from hcss_evaluate.comparison.footage import EvaluationChoice
+
+    chosen: Method = options[f"{side}_method"] or method
+    return EvaluationChoice(
+        variable=options[f"{side}_variable"],
+        band=options[f"{side}_band"],
+        frames=options[f"{side}_frames"],
+        method=chosen,
+        cloud_is=options["cloud_is"],
+        # Omit options that only the other side's method needs.
+        coverage=options["coverage"] if chosen == "coverage" else None,
+        window_pixels=options["window_pixels"] if chosen == "local" else None,
+        pixel_size_m=options[f"{side}_pixel_size"],
+    )
+
+
+def _answer(answer: str, text: str, output: Path | None, json_file: Path | None) -> None:
+    """Print JSON or the text with the names of the files, and write JSON to its file."""
+    if json_file is not None and str(json_file) == "-":
+        click.echo(answer)
+        return
+    if json_file is not None:
+        write_text(json_file, answer)
+    click.echo(text)
+    for file in (output, json_file):
+        if file is not None:
+            click.echo(str(file))

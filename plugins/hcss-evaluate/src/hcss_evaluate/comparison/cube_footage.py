@@ -1,0 +1,194 @@
+"""Frames of a cube for comparison: one variable and band, with the brightness temperature of its radiance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
+from hcss_twin.cube.export.selection import Plane, Selection, select
+from hcss_twin.engine.provenance import Recorded
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import dense_grid
+from hcss_twin.scenario.bands import Bands, spectral_band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Array], Array]:
+    """Return the conversion of band radiance (rows, columns) to brightness temperature (K), NaN where none exists.
+
+    Raises
+    ------
+    CubeError
+        If the cube's scenario is missing or lacks this band.
+    CatalogError
+        If the file of the band's spectral response is missing.
+    """
+    recorded = Recorded.of(dict(dataset.attrs), str(path))
+    catalog = Catalog(base=recorded.base)
+    try:
+        entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
+    except (KeyError, ValidationError) as error:
+        raise CubeError(f"{path}: its scenario has no bands that can be read") from error
+    bands = [each for each in (spectral_band(entry, catalog) for entry in entries) if each.name == band]
+    if not bands:
+        raise CubeError(f"{path}: its scenario has no band '{band}'")
+    temperature = BrightnessTemperature(dense_grid(bands, None), [band])
+
+    def kelvin(radiance: Array) -> Array:
+        return temperature.where_known(radiance.reshape(1, -1)).reshape(radiance.shape)
+
+    return kelvin
+
+
+# Beyond this wavelength clouds are assumed to be colder than the sea, as in images.
+_THERMAL_UM = 3.0
+_TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_mask"
+
+
+def cube_footage(
+    title: str, dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like: Footage | None
+) -> Footage:
+    """Select one variable and band of a cube, which must stay open while frames are read.
+
+    ``title`` (REAL or SIM) and ``path`` are used in messages. Without a requested band, the band at the wavelength of
+    ``like``, the other side, is selected. Raises CubeError if the cube lacks the variable, band or frame, and
+    ImageError if an option does not apply to it.
+    """
+    variable = choice.variable
+    if variable is None and _TEMPERATURE in dataset:
+        variable = _TEMPERATURE
+    notes: list[str] = []
+    selection = select(dataset, variable, (), choice.frames)
+    if selection.plane_kind == "layer" and len(selection.planes) > 1:
+        raise CubeError(
+            f"variable '{selection.variable}': {len(selection.planes)} cloud layers; allowed: variables without layers"
+        )
+    if selection.plane_kind == "band":
+        band = choice.band or _band_like(title, selection, path, like, notes)
+        selection = select(dataset, variable, (band,), choice.frames)
+    elif choice.band:
+        raise CubeError(f"band '{choice.band}': {selection.variable} is the same for all bands; allowed: none")
+    plane = selection.planes[0]
+    frames = selection.frames
+    truth = _truth(dataset, choice.frames)
+    method = _method(choice, selection.variable, truth is not None, path)
+    kelvin = _kelvin(dataset, path, selection, plane, notes)
+    size = choice.pixel_size_m or abs(selection.grid.step_x_m)
+    if choice.pixel_size_m and choice.pixel_size_m != abs(selection.grid.step_x_m):
+        notes.append(f"Pixels of {abs(selection.grid.step_x_m):g} m are treated as pixels of {size:g} m.")
+
+    def values(number: int) -> Array:
+        return np.asarray(selection.values(frames[number])[0], dtype=np.float64)
+
+    bright = _bright(choice, selection.variable, plane, values, truth, notes)
+    return Footage(
+        name=path.name,
+        kind="cube",
+        quantity=(selection.long_name or selection.variable).replace("_", " "),
+        units="" if selection.units == "1" else selection.units,
+        band="" if plane.central_um is None else f"{plane.name}, {plane.lower_um:.4g} to {plane.upper_um:.4g} um",
+        wavelength_um=plane.central_um,
+        shape=(selection.rows, selection.columns),
+        pixel_size_m=size,
+        is_nominal=False,
+        labels=tuple(frame.time.replace(".000000Z", "Z") for frame in frames),
+        seconds=tuple(frame.seconds - frames[0].seconds for frame in frames),
+        bright_is_cloud=bright,
+        method=method,
+        notes=tuple(notes),
+        values=values,
+        truth=truth,
+        kelvin=kelvin,
+    )
+
+
+def _band_like(title: str, selection: Selection, path: Path, like: Footage | None, notes: list[str]) -> str:
+    """Return the only band, or the one at the wavelength of the other file."""
+    names = [plane.name for plane in selection.planes]
+    if len(names) == 1:
+        return names[0]
+    if like is not None and like.wavelength_um is not None:
+        at = like.wavelength_um
+        around = [
+            plane
+            for plane in selection.planes
+            if plane.lower_um is not None and plane.upper_um is not None and plane.lower_um <= at <= plane.upper_um
+        ]
+        if around:
+            best = min(around, key=lambda plane: (plane.upper_um or 0.0) - (plane.lower_um or 0.0))
+            notes.append(f"Band {best.name} of {', '.join(names)}: it holds {at:.4g} um, as {like.name} does.")
+            return best.name
+    option = f"--{title.lower()}-band {names[0]}"
+    raise CubeError(f"{path}: {len(names)} bands; choose one, as {option}; {choose_from('', names)}")
+
+
+def _truth(dataset: xr.Dataset, frames: tuple[int, ...]) -> Callable[[int], NDArray[np.bool_]] | None:
+    if _MASK not in dataset:
+        return None
+    chosen = select(dataset, _MASK, (), frames if "time" in dataset[_MASK].dims else ())
+
+    def read(number: int) -> NDArray[np.bool_]:
+        frame = chosen.frames[number if len(chosen.frames) > 1 else 0]
+        return np.asarray(chosen.values(frame)[0] > 0)
+
+    return read
+
+
+def _method(choice: EvaluationChoice, variable: str, has_truth: bool, path: Path) -> Method:
+    if choice.method == "truth" and not has_truth:
+        raise ImageError(
+            f"method 'truth': {path} has no {_MASK}; allowed: another method, or run the scenario with "
+            f'--set \'output.variables=["radiance", "{_MASK}"]\''
+        )
+    if choice.method != "auto":
+        return choice.method
+    return "truth" if has_truth and variable.startswith("cloud_") else "otsu"
+
+
+def _kelvin(
+    dataset: xr.Dataset, path: Path, selection: Selection, plane: Plane, notes: list[str]
+) -> Callable[[Array], Array] | None:
+    """Return the conversion of the variable to brightness temperature; None if there is none."""
+    if is_kelvin(selection.units):
+        return lambda values: values
+    if selection.variable != _RADIANCE:
+        return None
+    try:
+        return kelvin_of_band(dataset, path, plane.name)
+    except HcssError as error:
+        notes.append(f"Radiance cannot be turned into brightness temperature: {error}.")
+        return None
+
+
+def _bright(
+    choice: EvaluationChoice,
+    variable: str,
+    plane: Plane,
+    values: Callable[[int], Array],
+    truth: Callable[[int], NDArray[np.bool_]] | None,
+    notes: list[str],
+) -> bool:
+    """Whether large values are cloud: from the option, else from the cube's mask, else from the wavelength."""
+    if choice.cloud_is != "auto":
+        return choice.cloud_is == "bright"
+    if truth is not None and not variable.startswith("cloud_"):
+        first, mask = values(0), truth(0)
+        known = ~np.isnan(first)
+        cloudy, clear = first[mask & known], first[~mask & known]
+        if cloudy.size and clear.size:
+            bright = bool(np.mean(cloudy) > np.mean(clear))
+            notes.append(f"Cloud is {'bright' if bright else 'dark'}, as the cube's own mask shows.")
+            return bright
+    radiometric = variable == _TEMPERATURE or variable.startswith(_RADIANCE)
+    return not (radiometric and plane.central_um is not None and plane.central_um > _THERMAL_UM)

@@ -1,0 +1,75 @@
+"""The realism test as text for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+from hcss_evaluate.realism.coherence import WAVELENGTHS
+from hcss_evaluate.realism.score import Curve, Realism
+from hcss_twin.reports.tables import aligned, number
+
+_FEATURES = 10
+_SIDES = ("real", "simulated")
+
+
+def realism_text(realism: Realism) -> str:
+    """Return scores, features, copies, spectra, structure functions and coherence as tables."""
+    return "\n".join(_lines(realism))
+
+
+def _lines(realism: Realism) -> Iterator[str]:
+    for index, side in enumerate(_SIDES):
+        yield (
+            f"{side}: {realism.patches[index]} patches of {realism.scenes[index]} scenes; "
+            f"{realism.left_out[index]} patches without cloud or with missing values left out"
+        )
+    yield f"{realism.common_scenes} scenes are on both sides; folds and intervals keep scenes whole"
+    yield ""
+    yield "AUC of a classifier (0.5: cannot tell, 1: always tells) and 95 % interval"
+    rows = [
+        [each.classifier, each.scale, f"{each.auc:.3f}", f"{each.low:.3f} to {each.high:.3f}"]
+        for each in realism.scores
+    ]
+    yield from aligned(rows, 2)
+    yield "Features that tell most (share of pairs in which the simulated patch has the larger value; medians)"
+    yield from aligned(
+        [["feature", "patches", "share", *_SIDES]]
+        + [
+            [each.name, each.scale, f"{each.auc:.3f}", number(each.real), number(each.simulated)]
+            for each in realism.features[:_FEATURES]
+        ],
+        2,
+    )
+    if realism.copies is not None:
+        copies = realism.copies
+        yield f"Copies: {copies.patches} simulated patches searched in {copies.examples}, moved and mirrored"
+        shares = (("above 0.9", copies.above_90), ("above 0.95", copies.above_95))
+        yield from aligned(
+            [*([name, f"{100.0 * share:.1f} %"] for name, share in shares), ["largest", f"{copies.largest:.3f}"]]
+        )
+    wavelengths = tuple(1.0 / each for each in realism.spectrum.axis)
+    yield "Power spectral density, K^2 per (cycle per pixel)^2"
+    yield from _curve("wavelength, px", replace(realism.spectrum, axis=wavelengths))
+    yield "Structure function (mean squared difference), K^2"
+    yield from _curve("distance, px", realism.structure)
+    bands = [f"{low:g}-{high:g} px" for low, high in pairwise(WAVELENGTHS)]
+    for side in _SIDES:
+        if realism.coherence[side]:
+            yield f"Correlation of {side} frames after a time, moved onto each other, whole and by wavelength"
+            yield from aligned(
+                [["s", "whole", *bands]]
+                + [[number(lag), *(f"{each:.3f}" for each in found)] for lag, found in realism.coherence[side].items()]
+            )
+    yield from (f"note: {each}" for each in realism.notes)
+
+
+def _curve(axis: str, curve: Curve) -> Iterator[str]:
+    """Yield a table of both sides and their ratio in dB."""
+    rows = [
+        [f"{at:.3g}", number(real, 3), number(simulated, 3), f"{10.0 * math.log10(simulated / real):+.1f}"]
+        for at, real, simulated in zip(curve.axis, curve.real, curve.simulated, strict=True)
+    ]
+    return aligned([[axis, *_SIDES, "ratio, dB"], *rows], 0)

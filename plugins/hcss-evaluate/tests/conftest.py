@@ -1,0 +1,38 @@
+"""What is evaluated; computed results are kept apart from the user's cache."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evaluation_images import made
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        if "HCSS_CACHE_DIR" not in os.environ:
+            patch.setenv("HCSS_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture
+def save(tmp_path):
+    def save(name, values):
+        np.save(tmp_path / name, values)
+        return tmp_path / name
+
+    return save
+
+
+@pytest.fixture(scope="session")
+def cube(tmp_path_factory):
+    return made(tmp_path_factory.mktemp("cube") / "cube.nc")
+
+
+@pytest.fixture(scope="session")
+def seviri():
+    sample = pytest.importorskip("iris_sample_data")
+    return Path(sample.path) / "toa_brightness_stereographic.nc"
