@@ -22,7 +22,7 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.section_types import selected
+from hcss_twin.scenario.section_types import own, selected
 
 
 class DisplacedClouds:
@@ -163,6 +163,8 @@ class AssembledLayer:
         Field to report if an optics provider rejects the layer's particles.
     filled_in : tuple of FilledIn
         Values that the climatology gave.
+    notes : tuple of str
+        Notes on the type.
     """
 
     layer: CloudLayer
@@ -171,6 +173,7 @@ class AssembledLayer:
     field: str
     particle_field: str
     filled_in: tuple[FilledIn, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def assemble_clouds(
@@ -228,8 +231,22 @@ def assemble_clouds(
                 generator = DisplacedClouds(generator, margin, shift)
             particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
             known = (filled[field],) if field in filled else ()
-            clouds.append(AssembledLayer(resolved.layer, generator, section, field, f"{field}.{particle_key}", known))
+            notes = _too_coarse(resolved, section, grid.pixel_size_m)
+            particle_field = f"{field}.{particle_key}"
+            clouds.append(AssembledLayer(resolved.layer, generator, section, field, particle_field, known, notes))
     return clouds
+
+
+def _too_coarse(resolved: ResolvedLayer, section: Layer, pixel_size_m: float) -> tuple[str, ...]:
+    """Return a note if the fractal clouds of a type are seen with larger pixels than they are meant for."""
+    most = resolved.pixel_size_max_m
+    is_fractal = section.generator in ("fractal", own("fractal")) and "L" not in section.parameters
+    if most is None or pixel_size_m <= most or not is_fractal:
+        return ()
+    return (
+        f"cloud type '{section.type}' is meant for pixels of up to {most:g} m; at {pixel_size_m:g} m neighbouring "
+        "pixels are less alike than in measured images of the sea: smaller pixels or fewer cells L give larger clouds",
+    )
 
 
 def layer_seed(seed: int, index: int) -> int:

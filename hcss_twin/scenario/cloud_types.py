@@ -74,6 +74,9 @@ class CloudType(ScenarioSection):
     title: str
     description: str
     source: str
+    pixel_size_max: Length | None = Field(
+        None, gt=0, description="Largest pixel size for which `[fractal]` is meant, m; `hcss plan` warns beyond it."
+    )
     layer: TypeLayer
     fractal: TypeFractal
     microphysics: TypeMicrophysics
@@ -85,6 +88,7 @@ class ResolvedLayer:
 
     layer: CloudLayer
     type_parameters: dict[str, Any]
+    pixel_size_max_m: float | None = None
 
 
 @dataclass(frozen=True)
@@ -219,4 +223,4 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         temperature_K=None if section.temperature == "climatology" else section.temperature,
         microphysics=particles,
     )
-    return ResolvedLayer(layer, cloud_type.fractal.model_dump())
+    return ResolvedLayer(layer, cloud_type.fractal.model_dump(), cloud_type.pixel_size_max)
