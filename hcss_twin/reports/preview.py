@@ -17,7 +17,7 @@ from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
-from hcss_twin.reports.colour_scale import MISSING
+from hcss_twin.reports.colour_scale import MISSING, band_limits_um, colours_of
 from hcss_twin.reports.figures import axis_label, new_figure
 
 if TYPE_CHECKING:
@@ -51,11 +51,11 @@ def draw_preview(
     folder: str | Path,
     *,
     kelvin: bool = False,
-    frames: int = 8,
+    frames: int = 4,
     animation: bool = True,
     variable: str | None = None,
 ) -> list[Path]:
-    """Draw a variable of a cube, each band or cloud layer separately.
+    """Draw a variable of a cube, each band or cloud layer separately; of thermal radiation, cold is white.
 
     Parameters
     ----------
@@ -93,15 +93,19 @@ def draw_preview(
         except OSError as error:
             raise CubeError(f"cannot write to {folder}: {error.strerror}") from error
         suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
-        for part, data in _parts(dataset[name]):
+        limits = band_limits_um(dataset, dataset[name])
+        for place, (part, data) in enumerate(_parts(dataset[name])):
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
             if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
             written.append(folder / f"{stem}.png")
-            _contact_sheet(dataset, data, part or name, frames, written[-1])
+            low, high = limits[place] if limits else (0.0, 0.0)
+            title = f"{part} ({low:.4g}-{high:.4g} um)" if limits else part or name
+            reverse = colours_of(name, low) == "gray_r"
+            _contact_sheet(dataset, data, title, frames, reverse, written[-1])
             if animation and data.sizes["time"] > 1:
                 written.append(folder / f"{stem}.gif")
-                _animation(data, written[-1])
+                _animation(data, reverse, written[-1])
     return written
 
 
@@ -143,7 +147,7 @@ def _limits(sample: NDArray[Any]) -> tuple[float, float]:
     return (low, high) if high > low else (low, low + max(abs(low), 1.0) * 1e-3)
 
 
-def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, path: Path) -> None:
+def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, reverse: bool, path: Path) -> None:
     count = min(frames, data.sizes["time"])
     chosen = np.unique(np.linspace(0, data.sizes["time"] - 1, count).round().astype(int))
     shown = _thin(data.isel(time=chosen)).load()
@@ -159,10 +163,11 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     half = float(dataset["x"][1] - dataset["x"][0]) / 2e3 if dataset.sizes["x"] > 1 else 0.5
     extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
     start = dataset["time"].to_numpy()[0]
+    grey = "gray_r" if reverse else "gray"
     for axis, position in zip(axes, range(chosen.size), strict=False):
         frame = shown.isel(time=position)
         image = axis.imshow(
-            frame.to_numpy(), origin="lower", extent=extent, vmin=low, vmax=high, cmap="gray", interpolation="nearest"
+            frame.to_numpy(), origin="lower", extent=extent, vmin=low, vmax=high, cmap=grey, interpolation="nearest"
         )
         axis.set_facecolor(MISSING)
         axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
@@ -192,7 +197,7 @@ def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
     return f"t = {text} s"
 
 
-def _animation(data: xr.DataArray, path: Path) -> None:
+def _animation(data: xr.DataArray, reverse: bool, path: Path) -> None:
     from PIL import Image, ImageDraw, ImageFont
 
     step = max(1, -(-data.sizes["time"] // _FRAMES_ANIMATED))
@@ -208,6 +213,7 @@ def _animation(data: xr.DataArray, path: Path) -> None:
     for index, label in enumerate(labels):
         frame = chosen.isel(time=index).to_numpy()[::-1]
         grey = np.clip((frame - low) / (high - low), 0, 1)
+        grey = 1.0 - grey if reverse else grey
         picture = Image.new("L", (width, chosen.sizes["y"] + strip), 0)
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
         ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
