@@ -27,7 +27,7 @@ MEASURED_CORRELATION = 0.9
 @pytest.mark.parametrize("name", NAMES)
 def test_neighbouring_pixels_correlate_as_measured_up_to_the_pixel_size_of_the_type(name) -> None:
     cloud_type = load_cloud_type(name, Catalog())
-    shape, kernel = FractalParameters(**cloud_type.fractal.model_dump()), KernelCorrelation.tabulate()
+    shape, kernel = FractalParameters(**cloud_type.fractal.model_dump(exclude_none=True)), KernelCorrelation.tabulate()
 
     def correlation(pixel_m):
         return 1.0 - float(np.max(expected_variogram(shape, pixel_m, [1, 0], [0, 1], kernel)))
