@@ -125,7 +125,7 @@ def test_every_accepted_inversion_gives_finite_stable_unsaturated_air(name) -> N
         ({"atmosphere.inversion": {}, "atmosphere.water_vapour_column": 20.0}, "water_vapour_column given with inv"),
         (
             {"atmosphere.inversion": {"strength": 25.0, "surface_temperature": 305.0}},
-            r"atmosphere.inversion.strength: a jump of 25 K .*closest valid choice",
+            r"atmosphere.inversion.strength: a jump of 25 K .*allowed: ",
         ),
         (
             {"atmosphere.provider": "table", "atmosphere.inversion": {}},
@@ -135,6 +135,18 @@ def test_every_accepted_inversion_gives_finite_stable_unsaturated_air(name) -> N
 )  # fmt: skip
 def test_impossible_inversions_are_refused_with_what_is_allowed(values, message) -> None:
     with pytest.raises(ScenarioError, match=message):
+        make_plan(Scenario.from_toml(CLEAR, values))
+
+
+def test_the_largest_jump_of_a_message_is_accepted() -> None:
+    values = {"atmosphere.inversion": {"strength": 25.0, "surface_temperature": 298.0}}
+    with pytest.raises(ScenarioError) as refused:
+        make_plan(Scenario.from_toml(CLEAR, values))
+    closest = float(str(refused.value).rsplit(" ", 1)[1])
+    values["atmosphere.inversion"]["strength"] = closest
+    make_plan(Scenario.from_toml(CLEAR, values))
+    values = {"atmosphere.profile": "subarctic-winter", "atmosphere.inversion": {"surface_temperature": 310.0}}
+    with pytest.raises(ScenarioError, match="allowed: a surface_temperature that is about"):
         make_plan(Scenario.from_toml(CLEAR, values))
 
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
@@ -89,14 +90,15 @@ def with_inversion(profile: Profile, inversion: Inversion, surface_K: float) -> 
     humidity[cloudy] = 1.0
     for _ in range(6):  # temperature in cloud and water vapour depend on pressure, and pressure a little on them
         temperature[cloudy] = _adiabat(altitude[cloudy], pressure[cloudy], surface_K, base)
-        temperature[free] = given.temperature_K[free] + weight[free] * _excess(given, altitude, temperature, inversion)
+        excess = temperature[cloudy][-1] + inversion.strength - given.temperature_K[free][0]
+        temperature[free] = given.temperature_K[free] + weight[free] * excess
         vapour = from_relative_humidity(humidity, pressure, np.maximum(temperature, 150.0))
         vapour = np.where(beyond, given.mixing_ratio["h2o"], vapour)
         vapour[mixed] = vapour[mixed][-1]
         pressure = pressure_of_altitude(altitude, temperature, vapour, float(profile.pressure_Pa[0]))
         # The air beyond is in the balance of the profile.
         pressure[beyond] = given.pressure_Pa[beyond] * (pressure[beyond][0] / given.pressure_Pa[beyond][0])
-    _require_stable(given, altitude, temperature, inversion)
+    _require_stable(given, free & (altitude <= end), float(excess), inversion)
     changed = replace(
         given, temperature_K=temperature, pressure_Pa=pressure, mixing_ratio={**given.mixing_ratio, "h2o": vapour}
     )
@@ -140,24 +142,16 @@ def _adiabat(altitude_m: Array, pressure_Pa: Array, surface_K: float, base_m: fl
     return temperature
 
 
-def _excess(given: Profile, altitude_m: Array, temperature_K: Array, inversion: Inversion) -> float:
-    """Return by how much air above the inversion is warmer than that of the profile."""
-    level = int(np.searchsorted(altitude_m, inversion.height))
-    return float(temperature_K[level] + inversion.strength - given.temperature_K[level + 1])
-
-
-def _require_stable(given: Profile, altitude_m: Array, temperature_K: Array, inversion: Inversion) -> None:
-    excess = _excess(given, altitude_m, temperature_K, inversion)
-    inside = slice(int(np.searchsorted(altitude_m, inversion.height)) + 1, None)
-    thickness = np.diff(altitude_m[inside])
-    lapse = -np.diff(given.temperature_K[inside]) / thickness
-    below = altitude_m[inside][:-1] < inversion.height + JUMP_M + RELAXATION_M
-    room = RELAXATION_M * (DRY_LAPSE_K_M - float(np.max(lapse[below])))
-    if excess > max(room, 0.0):
-        most = inversion.strength - (excess - max(room, 0.0))
-        closest = f"; closest valid choice is {np.floor(10.0 * most) / 10.0:g}" if most >= 0.0 else ""
+def _require_stable(given: Profile, changed: NDArray[np.bool_], excess: float, inversion: Inversion) -> None:
+    """Raise an error if air ``changed`` by up to ``excess`` kelvin above the inversion falls faster than dry air."""
+    lapse = -np.diff(given.temperature_K[changed]) / np.diff(given.altitude_m[changed])
+    room = max(RELAXATION_M * (DRY_LAPSE_K_M - float(np.max(lapse))), 0.0)
+    if excess > room:
+        most = inversion.strength - (excess - room)
+        allowed = f"up to {most:.1f} K; closest valid choice is {np.floor(10.0 * most) / 10.0:g}"
+        if most < 0.0:
+            allowed = f"a surface_temperature that is about {-most:.0f} K lower, or another profile"
         raise CatalogError(
             f"a jump of {inversion.strength:g} K makes the air above the inversion {excess:.1f} K warmer than that of "
-            f"profile '{given.name}', to which it cannot return within {RELAXATION_M / 1e3:g} km; allowed: up to "
-            f"{most:.1f} K with this profile and temperature at the sea{closest}"
+            f"profile '{given.name}', to which it cannot return within {RELAXATION_M / 1e3:g} km; allowed: {allowed}"
         )
