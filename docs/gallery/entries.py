@@ -26,9 +26,9 @@ def _bands(variable: str, *titles: str) -> Iterator[Panel]:
         yield title, variable, {"time": 0, "band": place}
 
 
-def _frames(band: int, *titles: str) -> Iterator[Panel]:
+def _frames(band: int, step: int, *titles: str) -> Iterator[Panel]:
     for place, title in enumerate(titles):
-        yield title, "radiance", {"time": place, "band": band}
+        yield title, "brightness_temperature", {"time": step * place, "band": band}
 
 
 def _layers(*panels: tuple[str, str]) -> Iterator[Panel]:
@@ -52,9 +52,9 @@ ENTRIES = (
     Entry(
         "push-broom",
         "The field of view moves east at 1 km/s while the clouds drift and evolve. All frames share one scale.",
-        tuple(_frames(0, *(f"{second} s" for second in range(8)))),
-        4,
-        (0,) * 8,
+        tuple(_frames(0, 3, "10.8 um, 0 s", "3 s", "6 s")),
+        3,
+        (0,) * 3,
     ),
     Entry(
         "cumulus-with-shadows",
@@ -73,11 +73,19 @@ ENTRIES = (
     Entry(
         "stratocumulus-by-night",
         "Droplets emit less at 3.7 um than at 10.8 um, so the difference is more negative over thick low "
-        "cloud than over the sea. Weather services use it to detect fog at night. The accuracy is given in "
-        "kelvin.",
+        "cloud than over the sea. Weather services use it to detect fog at night. A trade inversion makes the tops "
+        "colder than the model atmosphere does. The accuracy is given in kelvin.",
         (*_bands("brightness_temperature", "3.7 um", "10.8 um"), ("3.7 um - 10.8 um", "difference", {})),
         None,
         (0, 0, 1),
+    ),
+    Entry(
+        "deep-convection",
+        "Systems of deep convection over 600 km, with pixels of 3 km. Their cores are as cold as the air at 14 km; "
+        "thin anvils let the warm sea through, more of it at 10.8 um than at 12.0 um.",
+        tuple(_bands("brightness_temperature", "10.8 um", "12.0 um")),
+        None,
+        (0, 0),
     ),
     Entry(
         "sunset",
@@ -86,10 +94,10 @@ ENTRIES = (
         tuple(
             panel
             for band, name in enumerate(("3.7 um", "10.8 um"))
-            for panel in _frames(band, *(f"{name}, {time}" for time in ("17:30", "18:10", "18:50", "19:30")))
+            for panel in _frames(band, 3, *(f"{name}, {time}" for time in ("17:30", "19:30")))
         ),
         4,
-        (0, 0, 0, 0, 1, 1, 1, 1),
+        (0, 0, 1, 1),
     ),
     Entry(
         "cirrus",
@@ -103,7 +111,7 @@ ENTRIES = (
         "cirrus-over-cumulus",
         "Each layer has its own particles, and some columns contain both layers. Each pixel is the mean of "
         "2 x 2 points.",
-        tuple(_bands("radiance", "3-5 um", "8-14 um")),
+        tuple(_bands("brightness_temperature", "3-5 um", "8-14 um")),
     ),
     Entry(
         "narrow-bands",
@@ -116,7 +124,7 @@ ENTRIES = (
         "streets",
         "One grey image (left; a satellite image works too) yields any number of evolving cloud "
         "fields with similar texture ([surrogates](how-to/clouds-from-images.md)).",
-        (("the picture", "template", {}), *_frames(0, "cloud at 0 min", "20 min", "40 min")),
+        (("the picture", "template", {}), *_frames(0, 1, "10.8 um, 0 min", "20 min", "40 min")),
         None,
         (0, 1, 1, 1),
     ),

@@ -69,6 +69,12 @@ def lines(generated: str) -> Iterator[str]:
             yield from _table(Layer)
         else:
             yield from _table(model)
+            for key, each in model.model_fields.items():
+                part = _model_of(each) or _optional_model(each)
+                if part is not None:
+                    yield f"\n### `[{name}.{key}]`\n"
+                    yield f"{inspect.cleandoc(part.__doc__ or '')}\n"
+                    yield from _table(part)
     yield from _bands()
     yield from _units()
     yield from _providers()

@@ -160,7 +160,7 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 @click.option("-o", "--output", type=FOLDER, help="Folder; default: that of CUBE.")
 @click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
 @click.option("--variable", help="Variable to show, for example cloud_thickness.")
-@click.option("--frames", default=8, type=click.IntRange(1, 64), help="Frames per contact sheet.")
+@click.option("--frames", default=4, type=click.IntRange(1, 64), help="Frames per contact sheet.")
 @click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
 @json_option
 def preview(

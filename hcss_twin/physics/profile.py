@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -67,6 +67,22 @@ class Profile:
         pressure = np.exp(np.interp(inside, self.altitude_m, np.log(self.pressure_Pa)))
         result: Array = np.where(altitude > self.altitude_m[-1], 0.0, pressure)
         return result
+
+    def resampled(self, altitude_m: Array) -> Profile:
+        """Return the profile at other levels (K,) within it; the logarithm of gas amounts is linear in altitude."""
+        gases = {
+            gas: np.exp(np.interp(altitude_m, self.altitude_m, np.log(ratio)))
+            if np.all(ratio > 0.0)
+            else np.interp(altitude_m, self.altitude_m, ratio)
+            for gas, ratio in self.mixing_ratio.items()
+        }
+        return replace(
+            self,
+            altitude_m=altitude_m,
+            pressure_Pa=self.pressure_at(altitude_m),
+            temperature_K=self.temperature_at(altitude_m),
+            mixing_ratio=gases,
+        )
 
     def airmass(self, path: Path) -> Array:
         """Slant length over vertical thickness of each layer, summed over the legs of a path.

@@ -173,6 +173,7 @@ def assemble(
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
+        cloud_notes=tuple(note for each in clouds for note in each.notes),
         filled_in=(*around.filled_in, *(item for each in clouds for item in each.filled_in)),
         slant=slant,
         code={

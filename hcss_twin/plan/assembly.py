@@ -84,6 +84,8 @@ class Assembly:
         Air over the image; None if the scenario has one profile.
     air_memory : OwnMemory or None
         Where scenes with the same air keep it.
+    cloud_notes : tuple of str
+        Notes on the cloud types.
     """
 
     entries: Mapping[str, Entry]
@@ -119,6 +121,7 @@ class Assembly:
     numerical_level: int = 0
     air_over_field: AirOverField | None = None
     air_memory: OwnMemory | None = None
+    cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
 
     @property
@@ -198,6 +201,7 @@ class Assembly:
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for generator in self.generators:
             notes += generator.declares.notes
+        notes += self.cloud_notes
         if particles:
             for optics, layer in zip(self.optics_of_layers, self.layers, strict=True):
                 notes += optics.declares.notes

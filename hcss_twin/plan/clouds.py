@@ -27,10 +27,10 @@ from hcss_twin.providers import (
     Motion,
 )
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.cloud_types import LayerGeometry, overlap_problems, resolve_layer
+from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.section_types import selected
+from hcss_twin.scenario.section_types import own, selected
 
 
 class DisplacedClouds:
@@ -173,6 +173,8 @@ class AssembledLayer:
         Parameters of the cloud type's shapes.
     filled_in : tuple of FilledIn
         Values that the climatology gave.
+    notes : tuple of str
+        Notes on the type.
     """
 
     layer: CloudLayer
@@ -181,6 +183,7 @@ class AssembledLayer:
     particle_field: str
     type_parameters: Mapping[str, Any]
     filled_in: tuple[FilledIn, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def assemble_layers(
@@ -201,7 +204,8 @@ def assemble_layers(
                 filled_in = (known,)
             particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
             particles = f"{field}.{particle_key}"
-            layers.append(AssembledLayer(layer, section, field, particles, resolved.type_parameters, filled_in))
+            notes = _too_coarse(resolved, section, scenario.image.pixel_size)
+            layers.append(AssembledLayer(layer, section, field, particles, resolved.type_parameters, filled_in, notes))
     geometries = {
         each.field: (each.section, LayerGeometry(each.layer.base_m, each.layer.top_m, each.layer.thickness_min_m))
         for each in layers
@@ -249,6 +253,18 @@ def build_generators(
                 generator = DisplacedClouds(generator, margin, shift)
             generators.append(generator)
     return tuple(generators)
+
+
+def _too_coarse(resolved: ResolvedLayer, section: Layer, pixel_size_m: float) -> tuple[str, ...]:
+    """Return a note if the fractal clouds of a type are seen with larger pixels than they are meant for."""
+    most = resolved.pixel_size_max_m
+    is_fractal = section.generator in ("fractal", own("fractal")) and "L" not in section.parameters
+    if most is None or pixel_size_m <= most or not is_fractal:
+        return ()
+    return (
+        f"cloud type '{section.type}' is meant for pixels of up to {most:g} m; at {pixel_size_m:g} m neighbouring "
+        "pixels are less alike than in measured images of the sea: smaller pixels or fewer cells L give larger clouds",
+    )
 
 
 def layer_seed(seed: int, index: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC
 
@@ -72,7 +73,10 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     climatology = Climatology(catalog)
     filled: list[FilledIn] = []
     profile, field = _profile(scenario, catalog, climatology, bound, filled)
-    profile = _with_gases(scenario, _scaled(scenario, profile, bound), bound, filled)
+    profile = _scaled(scenario, profile, bound)
+    if scenario.atmosphere.inversion is not None:
+        profile = _with_inversion(scenario, profile, field, climatology, bound, filled)
+    profile = _with_gases(scenario, profile, bound, filled)
 
     def finished(profile: Profile) -> Profile:
         return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
@@ -166,6 +170,36 @@ def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Prof
         _refuse_bound(scenario, bound, [field], "water vapour")
     with attribute_to_field(field):
         return with_water_vapour(profile, factor=factor, column_kg_m2=column)
+
+
+def _with_inversion(
+    scenario: Scenario,
+    profile: Profile,
+    of_places: ProfileField | None,
+    climatology: Climatology,
+    bound: Profile | None,
+    filled: list[FilledIn],
+) -> Profile:
+    """Return the profile with the scenario's inversion, by default over air of the climatology's temperature."""
+    from hcss_twin.models.atmosphere.inversion import with_inversion  # few scenes have one
+
+    section, field = scenario.atmosphere.inversion, "atmosphere.inversion"
+    assert section is not None
+    if bound is not None:
+        _refuse_bound(scenario, bound, [field], "temperatures")
+    if of_places is not None:
+        message = "given with profiles at several places, which have boundary layers of their own; allowed: one profile"
+        raise ScenarioError([Problem(field, message)])
+    kelvin = section.surface_temperature
+    if kelvin is None:
+        kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"
+        with suppress(CatalogError):
+            place = scenario.place
+            climate = climatology.look_up("air_temperature", place.latitude, place.longitude, scenario.time)
+            kelvin, why = round(climate.value, 2), _source(scenario, climate)
+        filled.append(FilledIn(f"{field}.surface_temperature", f"{kelvin:.2f} K", why))
+    with attribute_to_field(f"{field}.strength"):
+        return with_inversion(profile, section, kelvin)
 
 
 def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, filled: list[FilledIn]) -> Profile:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.reports.page import Markup, element, joined
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LEVELS = 127
 """Number of colours of a scale, plus one for missing values; more would be indistinguishable."""
@@ -22,6 +25,23 @@ MISSING = "#9dc3e6"
 """Colour of pixels without a value, distinct from grey."""
 
 _STOPS = 17
+
+_THERMAL_UM = 5.0
+"""Bands beyond have hardly any sunlight."""
+
+
+def colours_of(name: str, shortest_um: float = 0.0) -> str:
+    """Return the colour map of a quantity: of thermal radiation, as in infrared satellite images, cold is white."""
+    if name == "brightness_temperature" or (name == "radiance" and shortest_um >= _THERMAL_UM):
+        return "gray_r"
+    return "gray" if name.startswith("radiance") else "viridis"
+
+
+def band_limits_um(dataset: xr.Dataset, data: xr.DataArray) -> list[tuple[float, float]]:
+    """Return the limits of the bands of a variable of a cube; empty without bands."""
+    if "band" not in data.dims or "wavelength_bounds" not in dataset:
+        return []
+    return [(float(low), float(high)) for low, high in dataset["wavelength_bounds"].to_numpy()]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from hcss_twin.analysis.measures import power_spectrum
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.reports.colour_scale import ColourScale
+from hcss_twin.reports.colour_scale import ColourScale, band_limits_um, colours_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +70,8 @@ class ImageQuantity:
         Names along this dimension; one empty name without it.
     flags : tuple of str
         Meanings of 0, 1, ... of a variable of flags.
+    colours : tuple of str
+        Colour map of each part.
     """
 
     name: str
@@ -78,11 +80,7 @@ class ImageQuantity:
     dim: str | None
     parts: tuple[str, ...]
     flags: tuple[str, ...] = ()
-
-    @property
-    def is_radiation(self) -> bool:
-        """Whether it is radiance, a term of it or brightness temperature."""
-        return self.name in CURVES or self.name.startswith(TERM_PREFIX)
+    colours: tuple[str, ...] = ()
 
 
 def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
@@ -97,9 +95,11 @@ def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
         flags = tuple(word.replace("_", " ") for word in str(data.attrs.get("flag_meanings", "")).split())
         label = (f"{name.removeprefix(TERM_PREFIX)} (term)" if name.startswith(TERM_PREFIX) else name).replace("_", " ")
         units = str(data.attrs.get("units", ""))
-        listed.append(ImageQuantity(name, label, _UNITS.get(units, units), dim, parts, flags))
+        limits = band_limits_um(dataset, data) or [(0.0, 0.0)] * len(parts)
+        colours = tuple(colours_of(name, low) for low, _ in limits)
+        listed.append(ImageQuantity(name, label, _UNITS.get(units, units), dim, parts, flags, colours))
     order = {name: place for place, name in enumerate(CURVES)}
-    return sorted(listed, key=lambda each: order.get(each.name, 2 if each.is_radiation else 3))
+    return sorted(listed, key=lambda each: order.get(each.name, 2 if each.name.startswith(TERM_PREFIX) else 3))
 
 
 @dataclass(frozen=True)
@@ -285,7 +285,7 @@ def _select(reader: Reader, group: Sequence[ImageQuantity], budget: float, most:
         size = 0
         for quantity, plane in samples:
             shown = binned(plane, binning, bool(quantity.flags))
-            size += len(_scale(quantity, shown[None]).png(shown)) * len(quantity.parts) * len(frames)
+            size += len(_scale(quantity, 0, shown[None]).png(shown)) * len(quantity.parts) * len(frames)
         if size <= budget or max(shown.shape) == 1:
             return FrameSelection(tuple(frames), binning)
         binning = max(binning + 1, math.floor(binning * math.sqrt(size / budget)))
@@ -299,7 +299,7 @@ def _series(reader: Reader, quantity: ImageQuantity, part: int, selection: Frame
     frames = selection.frames
     planes = np.stack([reader.plane(quantity, part, frame) for frame in frames])
     shown = [binned(plane, selection.binning, bool(quantity.flags)) for plane in planes]
-    scale = _scale(quantity, np.stack(shown))
+    scale = _scale(quantity, part, np.stack(shown))
     histogram = spectrum = None
     if quantity.name in CURVES:
         size = float(reader.dataset["x"][1] - reader.dataset["x"][0]) if planes.shape[2] > 1 else np.nan
@@ -312,8 +312,8 @@ def _series(reader: Reader, quantity: ImageQuantity, part: int, selection: Frame
     return Series(quantity, quantity.parts[part], frames, scale, pictures, numbers, histogram, spectrum)
 
 
-def _scale(quantity: ImageQuantity, planes: NDArray[Any]) -> ColourScale:
-    return ColourScale.of(planes, "gray" if quantity.is_radiation else "viridis", quantity.flags)
+def _scale(quantity: ImageQuantity, part: int, planes: NDArray[Any]) -> ColourScale:
+    return ColourScale.of(planes, quantity.colours[part], quantity.flags)
 
 
 def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:

@@ -17,7 +17,7 @@ from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
-from hcss_twin.reports.colour_scale import MISSING
+from hcss_twin.reports.colour_scale import MISSING, ColourScale, band_limits_um, colours_of
 from hcss_twin.reports.figures import axis_label, new_figure
 
 if TYPE_CHECKING:
@@ -51,11 +51,11 @@ def draw_preview(
     folder: str | Path,
     *,
     kelvin: bool = False,
-    frames: int = 8,
+    frames: int = 4,
     animation: bool = True,
     variable: str | None = None,
 ) -> list[Path]:
-    """Draw a variable of a cube, each band or cloud layer separately.
+    """Draw a variable of a cube, each band or cloud layer separately; of thermal radiation, cold is white.
 
     Parameters
     ----------
@@ -93,15 +93,19 @@ def draw_preview(
         except OSError as error:
             raise CubeError(f"cannot write to {folder}: {error.strerror}") from error
         suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
-        for part, data in _parts(dataset[name]):
+        limits = band_limits_um(dataset, dataset[name])
+        for place, (part, data) in enumerate(_parts(dataset[name])):
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
             if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
             written.append(folder / f"{stem}.png")
-            _contact_sheet(dataset, data, part or name, frames, written[-1])
+            low, high = limits[place] if limits else (0.0, 0.0)
+            title = f"{part} ({low:.4g}-{high:.4g} um)" if limits else part or name
+            grey = "gray_r" if colours_of(name, low) == "gray_r" else "gray"
+            _contact_sheet(dataset, data, title, frames, grey, written[-1])
             if animation and data.sizes["time"] > 1:
                 written.append(folder / f"{stem}.gif")
-                _animation(data, written[-1])
+                _animation(data, grey, written[-1])
     return written
 
 
@@ -135,15 +139,7 @@ def _thin(data: xr.DataArray) -> xr.DataArray:
     return data.isel(x=slice(None, None, step), y=slice(None, None, step))
 
 
-def _limits(sample: NDArray[Any]) -> tuple[float, float]:
-    known = sample[np.isfinite(sample)]
-    if not known.size:  # cloud tops of a cloudless scene
-        return 0.0, 1.0
-    low, high = (float(value) for value in np.percentile(known, (0.5, 99.5)))
-    return (low, high) if high > low else (low, low + max(abs(low), 1.0) * 1e-3)
-
-
-def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, path: Path) -> None:
+def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, grey: str, path: Path) -> None:
     count = min(frames, data.sizes["time"])
     chosen = np.unique(np.linspace(0, data.sizes["time"] - 1, count).round().astype(int))
     shown = _thin(data.isel(time=chosen)).load()
@@ -154,7 +150,8 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     height = panel * min(max(data.sizes["y"] / data.sizes["x"], 0.3), 3.0)
     figure = new_figure(panel * columns + 1.6, (height + 0.3) * rows + 0.9)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    low, high = _limits(shown.to_numpy())
+    scale = ColourScale.of(shown.to_numpy(), grey)
+    limits = {"vmin": scale.low, "vmax": scale.high}
     x, y = shown["x"].to_numpy() / 1e3, shown["y"].to_numpy() / 1e3
     half = float(dataset["x"][1] - dataset["x"][0]) / 2e3 if dataset.sizes["x"] > 1 else 0.5
     extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
@@ -162,7 +159,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     for axis, position in zip(axes, range(chosen.size), strict=False):
         frame = shown.isel(time=position)
         image = axis.imshow(
-            frame.to_numpy(), origin="lower", extent=extent, vmin=low, vmax=high, cmap="gray", interpolation="nearest"
+            frame.to_numpy(), origin="lower", extent=extent, cmap=grey, interpolation="nearest", **limits
         )
         axis.set_facecolor(MISSING)
         axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
@@ -172,12 +169,12 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
         axis.set_visible(False)
     figure.supxlabel("x (km, east)", fontsize=9)
     figure.supylabel("y (km, north)", fontsize=9)
-    below, above = float(shown.min()) < low, float(shown.max()) > high
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
+    ends = scale.below, scale.above
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
     bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
     units = str(shown.attrs.get("units", ""))
     units = {"W m-2 sr-1": "W m$^{-2}$ sr$^{-1}$", "1": ""}.get(units, units)
-    missing = "" if np.all(np.isfinite(shown.to_numpy())) else "; blue: no value"
+    missing = "; blue: no value" if scale.missing else ""
     bar.set_label(axis_label(str(shown.name).replace("_", " "), units) + missing)
     title = f"{dataset.attrs.get('title', '')} — {band} — t from {np.datetime_as_string(start, unit='ms')}Z"
     figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
@@ -192,12 +189,12 @@ def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
     return f"t = {text} s"
 
 
-def _animation(data: xr.DataArray, path: Path) -> None:
+def _animation(data: xr.DataArray, colours: str, path: Path) -> None:
     from PIL import Image, ImageDraw, ImageFont
 
     step = max(1, -(-data.sizes["time"] // _FRAMES_ANIMATED))
     chosen = _thin(data.isel(time=slice(None, None, step)))
-    low, high = _limits(chosen.isel(time=slice(None, None, max(1, chosen.sizes["time"] // 8))).to_numpy())
+    scale = ColourScale.of(chosen.isel(time=slice(None, None, max(1, chosen.sizes["time"] // 8))).to_numpy(), colours)
     # The step in time may vary, so each frame shows its own time.
     start = data["time"].to_numpy()[0]
     labels = [time_label(time, start) for time in chosen["time"].to_numpy()]
@@ -207,7 +204,8 @@ def _animation(data: xr.DataArray, path: Path) -> None:
     images = []
     for index, label in enumerate(labels):
         frame = chosen.isel(time=index).to_numpy()[::-1]
-        grey = np.clip((frame - low) / (high - low), 0, 1)
+        grey = np.clip((frame - scale.low) / (scale.high - scale.low), 0, 1)
+        grey = 1.0 - grey if colours == "gray_r" else grey
         picture = Image.new("L", (width, chosen.sizes["y"] + strip), 0)
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
         ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)

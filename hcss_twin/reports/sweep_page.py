@@ -152,7 +152,7 @@ def _pictures(summary: SweepSummary) -> Iterator[Block]:
         name = " ".join(word for word in (quantity.label, quantity.parts[look.part]) if word)
         # images of a sweep may differ in size
         pixels = np.concatenate([plane.ravel() for _, plane in look.planes])[None]
-        scale = ColourScale.of(pixels, "gray" if quantity.is_radiation else "viridis", quantity.flags)
+        scale = ColourScale.of(pixels, quantity.colours[look.part], quantity.flags)
         shown = [picture(scale.png(plane), f"{name}, {_values(point)}", _values(point)) for point, plane in look.planes]
         yield element("h3", name)
         yield element("div", *shown, class_="thumbnails")

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.scenario.former_defaults import BAND_MODEL
 from hcss_twin.scenario.section_types import ScenarioSection, filled
-from hcss_twin.scenario.units import GasAmount, Number
+from hcss_twin.scenario.units import Fraction, GasAmount, Length, Number, Temperature
 
 
 class GasesSection(ScenarioSection):
@@ -31,6 +31,30 @@ class GasesSection(ScenarioSection):
         """Return the given amounts by the names of profiles."""
         amounts = {name: getattr(self, name) for name in type(self).model_fields if name != "others"}
         return {name.lower(): amount for name, amount in amounts.items() if amount is not None}
+
+
+class InversionSection(ScenarioSection):
+    """A trade inversion over a well-mixed marine boundary layer; `inversion = {}` selects the defaults."""
+
+    height: Length = Field(1000.0, ge=200, le=3000, description="Altitude of the inversion, m: that of cloud tops.")
+    strength: Number = Field(10.0, ge=0, le=25, description="Rise of temperature through the inversion, K.")
+    cloud_base: Length = Field(600.0, ge=0, le=3000, description="Altitude from which the air is saturated, m.")
+    humidity_above: Fraction = Field(0.2, ge=0.01, le=1, description="Relative humidity above the inversion.")
+    surface_temperature: Temperature | None = Field(
+        None,
+        ge=250,
+        le=310,
+        description="Air temperature at the sea, K; default: the climatology's, or that of the profile without one.",
+    )
+
+    @model_validator(mode="after")
+    def _base_below(self) -> Self:
+        if self.cloud_base > self.height:
+            raise PydanticCustomError(
+                "cloud_base",
+                f"cloud_base {self.cloud_base:g} m is above the inversion; allowed: up to height, {self.height:g}",
+            )
+        return self
 
 
 class Atmosphere(ScenarioSection):
@@ -60,6 +84,9 @@ class Atmosphere(ScenarioSection):
         le=100,
         description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
     )
+    inversion: InversionSection | None = Field(
+        None, description="Table: a trade inversion and the marine boundary layer below it; default: none."
+    )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
     @model_validator(mode="after")
@@ -67,6 +94,12 @@ class Atmosphere(ScenarioSection):
         if self.water_vapour_scale is not None and self.water_vapour_column is not None:
             raise PydanticCustomError(
                 "water_vapour", "water_vapour_scale given with water_vapour_column; allowed: one of them"
+            )
+        if self.inversion is not None and self.water_vapour_column is not None:
+            raise PydanticCustomError(
+                "water_vapour",
+                "water_vapour_column given with inversion, which sets the lower part of the column; "
+                "allowed: water_vapour_scale, for the air above",
             )
         return self
 

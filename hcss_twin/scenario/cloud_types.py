@@ -56,6 +56,9 @@ class TypeFractal(ScenarioSection):
     H: Number = Field(gt=0, lt=1, description="Hurst parameter.")
     L: tuple[_Cells, _Cells] = Field(description="Cells per 16 km along x and y.")
     k: tuple[_Octave, _Octave] = Field(description="First and last octave.")
+    brightness_exponent: Number | None = Field(
+        None, ge=0.05, le=20, description="Above 1 most of the cloud is thin; 1 by default."
+    )
 
     @field_validator("k")
     @classmethod
@@ -74,6 +77,9 @@ class CloudType(ScenarioSection):
     title: str
     description: str
     source: str
+    pixel_size_max: Length | None = Field(
+        None, gt=0, description="Largest pixel size for which `[fractal]` is meant, m; `hcss plan` warns beyond it."
+    )
     layer: TypeLayer
     fractal: TypeFractal
     microphysics: TypeMicrophysics
@@ -85,6 +91,7 @@ class ResolvedLayer:
 
     layer: CloudLayer
     type_parameters: dict[str, Any]
+    pixel_size_max_m: float | None = None
 
 
 @dataclass(frozen=True)
@@ -219,4 +226,4 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         temperature_K=None if section.temperature == "climatology" else section.temperature,
         microphysics=particles,
     )
-    return ResolvedLayer(layer, cloud_type.fractal.model_dump())
+    return ResolvedLayer(layer, cloud_type.fractal.model_dump(exclude_none=True), cloud_type.pixel_size_max)

@@ -114,7 +114,7 @@ def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
         choices.append({"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*\S*\s*$"})
 
 
-_PLAIN = ("water_vapour_scale", "water_vapour_column", "effective_variance")
+_PLAIN = ("water_vapour_scale", "water_vapour_column", "effective_variance", "strength")
 """Plain numbers only."""
 
 _KEYWORDS = {"ge": "minimum", "le": "maximum", "gt": "exclusiveMinimum", "lt": "exclusiveMaximum"}

@@ -185,8 +185,10 @@ class Scenario(ScenarioModel):
             del data["defaults"]
         atmosphere = data["atmosphere"]
         atmosphere["coefficients"] = self.coefficients
-        data["atmosphere"] = {key: value for key, value in atmosphere.items() if (key, value) != ("coefficients", None)}
-        data["atmosphere"]["gases"] = {key: value for key, value in atmosphere["gases"].items() if value is not None}
+        for name in ("coefficients", "inversion"):
+            if atmosphere[name] is None:
+                del atmosphere[name]
+        atmosphere["gases"] = {key: value for key, value in atmosphere["gases"].items() if value is not None}
         if not self.elements:
             del data["elements"]
         if not self.output.derived:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hcss_twin.cube.variables import VARIABLES
 
-CLOUD_TYPES = ("cirrus", "cumulus", "simulated", "stratocumulus", "stratus")
+CLOUD_TYPES = ("cirrus", "cumulus", "simulated", "stratocumulus", "stratus", "fog", "deep-convection")
 CATALOG_BANDS = ("mwir-3.7", "mwir-4.2-4.4", "mwir-3.4-4.1", "lwir-8.5", "lwir-9.7", "lwir-10.8", "swir-2.7-3.0")
 # The mask of shadows is an error without them; the groups bring it.
 VARIABLE_NAMES = (*(spec.name for spec in VARIABLES if spec.name != "shadow_mask"), "terms", "truth", "all")

@@ -21,7 +21,17 @@ TABLE_III = {
     "cirrus": (3, 0.8, [50, 10], [0, 4], 6000.0, 10000.0),
     "simulated": (4, 0.8, [3, 7], [0, 10], 333.0, 6000.0),
 }
-EFFECTIVE = {"stratus": 11.28, "stratocumulus": 11.28, "cumulus": 12.68, "simulated": 12.68, "cirrus": 30.0}
+EFFECTIVE = {
+    "stratus": 11.28,
+    "stratocumulus": 11.28,
+    "cumulus": 12.68,
+    "simulated": 12.68,
+    "cirrus": 30.0,
+    "deep-convection": 30.0,
+    "altostratus": 30.0,
+    "altocumulus": 7.33,
+    "fog": 10.72,
+}
 
 
 def read(name: str) -> dict:
@@ -32,10 +42,10 @@ def read(name: str) -> dict:
 @pytest.mark.parametrize("name", sorted(EFFECTIVE))
 def test_cloud_type_has_exactly_the_agreed_keys(name) -> None:
     data = read(name)
-    assert set(data) == {"title", "description", "source", *KEYS}
+    assert set(data) == {"title", "description", "source", "pixel_size_max", *KEYS}
     for table, keys in KEYS.items():
-        assert set(data[table]) == keys
-    assert data["layer"]["anchor"] == "base"
+        assert set(data[table]) - {"brightness_exponent"} == keys
+    assert data["layer"]["anchor"] == ("top" if name == "deep-convection" else "base")
     assert 0 < data["layer"]["thickness_min"] < data["layer"]["top"] - data["layer"]["base"]
 
 

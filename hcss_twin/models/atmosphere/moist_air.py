@@ -180,12 +180,25 @@ def altitude_of_pressure(pressure_Pa: Array, temperature_K: Array, h2o: Array, l
     -------
     ndarray (L,)
     """
-    molar_mass = MOLAR_MASS_DRY_AIR * (1.0 - h2o) + MOLAR_MASS_WATER * h2o
-    scale = GAS_CONSTANT * temperature_K / (molar_mass * GRAVITY_M_S2)
-    steps = 0.5 * (scale[1:] + scale[:-1]) * -np.diff(np.log(pressure_Pa))
+    steps = _mean_scale_height(temperature_K, h2o) * -np.diff(np.log(pressure_Pa))
     start = EARTH_RADIUS_M * lowest_m / (EARTH_RADIUS_M + lowest_m)
     geopotential = start + np.concatenate(([0.0], np.cumsum(steps)))
     return geometric_altitude(geopotential)
+
+
+def pressure_of_altitude(altitude_m: Array, temperature_K: Array, h2o: Array, surface_Pa: float) -> Array:
+    """Return the pressures (L,) of levels in hydrostatic balance: the inverse of :func:`altitude_of_pressure`."""
+    geopotential = EARTH_RADIUS_M * altitude_m / (EARTH_RADIUS_M + altitude_m)
+    steps = np.diff(geopotential) / _mean_scale_height(temperature_K, h2o)
+    return surface_Pa * np.exp(-np.concatenate(([0.0], np.cumsum(steps))))
+
+
+def _mean_scale_height(temperature_K: Array, h2o: Array) -> Array:
+    """Return the scale heights (L - 1,) between levels, m of geopotential height."""
+    molar_mass = MOLAR_MASS_DRY_AIR * (1.0 - h2o) + MOLAR_MASS_WATER * h2o
+    scale = GAS_CONSTANT * temperature_K / (molar_mass * GRAVITY_M_S2)
+    result: Array = 0.5 * (scale[1:] + scale[:-1])
+    return result
 
 
 def geometric_altitude(geopotential_m: Array) -> Array:

@@ -187,7 +187,7 @@ class ProfileField:
         )
 
     def _resampled(self, profile: Profile) -> Profile:
-        """Return a profile at the levels of the field; the logarithm of gas amounts is linear in altitude."""
+        """Return a profile at the levels of the field."""
         levels = self.altitude_m
         assert levels is not None
         if levels[-1] > profile.altitude_m[-1]:
@@ -195,19 +195,7 @@ class ProfileField:
                 f"{profile.name} ends at {profile.altitude_m[-1] / 1e3:g} km; allowed: {levels[-1] / 1e3:g} km, as at "
                 "the image centre"
             )
-        gases = {
-            gas: np.exp(np.interp(levels, profile.altitude_m, np.log(ratio)))
-            if np.all(ratio > 0.0)
-            else np.interp(levels, profile.altitude_m, ratio)
-            for gas, ratio in profile.mixing_ratio.items()
-        }
-        return replace(
-            profile,
-            altitude_m=levels,
-            pressure_Pa=profile.pressure_at(levels),
-            temperature_K=profile.temperature_at(levels),
-            mixing_ratio=gases,
-        )
+        return profile.resampled(levels)
 
 
 def _axis(dataset: Any, name: str, place: str) -> tuple[str, Array] | None:

@@ -59,8 +59,8 @@ def complete_parameters(parameters: FractalParameters, defaults: Mapping[str, An
     values: dict[str, Any] = {}
     problems = []
     for name in FractalParameters.model_fields:
-        value = getattr(parameters, name)
-        values[name] = defaults.get(name) if value is None else value
+        value, usual = getattr(parameters, name), defaults.get(name)
+        values[name] = value if usual is None or (name in parameters.model_fields_set and value is not None) else usual
         if values[name] is None:
             what = FractalParameters.model_fields[name].description
             problems.append(Problem(f"clouds.parameters.{name}", f"neither given nor part of the cloud type; {what}"))
