@@ -37,7 +37,7 @@ class Octave:
     time_s: float
 
 
-OCTAVES = Octave(144e3, 4800.0, 3600.0), Octave(72e3, 2700.0, 1500.0)
+OCTAVES = Octave(144e3, 5600.0, 3200.0), Octave(72e3, 2700.0, 1800.0)
 """Displacements that give measured lifetimes of structures, together with the change of patches."""
 
 # Displacements far below a pixel are left out.

@@ -18,7 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import CloudDeclaration, CloudInputs
 
-PATCH_S = 15_000.0
+PATCH_S = 13_600.0
 """Time in which a patch becomes another one."""
 
 MEASURED_S = 1800.0
