@@ -1,0 +1,9 @@
+"""Hook that registers the commands. ``hcss --help`` imports this module, so it must import quickly."""
+
+from hcss_twin.core.commands import CommandSpec, hookimpl
+
+
+@hookimpl
+def hcss_commands() -> list[CommandSpec]:
+    """Return the command ``skies``."""
+    return [CommandSpec("skies", "hcss_skies.command:skies", "List examples of skies, or make one from an image.")]

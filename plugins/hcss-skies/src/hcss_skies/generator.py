@@ -1,0 +1,215 @@
+"""The cloud generator `example`: an unbounded sky that looks like one example and changes as measured."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_skies.blending import blend
+from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, steepness
+from hcss_skies.example import MAX_SCORE, read_example
+from hcss_skies.flow import OCTAVES, flow_nodes
+from hcss_skies.library import find_example
+from hcss_skies.parameters import ExampleParameters
+from hcss_skies.pyramid import make_level
+from hcss_twin.core.arrays import Array
+from hcss_twin.errors import ProviderError
+from hcss_twin.providers import CloudDeclaration, CloudInputs
+
+PATCH_S = 13_600.0
+"""Time in which a patch becomes another one."""
+
+MEASURED_S = 1800.0
+"""``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
+
+# Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
+_DEEP_M = 10_000.0
+
+_TILE = 256
+
+
+class ExampleClouds:
+    """Clouds blended from an example.
+
+    The field p, the height of an opaque cloud with the same brightness temperature, becomes thickness by the inversion
+    of the scene's own radiance: an image of the scene has the brightness temperatures of the example. The clear sky of
+    the example gets the temperature of that of the scene; the difference vanishes 10 km above. Outside a scene,
+    thickness is linear in p (eq 7 of the HCSS paper) from the clear sky to the example's highest value.
+
+    At the example's pixel size and above, a pixel has the value at its centre of the example, averaged to the closest
+    power of two. Below, it is the mean over the pixel of cells of the example's size that are halved until they are no
+    larger than it: all pixel sizes show one sky.
+
+    Parameters
+    ----------
+    inputs : CloudInputs
+        Layer, image plane, motion, seed, inversion.
+    parameters : ExampleParameters
+        Example, and the detail below its pixel.
+
+    Raises
+    ------
+    CatalogError
+        If there is no such example, or its file is damaged.
+    """
+
+    honours: tuple[str, ...] = ("coverage_mode",)
+    skipped = (("cloud-top height of the example", "tops are those of the layer: thickness alone varies"),)
+
+    def __init__(self, inputs: CloudInputs, parameters: ExampleParameters) -> None:
+        self._inputs, self._of = inputs, parameters
+        self.example = example = read_example(find_example(parameters.example, inputs.catalog))
+        self._pixel = inputs.grid.pixel_size_m / example.pixel_size_m
+        if not 1e-6 <= self._pixel <= 1e6:
+            raise ProviderError(
+                f"example: pixels of {inputs.grid.pixel_size_m:g} m; allowed: {1e-6 * example.pixel_size_m:g} to "
+                f"{1e6 * example.pixel_size_m:g} m with this example"
+            )
+        self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
+        self._level = level = make_level(example, inputs.grid.pixel_size_m)
+        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale], dtype=np.float64)
+        heights = level.heights_m[:, 0].astype(np.float64)
+        thickness = self._thickness_of(heights)
+        # Averaged to large pixels, an example is cloudier than it is.
+        score = np.linspace(-MAX_SCORE, MAX_SCORE, heights.size)
+        chance = np.exp(-0.5 * score**2)
+        self.image_coverage = float(
+            chance @ ((thickness > 0.0) & (thickness >= 0.5 * inputs.layer.thickness_min_m)) / chance.sum()
+        )
+        self._tables = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
+        motion = inputs.motion
+        wind_x, wind_y = motion.cloud_velocity_m_s
+        self._speed = -wind_y, motion.platform_speed_m_s - wind_x
+        evolves = math.isfinite(motion.evolution_time_s)
+        self._rate = MEASURED_S / motion.evolution_time_s if evolves else math.nan
+        changes = evolves or any(self._speed)
+        notes = [f"Example {parameters.example}: {example.kind}, {example.source} ({example.licence})"]
+        if not example.excess_is_known:
+            notes.append("The example has one channel: all its clouds count as opaque where they are coldest.")
+        self.declares = CloudDeclaration(
+            depends_on=frozenset({"time"}) if changes else frozenset(), evolves=evolves, notes=tuple(notes)
+        )
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window; 0 is clear sky."""
+        return self._window(time_s, rows, columns, 0)
+
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: None = None
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window that may reach outside the image."""
+        return self._window(time_s, rows, columns, 0)
+
+    def top_above_opaque_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return cloud-top height less p, the second field of the example, (y, x) of any window.
+
+        It belongs to the thickness of the same pixel. The engine does not use it yet. Below the example's pixel it is
+        that of the closest pixel.
+        """
+        return self._window(time_s, rows, columns, 1)
+
+    def _thickness_of(self, opaque_m: Array) -> Array:
+        """Return the thickness of the layer for heights p, any shape."""
+        inversion, layer, clear = self._inputs.inversion, self._inputs.layer, self.example.clear_m
+        top = float(self.example.opaque_m[-1])
+        if inversion is None:
+            share = np.clip((opaque_m - clear) / max(top - clear, 1.0), 0.0, 1.0)
+            thickness = layer.thickness_min_m + (layer.thickness_max_m - layer.thickness_min_m) * share
+            return np.where(opaque_m > clear, thickness, 0.0)
+        (clear_air_K,) = inversion.air_temperature_K(np.array([clear]))
+        deep = max(top, clear + _DEEP_M)
+        fading = np.clip((deep - opaque_m) / (deep - clear), 0.0, 1.0)
+        kelvin = inversion.air_temperature_K(opaque_m) + (inversion.clear_K - clear_air_K) * fading
+        return np.where(opaque_m > clear, inversion.thickness_m(kelvin), 0.0).astype(np.float64)
+
+    def _window(self, time_s: float, rows: slice, columns: slice, which: int) -> NDArray[np.float32]:
+        if not math.isfinite(time_s):
+            raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
+        out = np.empty((max(0, rows.stop - rows.start), max(0, columns.stop - columns.start)), np.float32)
+        for i in range(0, out.shape[0], _TILE):
+            for j in range(0, out.shape[1], _TILE):
+                tile = out[i : i + _TILE, j : j + _TILE]
+                self._write(tile, time_s, rows.start + i, columns.start + j, which)
+        return out if which else self._in_layer(out)
+
+    def _in_layer(self, thickness: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return thickness with the least one of the layer, or 0, where it is thinner."""
+        least, most = (
+            np.float32(limit) for limit in (self._inputs.layer.thickness_min_m, self._inputs.layer.thickness_max_m)
+        )
+        thickness[thickness < 0.5 * least] = 0.0
+        np.maximum(thickness, least, out=thickness, where=thickness > 0.0)
+        return np.minimum(thickness, most, out=thickness)
+
+    def _write(self, out: NDArray[np.float32], time_s: float, row: int, column: int, which: int) -> None:
+        """Write a part of a frame that begins at ``row`` and ``column``."""
+        edges = [
+            (np.arange(first, first + size + 1) - 0.5 * total + self._drift(speed, time_s)) * self._pixel
+            for first, size, total, speed in zip(
+                (row, column), out.shape, (self._inputs.grid.rows, self._inputs.grid.columns), self._speed, strict=True
+            )
+        ]
+        if not self._halvings:
+            y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
+            out[...] = self._blended(time_s, y, x)[..., which]
+            return
+        first = [math.floor(each[0]) - MARGIN for each in edges]
+        y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
+        cells = self._blended(time_s, y, x)[..., which].astype(np.float64)
+        if which:
+            at = [
+                np.floor(0.5 * (each[1:] + each[:-1])).astype(np.int64) - low
+                for each, low in zip(edges, first, strict=True)
+            ]
+            out[...] = cells[np.ix_(*at)]
+            return
+        cells, first = self._detailed(cells, first, edges, time_s)
+        scale = 2.0**self._halvings
+        average(out, cells, *(each * scale - low for each, low in zip(edges, first, strict=True)))
+
+    def _detailed(self, cells: Array, first: list[int], edges: list[Array], time_s: float) -> tuple[Array, list[int]]:
+        """Halve cells until they are no larger than pixels; returns them and the index of the first."""
+        steep = steepness(cells)
+        root = np.array(first) + 1
+        most = self._inputs.layer.thickness_max_m
+        for halving in range(self._halvings):
+            # Only what the window needs of the next halvings: one cell around it.
+            scale = 2.0**halving
+            wanted = [(math.floor(each[0] * scale) - 3, math.ceil(each[-1] * scale) + 3) for each in edges]
+            low = [max(want[0], start) for want, start in zip(wanted, first, strict=True)]
+            high = [min(want[1], start + size) for want, start, size in zip(wanted, first, cells.shape, strict=True)]
+            part = np.ascontiguousarray(
+                cells[low[0] - first[0] : high[0] - first[0], low[1] - first[1] : high[1] - first[1]]
+            )
+            children = np.empty((2 * part.shape[0] - 4, 2 * part.shape[1] - 4))
+            cell_m = self.example.pixel_size_m / 2.0 ** (halving + 1)
+            halve(
+                children, part, np.array(low), deviations(steep, self._of.detail, self._of.detail_exponent, halving),
+                root, halving, most, np.uint64(self._key(halving)), time_s * self._rate / lifetime_s(cell_m),
+            )  # fmt: skip
+            cells, first = children, [2 * (each + 1) for each in low]
+        return cells, first
+
+    def _key(self, number: int) -> int:
+        return (self._inputs.seed * 0x9E3779B97F4A7C15 + (number + 1) * 0xD1B54A32D192ED03) % 2**64
+
+    def _blended(self, time_s: float, y: Array, x: Array) -> NDArray[np.float32]:
+        """Return thickness and x (rows, columns, 2) at positions in pixels of the example."""
+        out = np.empty((y.size, x.size, 2), np.float32)
+        if out.size:
+            time = time_s * self._rate
+            size = self.example.pixel_size_m
+            nodes, bounds = flow_nodes(OCTAVES, y, x, size, self._pixel, self._inputs.seed, time)
+            blend(
+                out, y, x, self._level.scores, self._tables, self._geometry, nodes, bounds,
+                np.uint64(self._key(-2)), time / PATCH_S,
+            )  # fmt: skip
+        return out
+
+    def _drift(self, speed_m_s: float, time_s: float) -> float:
+        """Return a displacement in pixels, without rounding errors where it is a multiple of 1/1024."""
+        pixels = speed_m_s * time_s / self._inputs.grid.pixel_size_m
+        rounded = round(pixels * 1024.0) / 1024.0
+        return rounded if abs(pixels - rounded) <= 2e-15 * abs(pixels) else pixels

@@ -1,0 +1,24 @@
+"""Parameters that a scenario can set; separate from the generator, so that checking a scenario needs no numpy."""
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class ExampleParameters(BaseModel):
+    """Parameters of the generator `example`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    example: str = Field(
+        "open-cells-1",
+        description="Name of a shipped example or of one in skies/ beside the scenario (without .nc), or a file.",
+    )
+    detail: float = Field(
+        0.31,
+        ge=0.0,
+        le=1.0,
+        description="Strength of the detail below the example's pixel: standard deviation of the logarithm of "
+        "thickness where it changes by itself from one pixel to the next.",
+    )
+    detail_exponent: float = Field(
+        2.3, ge=1.2, le=4.0, description="Exponent of the power spectrum, along a line, of the detail."
+    )

@@ -1,0 +1,52 @@
+"""Examples with known fields, and generators of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hcss_skies.example import make_example, write_example
+from hcss_skies.generator import ExampleClouds
+from hcss_skies.parameters import ExampleParameters
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers import Grid, Motion
+from hcss_twin.testing import sample_cloud_inputs
+
+FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
+EVOLVING = Motion(0.0, (0.0, 0.0), 1800.0, 1.0)
+
+
+def cloud_field(side, seed=3):
+    """Heights (side, side) in m with a power spectrum k^-3 and a skewed distribution, 0 to 3000 m."""
+    rng = np.random.default_rng(seed)
+    k = np.hypot(*np.meshgrid(np.fft.fftfreq(side), np.fft.rfftfreq(side), indexing="ij"))
+    spectrum = np.fft.rfft2(rng.standard_normal((side, side))) * np.maximum(k, 8 / side) ** -1.5
+    spectrum[0, 0] = 0.0
+    field = np.fft.irfft2(spectrum, (side, side))
+    return 3000.0 * (np.argsort(np.argsort(field.ravel())) / field.size).reshape(side, side) ** 2
+
+
+@pytest.fixture
+def make(tmp_path):
+    """Return a function that makes generators: pixel size, pixels, seed, motion, side of the example, parameters."""
+
+    def of(pixel_m=3000.0, size=64, *, seed=1, motion=FROZEN, side=256, least=1e-3, **parameters):
+        folder = tmp_path / "skies"
+        folder.mkdir(exist_ok=True)
+        if not (folder / f"own{side}.nc").exists():
+            field = cloud_field(side)
+            example = make_example(
+                field, 0.5 * field[::-1], pixel_size_m=3000.0, clear_m=300.0, kind="test", source="test", licence="none"
+            )
+            write_example(folder / f"own{side}.nc", example)
+        inputs = sample_cloud_inputs(seed=seed, catalog=Catalog(base=tmp_path))
+        layer = replace(inputs.layer, thickness_min_m=least)
+        inputs = replace(inputs, grid=Grid(size, size, pixel_m), motion=motion, layer=layer)
+        return ExampleClouds(inputs, ExampleParameters(**{"example": f"own{side}", **parameters}))
+
+    return of
+
+
+def whole(provider, size, time_s=0.0):
+    """Return a frame in double precision."""
+    return provider.thickness_m(time_s, slice(0, size), slice(0, size)).astype(float)

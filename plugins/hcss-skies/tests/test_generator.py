@@ -1,0 +1,161 @@
+"""The generator: the kit, the distribution of the example, seams, scales, time and extremes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import EVOLVING, FROZEN, whole
+from hcss_skies.generator import ExampleClouds
+from hcss_skies.parameters import ExampleParameters
+
+from hcss_twin.errors import CatalogError
+from hcss_twin.providers import Grid, Motion
+from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
+
+
+class TestCoarse(CloudGeneratorContract):
+    """Pixels of 30 km, so that a frame has many independent clouds."""
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        return replace(sample_cloud_inputs(coverage, seed), grid=Grid(48, 64, 30e3))
+
+    def make_provider(self, inputs):
+        return ExampleClouds(inputs, ExampleParameters(example="open-cells-1"))
+
+
+class TestFine(CloudGeneratorContract):
+    """Pixels below that of the example: frames see a few clouds only."""
+
+    coverage_tolerance = 0.3
+
+    def make_provider(self, inputs):
+        return ExampleClouds(inputs, ExampleParameters(example="closed-cells-3"))
+
+
+def test_is_found_when_installed():
+    assert_registered("clouds", "example", distribution="hcss-skies")
+
+
+class WarmSky:
+    """An inversion with closed forms: air of 300 K less 6 K/km, clear sky of 297 K, thickness 100 m per K."""
+
+    clear_K, coldest_K = 297.0, 280.0
+
+    def air_temperature_K(self, altitude_m):
+        return 300.0 - 6e-3 * altitude_m
+
+    def thickness_m(self, brightness_temperature_K):
+        return (100.0 * np.clip(self.clear_K - brightness_temperature_K, 0.0, 8.0)).astype(np.float32)
+
+
+def test_an_inversion_gives_thickness_and_the_clear_sky_of_the_scene(make):
+    provider = make()
+    inputs = replace(provider._inputs, inversion=WarmSky())
+    found = ExampleClouds(inputs, provider._of)._thickness_of(np.array([0.0, 300.0, 800.0]))
+    # The clear sky of the example, at 300 m, is 1.2 K warmer than that of the scene.
+    expected = 100.0 * (297.0 - (300.0 - 4.8 - 1.2 * (1.0 - 500.0 / 10_000.0)))
+    np.testing.assert_allclose(found, [0.0, 0.0, expected], rtol=1e-5)
+
+
+def test_blended_fields_have_the_distribution_of_the_example(make):
+    """Quantiles over 16 skies against those of eq 7 of the example, in parts of its range."""
+    fields = np.stack([whole(make(seed=seed, size=256), 256) for seed in range(16)])
+    provider = make()
+    expected = provider._thickness_of(provider.example.opaque_m[provider.example.opaque])
+    for share in (0.4, 0.6, 0.8, 0.95, 0.99):
+        assert np.quantile(fields, share) == pytest.approx(np.quantile(expected, share), abs=0.03 * expected.max())
+    assert np.mean(fields > 0.0) == pytest.approx(provider.image_coverage, abs=0.03)
+    assert fields.mean() == pytest.approx(expected.mean(), rel=0.06)
+
+
+def test_the_lattice_is_invisible_in_means_over_seeds(make):
+    """Mean and spread over 250 seeds are the same at all places, within sampling errors."""
+    values = np.stack([whole(make(seed=seed, size=192), 192)[::8, ::8] for seed in range(250)])
+    error = values.std() / np.sqrt(len(values))
+    assert np.abs(values.mean(axis=0) - values.mean()).max() < 4.5 * error
+    assert np.abs(values.std(axis=0) / values.std() - 1.0).max() < 0.3
+
+
+@pytest.mark.parametrize("pixel_m", [700.0, 3000.0, 9000.0])
+def test_windows_have_the_same_bits(make, pixel_m):
+    provider = make(pixel_m, 300, motion=Motion(37.0, (6.0, -3.0), 1800.0, 1.0))
+    frame = provider.thickness_m(77.0, slice(0, 300), slice(0, 300))
+    for rows, columns in (
+        (slice(0, 1), slice(0, 300)),
+        (slice(250, 300), slice(3, 290)),
+        (slice(131, 140), slice(7, 8)),
+    ):
+        np.testing.assert_array_equal(provider.thickness_m(77.0, rows, columns), frame[rows, columns])
+    around = provider.thickness_around_m(77.0, slice(-40, 20), slice(280, 400))
+    np.testing.assert_array_equal(around[40:, :20], frame[:20, 280:])
+
+
+@pytest.mark.parametrize("parts", [2, 5, 8, 10, 100])
+def test_block_means_are_the_pixels_of_the_example(make, parts):
+    size = 4 if parts == 100 else 20
+    coarse = whole(make(3000.0, size, seed=4), size)
+    fine = whole(make(3000.0 / parts, size * parts, seed=4), size * parts)
+    means = fine.reshape(size, parts, size, parts).mean(axis=(1, 3))
+    np.testing.assert_allclose(means, coarse, rtol=1e-6, atol=1e-6 * 800.0)
+    assert fine.std() > coarse.std()
+
+
+def test_a_fine_sensor_sees_the_sky_of_a_coarse_one(make):
+    fine, middle = whole(make(60.0, 600), 600), whole(make(300.0, 120), 120)
+    np.testing.assert_allclose(fine.reshape(120, 5, 120, 5).mean(axis=(1, 3)), middle, atol=16.0, rtol=0.0)
+
+
+@pytest.mark.parametrize("pixel_m", [30.0, 3000.0])
+def test_a_second_changes_little(make, pixel_m):
+    provider = make(pixel_m, 128, seed=4, motion=EVOLVING)
+    frames = [whole(provider, 128, time_s) for time_s in (5000.0, 5001.0, 5002.0, 8600.0)]
+    steps = [np.sqrt(np.mean((later - frames[0]) ** 2)) for later in frames[1:]]
+    assert 0.0 < steps[0] < (1e-2 if pixel_m < 100.0 else 4e-3) * np.sqrt(np.mean(frames[0] ** 2))
+    assert steps[1] < 2.5 * steps[0]
+    assert steps[2] > 10.0 * steps[0]
+
+
+def test_large_structures_live_longer(make):
+    """Coherence after 30 min of wavelengths of 8 to 16, 16 to 32, 32 to 64 and 64 to 96 km."""
+    provider = make(3000.0, 256, motion=EVOLVING)
+    one, later = (np.fft.rfft2(whole(provider, 256, time_s)) for time_s in (0.0, 1800.0))
+    k = np.hypot(*np.meshgrid(np.fft.fftfreq(256), np.fft.rfftfreq(256), indexing="ij"))
+    bands = [(k >= 3.0 / high) & (k < 3.0 / low) for low, high in ((8, 16), (16, 32), (32, 64), (64, 96))]
+    coherence = [
+        np.sum(one[band] * later[band].conj()).real
+        / np.sqrt(np.sum(np.abs(one[band]) ** 2) * np.sum(np.abs(later[band]) ** 2))
+        for band in bands
+    ]
+    assert coherence == sorted(coherence)
+    assert coherence[0] < 0.6 < 0.65 < coherence[-1]
+
+
+@pytest.mark.parametrize("side", [4, 64, 1024])
+@pytest.mark.parametrize("pixel_m", [5.0, 800.0, 20e3])
+def test_extremes_stay_finite_and_deterministic(make, side, pixel_m):
+    provider = make(pixel_m, 8, side=side, motion=EVOLVING)
+    far = 10**9
+    for time_s, row in ((0.0, far), (1e9, 0), (1e9, -far)):
+        window = slice(row, row + 8), slice(far, far + 8)
+        one, again = (provider.thickness_around_m(time_s, *window) for _ in range(2))
+        assert np.all((one >= 0.0) & (one <= provider._inputs.layer.thickness_max_m))
+        np.testing.assert_array_equal(one, again)
+    assert np.all(np.isfinite(provider.top_above_opaque_m(0.0, slice(0, 8), slice(0, 8))))
+
+
+def test_tops_have_the_range_of_the_example(make):
+    tops = make(size=128).top_above_opaque_m(0.0, slice(0, 128), slice(0, 128))
+    assert tops.shape == (128, 128)
+    assert 0.0 <= tops.min() < 200.0 < tops.max() <= 1500.0
+
+
+def test_a_moving_platform_sees_the_same_clouds_again(make):
+    still, moving = make(500.0, 64), make(500.0, 64, motion=replace(FROZEN, platform_speed_m_s=500.0))
+    np.testing.assert_array_equal(
+        moving.thickness_m(3.0, slice(0, 64), slice(0, 61)), still.thickness_m(0.0, slice(0, 64), slice(3, 64))
+    )
+
+
+def test_an_unknown_example_is_named_with_the_closest():
+    with pytest.raises(CatalogError, match=r"no example 'open-cell-1'.*open-cells-1"):
+        ExampleClouds(sample_cloud_inputs(), ExampleParameters(example="open-cell-1"))
