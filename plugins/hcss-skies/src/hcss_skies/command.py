@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from hcss_twin.cli.options import metres
+
 
 @click.group()
 def skies() -> None:
@@ -28,7 +30,13 @@ def list_examples() -> None:
 @click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Example (.nc).")
 @click.option("--variable", help="Brightness temperature near 10.8 um in a file with several images.")
-@click.option("--pixel-size", type=click.FloatRange(1.0, 1e5), help="m; default: that of the file.")
+@click.option(
+    "--pixel-size",
+    "pixel_size_m",
+    metavar="LENGTH",
+    callback=metres,
+    help="Pixel size on the ground, for example '3 km'; overrides the file.",
+)
 @click.option("--lapse", default=6.5, type=click.FloatRange(1.0, 12.0), help="Lapse rate of the air, K/km.")
 @click.option("--clear", type=click.FloatRange(180.0, 330.0), help="Clear sky, K; default: the 99th percentile.")
 @click.option("--kind", default="imported", help="Kind of clouds.")
@@ -38,7 +46,7 @@ def import_image(
     image: Path,
     output: Path,
     variable: str | None,
-    pixel_size: float | None,
+    pixel_size_m: float | None,
     lapse: float,
     clear: float | None,
     kind: str,
@@ -56,7 +64,7 @@ def import_image(
     if output.exists() and not force:
         raise CatalogError(f"{output} exists; --force replaces it")
     example = import_example(
-        image, variable=variable, pixel_size_m=pixel_size, lapse_K_km=lapse, clear_K=clear, kind=kind, licence=licence
+        image, variable=variable, pixel_size_m=pixel_size_m, lapse_K_km=lapse, clear_K=clear, kind=kind, licence=licence
     )
     write_example(output, example)
     click.echo(
