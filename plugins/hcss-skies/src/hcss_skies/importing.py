@@ -64,7 +64,8 @@ def import_example(
     if size is None:
         raise CatalogError(f"{path}: the pixel size is not known; give it with --pixel-size")
     if not 1.0 <= size <= 1e5:
-        raise CatalogError(f"{path}: pixel size {size:g} m; allowed: 1 to 100000; closest is {np.clip(size, 1.0, 1e5):g}")
+        closest = min(max(size, 1.0), 1e5)
+        raise CatalogError(f"{path}: pixel size {size:g} m; allowed: 1 to 100000; closest is {closest:g}")
     if not np.all(np.isfinite(kelvin)):
         raise CatalogError(f"{path}: {np.mean(~np.isfinite(kelvin)):.1%} of the pixels are missing; allowed: none")
     low, high = _KELVIN_RANGE
