@@ -1,6 +1,6 @@
 """The packages in plugins/ import only what is promised to plugins of others, in source and tests.
 
-hcss-bench, hcss-evaluate and hcss-paper name the other modules that they use in their READMEs. The tests of
+hcss-bench, hcss-evaluate, hcss-paper and hcss-skies name the other modules that they use in their READMEs. The tests of
 hcss-lowtran7 read a standard atmosphere of this package for comparison.
 """
 
@@ -26,10 +26,18 @@ PUBLIC = {
     "hcss_twin.errors": {name for name in hcss_twin.__all__ if name.endswith("Error")}
     | set(GROUND["hcss_twin.errors"][1]),
 }
-LISTING = ("hcss-bench", "hcss-evaluate", "hcss-paper")
+LISTING = ("hcss-bench", "hcss-evaluate", "hcss-paper", "hcss-skies")
 """Plugins whose README lists other modules."""
 
-PROMISED = {"hcss_twin", "hcss_twin.providers", "hcss_twin.physics.paths", "hcss_twin.physics.planck"}
+PROMISED = {
+    "hcss_twin",
+    "hcss_twin.catalog",
+    "hcss_twin.errors",
+    "hcss_twin.physics.paths",
+    "hcss_twin.physics.planck",
+    "hcss_twin.providers",
+    "hcss_twin.registry",
+}
 FOLDERS = sorted(
     path for name in ("src", "tests") for path in PLUGINS.glob(f"*/{name}") if path.parent.name not in LISTING
 )

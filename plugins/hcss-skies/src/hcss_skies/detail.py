@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from hcss_skies.hashing import hashed, normal, uniform
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
+from hcss_twin.providers import Array
 
 MARGIN = 3
 """Cells around a window that the first halving needs: one for its slopes, one for each later one, with room."""

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, ndtri
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import open_netcdf
+from hcss_twin.errors import CatalogError
+from hcss_twin.providers import Array
 
 LEVELS = 256
 """Ranks of a field."""

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_skies.hashing import hashed, normal
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
+from hcss_twin.providers import Array
 
 # rms of one component of the gradient of a cubic B-spline surface whose nodes have variance 1, in node distances:
 # mean over a cell of sum B'(x)^2 is 2/3, of sum B(y)^2 is 151/315.

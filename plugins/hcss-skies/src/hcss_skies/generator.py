@@ -14,9 +14,8 @@ from hcss_skies.flow import OCTAVES, flow_nodes
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
-from hcss_twin.core.arrays import Array
 from hcss_twin.errors import ProviderError
-from hcss_twin.providers import CloudDeclaration, CloudInputs
+from hcss_twin.providers import Array, CloudDeclaration, CloudInputs
 
 PATCH_S = 13_600.0
 """Time in which a patch becomes another one."""

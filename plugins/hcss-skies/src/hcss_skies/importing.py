@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from hcss_skies.example import MAX_SIDE, MIN_SIDE, Example, make_example
-from hcss_twin.core.arrays import Array
 from hcss_twin.errors import CatalogError
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.providers import Array
 
 CLEAR_K = 1.5
 """Pixels colder than the clear sky by more hold cloud: three standard deviations of clear sea."""

@@ -12,7 +12,7 @@ from scipy.signal import fftconvolve
 from scipy.special import ndtr, ndtri
 
 from hcss_skies.example import MAX_SCORE, Example
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 LATTICE_PIXELS = 64.0
 """Distance of lattice points in pixels of a large example: patches twice as wide keep the shapes of clouds."""
