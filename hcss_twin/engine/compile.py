@@ -55,6 +55,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     """
     if plan.surfaces is not None:
         return _over_surfaces(plan, compile_tables)
+    if plan.tops is not None:
+        return _over_tops(plan, compile_tables)
     if plan.views is not None:
         return tables_over_views(plan, compile_tables)
     allowed = plan.budget
@@ -202,6 +204,8 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     """
     if plan.surfaces is not None:
         return _over_surfaces(plan, partial(tables_of, compiler=compiler))
+    if plan.tops is not None:
+        return _over_tops(plan, partial(tables_of, compiler=compiler))
     if plan.views is not None:
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
     compute = partial(compiler or compile_tables, plan)
@@ -212,6 +216,12 @@ def _over_surfaces(plan: Plan, compiler: Callable[[Plan], RadianceTables]) -> Ra
     from hcss_twin.engine.tables.over_surfaces import tables_over_surfaces  # not for scenes of sea alone
 
     return tables_over_surfaces(plan, compiler)
+
+
+def _over_tops(plan: Plan, compiler: Callable[[Plan], RadianceTables]) -> RadianceTables:
+    from hcss_twin.engine.tables.over_tops import tables_over_tops  # not for layers with tops of their own
+
+    return tables_over_tops(plan, compiler)
 
 
 INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "surfaces", "output", "sensor")

@@ -31,7 +31,7 @@ from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import ElementPixels, SightPath, Sun
 
 if TYPE_CHECKING:
-    from hcss_twin.engine.tables.over_surfaces import AnyLookUp
+    from hcss_twin.engine.tables.over_points import AnyLookUp
 
 Thickness = NDArray[np.float32]
 

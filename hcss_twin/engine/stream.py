@@ -18,7 +18,7 @@ from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.engine.tables.waves import WaveStage
-from hcss_twin.engine.truth import Truth
+from hcss_twin.engine.truth import TOPS, Truth
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
@@ -28,7 +28,9 @@ from hcss_twin.providers import CloudGenerator, Grid
 if TYPE_CHECKING:
     from hcss_twin.engine.derived import DerivedStage
     from hcss_twin.engine.elements import ElementStage
-    from hcss_twin.engine.tables.over_surfaces import AnyLookUp, SurfaceStage
+    from hcss_twin.engine.tables.over_points import AnyLookUp
+    from hcss_twin.engine.tables.over_surfaces import SurfaceStage
+    from hcss_twin.engine.tables.over_tops import TopStage
 
 Thickness = NDArray[np.float32]
 
@@ -188,7 +190,16 @@ class PartMaker:
             from hcss_twin.engine.tables.over_surfaces import SurfaceStage  # not for scenes of sea alone
 
             self._surfaces = SurfaceStage(plan, tables)
-        each = () if tables is None or self._surfaces is not None else tables.over_views or (tables,)
+        self._tops: TopStage | None = None
+        if plan.tops is not None and tables is not None:
+            from hcss_twin.engine.tables.over_tops import TopStage  # not for layers with tops of their own
+
+            self._tops = TopStage(plan, tables)
+        each = (
+            ()
+            if tables is None or self._surfaces is not None or self._tops is not None
+            else tables.over_views or (tables,)
+        )
         self._readers = [TableReader(toward) for toward in each]
         self._look_ups: Sequence[LookUp | None] = [None] * len(self._readers)
         self._truth = Truth(plan)
@@ -268,7 +279,7 @@ class PartMaker:
         for number, window in enumerate(windows(plan.grid, plan.samples_per_pixel, inside=extent)):
             place = relative(window, extent)
             thickness = clouds.thickness_m(window)
-            self._truth.fill(place, thickness)
+            self._truth.fill(place, thickness, self._tops_at(time_s, window))
             # Without layers the first window fills the whole part, to which waves and elements are added.
             if look_up is not None and (thickness or number == 0):
                 corner = place[0].start, place[1].start
@@ -312,10 +323,20 @@ class PartMaker:
         requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, radiance.reshape(len(self._quantities), bands, *size)
 
+    def _tops_at(self, time_s: float, window: Window) -> Thickness | None:
+        """Return the altitudes of cloud tops for the truth; None if they are those of the layers."""
+        if self._plan.tops is None or self._names.isdisjoint(TOPS):
+            return None
+        from hcss_twin.engine.tables.over_tops import cloud_tops_m
+
+        return cloud_tops_m(self._plan, time_s, window)
+
     def _look_up(self, time_s: float) -> AnyLookUp | None:
         """Return the look-up at an instant; None if there is no radiance."""
         if self._surfaces is not None and self._quantities:
             return self._surfaces.look_up(time_s)
+        if self._tops is not None:
+            return self._tops.look_up(time_s)
         pairs = zip(self._readers, self._look_ups, strict=True)
         look_ups = [LookUp(reader.at(time_s), before) for reader, before in pairs]
         self._look_ups = look_ups

@@ -71,7 +71,9 @@ class Truth:
         for name in self._missing:
             self.variables[name][:] = np.nan
 
-    def fill(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness]) -> None:
+    def fill(
+        self, window: tuple[slice, slice], thickness_m: Sequence[Thickness], top_m: NDArray[np.float32] | None = None
+    ) -> None:
         """Fill a window of the part.
 
         Parameters
@@ -80,6 +82,8 @@ class Truth:
             Rows and columns, in pixels of the part.
         thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
             Thickness of each layer at the points of the window.
+        top_m : ndarray, optional
+            Altitude of cloud tops at these points; by default that of the layers.
         """
         if not self._layers or not self.variables:
             return
@@ -102,7 +106,7 @@ class Truth:
                     for extinction, mean in zip(self._extinction, means, strict=True):
                         part += extinction[:, None, None] * mean
         if any(name in self.variables for name in TOPS):
-            self._fill_tops(window, thickness_m, count)
+            self._fill_tops(window, thickness_m, count, top_m)
 
     def _mean(self, thickness_m: Thickness) -> Thickness:
         """Mean thickness of each pixel, including its clear part."""
@@ -110,8 +114,14 @@ class Truth:
             return thickness_m
         return (pixel_sums(thickness_m, self._samples) / self._samples**2).astype(np.float32)
 
-    def _fill_tops(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness], count: NDArray[Any]) -> None:
-        top, temperature = highest_cloud(self._layers, self._profile, thickness_m)
+    def _fill_tops(
+        self,
+        window: tuple[slice, slice],
+        thickness_m: Sequence[Thickness],
+        count: NDArray[Any],
+        top_m: NDArray[np.float32] | None,
+    ) -> None:
+        top, temperature = highest_cloud(self._layers, self._profile, thickness_m, top_m)
         for name, values in zip(TOPS, (top, temperature), strict=True):
             if name not in self.variables:
                 continue
@@ -122,7 +132,10 @@ class Truth:
 
 
 def highest_cloud(
-    layers: Sequence[CloudLayer], profile: Profile, thickness_m: Sequence[Thickness]
+    layers: Sequence[CloudLayer],
+    profile: Profile,
+    thickness_m: Sequence[Thickness],
+    top_m: NDArray[np.float32] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Altitude (m) and temperature (K) of the highest cloud top at each point, NaN where clear.
 
@@ -132,6 +145,8 @@ def highest_cloud(
         From the lowest to the highest.
     thickness_m : sequence of ndarray (y, x)
         Thickness of each layer.
+    top_m : ndarray (y, x), optional
+        Altitude of the tops of a single layer.
     """
     shape = thickness_m[0].shape
     top, temperature = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -139,7 +154,7 @@ def highest_cloud(
         cloudy = thickness > 0
         if not np.any(cloudy):
             continue
-        top[cloudy] = layer.cloud_top_m(thickness[cloudy].astype(np.float64))
+        top[cloudy] = layer.cloud_top_m(thickness[cloudy].astype(np.float64)) if top_m is None else top_m[cloudy]
         temperature[cloudy] = (
             profile.temperature_at(top[cloudy]) if layer.temperature_K is None else layer.temperature_K
         )

@@ -32,6 +32,7 @@ from hcss_twin.plan.surroundings import Surroundings, surroundings
 from hcss_twin.providers import (
     AtmosphereDeclaration,
     AtmosphereInputs,
+    CloudLayer,
     Grid,
     Motion,
     RadianceInputs,
@@ -119,9 +120,16 @@ def assemble(
         over_field = _air_over_field(builder, scenario, catalog, around, Air(around.profile, transmittance))
 
     def new_model(
-        sea: SeaModel, view: View, sea_temperature_K: float, level: int, air: Air | None = None
+        sea: SeaModel,
+        view: View,
+        sea_temperature_K: float,
+        level: int,
+        air: Air | None = None,
+        layers: tuple[CloudLayer, ...] = layers,
     ) -> RadianceModel:
-        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, numerical_level=level)
+        other = replace(
+            inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, numerical_level=level, layers=layers
+        )
         if over_field is not None:
             air = air or over_field.of(view)
             other = replace(other, profile=air.profile, transmittance=air.transmittance)
@@ -143,7 +151,8 @@ def assemble(
     builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):
         model = model_of(sea, slant.view, kelvin, 0)
-    if between is not None and model.declares.numerical_levels > 1:  # other models are cheap
+    tops_vary = any(getattr(each, "cloud_top_range_m", None) is not None for each in generators)
+    if between is not None and model.declares.numerical_levels > 1 and not tops_vary:  # other models are cheap
         from hcss_twin.plan.between_sea_temperatures import interpolating  # not for single scenes
 
         model_of = interpolating(exact_model_of, sea_of, sea, kelvin, between, catalog)

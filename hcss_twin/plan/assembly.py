@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -163,6 +164,13 @@ class Assembly:
             return self
         model = self.exact_model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
         return replace(self, model_of=self.exact_model_of, model=model, between=None)
+
+    def hanging_from(self, top_m: float) -> Assembly:
+        """Return the same scene with the clouds of its one layer at another altitude."""
+        layers = tuple(layer.hanging_from(top_m) for layer in self.layers)
+        model_of, exact = (partial(each, layers=layers) for each in (self.model_of, self.exact_model_of))
+        model = model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
+        return replace(self, layers=layers, model=model, model_of=model_of, exact_model_of=exact)
 
     def on_grid(self, refinement: int) -> Assembly:
         """Return the same scene on a spectral grid with another refinement."""

@@ -33,6 +33,10 @@ COLDER_K = 0.1
 """Least difference between clear and cloudy sky."""
 
 _THICKNESSES = 49
+
+_HANGING = 25
+"""Thicknesses at each altitude of the top, of which there are many."""
+
 _TEMPERATURES = 4096
 
 
@@ -42,7 +46,7 @@ class LayerBrightness:
     Parameters
     ----------
     model_at : callable
-        Returns the scene's radiance model at a numerical level; called at first use.
+        Returns the scene's radiance model at a numerical level, and perhaps with other layers; called at first use.
     profile : Profile
         Air of the scene.
     layers : sequence of CloudLayer
@@ -50,7 +54,7 @@ class LayerBrightness:
     """
 
     def __init__(
-        self, model_at: Callable[[int], RadianceModel], profile: Profile, layers: tuple[CloudLayer, ...], index: int
+        self, model_at: Callable[..., RadianceModel], profile: Profile, layers: tuple[CloudLayer, ...], index: int
     ) -> None:
         self._model_at, self._profile = model_at, profile
         self._layers, self._index = layers, index
@@ -93,16 +97,33 @@ class LayerBrightness:
         )
         return result
 
+    def hanging_K(self, top_m: float) -> tuple[Array, Array]:
+        """Return thicknesses and brightness temperatures of clouds that hang from an altitude."""
+        layers = tuple(
+            layer.hanging_from(top_m) if index == self._index else layer for index, layer in enumerate(self._layers)
+        )
+        return self._curve_of(self._model_at(0, layers=layers), layers[self._index], _HANGING)
+
     @cached_property
     def _curve(self) -> tuple[Array, Array]:
         """Thickness from 0 on, and brightness temperature, which never rises with it."""
         layer = self._layers[self._index]
         model = self._model_at(min(LEVEL, self._model_at(0).declares.numerical_levels - 1))
+        thickness, temperature = self._curve_of(model, layer, _THICKNESSES)
+        if not temperature[1:].min() < temperature[0] - COLDER_K:
+            raise ProviderError(
+                f"clouds of '{layer.name}' are not colder than clear sky at 10.8 um ({temperature[1:].min():.5g} K and "
+                f"{temperature[0]:.5g} K), so that brightness temperature does not tell their thickness; allowed: a "
+                "higher layer, a thicker one, or a method that needs no temperature"
+            )
+        return thickness, np.minimum.accumulate(temperature)
+
+    def _curve_of(self, model: RadianceModel, layer: CloudLayer, count: int) -> tuple[Array, Array]:
         edges = 1e4 / np.array(LIMITS_UM)[::-1]
         step = (edges[1] - edges[0]) / WAVENUMBERS
         wavenumber = edges[0] + step * (np.arange(WAVENUMBERS) + 0.5)
         thinnest = max(layer.thickness_min_m, 1e-4 * layer.thickness_max_m)
-        thickness = np.geomspace(thinnest, layer.thickness_max_m, _THICKNESSES)
+        thickness = np.geomspace(thinnest, layer.thickness_max_m, count)
         thickness[-1] = layer.thickness_max_m
         columns = np.zeros((thickness.size, len(self._layers)))
         columns[:, self._index] = thickness
@@ -112,13 +133,7 @@ class LayerBrightness:
         kelvin = np.linspace(100.0, 400.0, 3001)
         black_body = np.mean(planck(wavenumber, kelvin[:, None]), axis=1)
         temperature = np.interp(np.log(radiance), np.log(black_body), kelvin)
-        if not temperature[1:].min() < temperature[0] - COLDER_K:
-            raise ProviderError(
-                f"clouds of '{layer.name}' are not colder than clear sky at 10.8 um ({temperature[1:].min():.5g} K and "
-                f"{temperature[0]:.5g} K), so that brightness temperature does not tell their thickness; allowed: a "
-                "higher layer, a thicker one, or a method that needs no temperature"
-            )
-        return np.concatenate(([0.0], thickness)), np.minimum.accumulate(temperature)
+        return np.concatenate(([0.0], thickness)), temperature
 
     @cached_property
     def _inverse(self) -> tuple[NDArray[np.float32], float]:

@@ -34,6 +34,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "samples_per_pixel": plan.samples_per_pixel,
         "view": {"zenith_deg": plan.view.zenith_deg, "azimuth_deg": plan.view.azimuth_deg},
         "platform": _platform(plan.scenario, plan.assembly.lines_of_sight),
+        "cloud_tops": None if plan.tops is None else vars(plan.tops),
         "views": None if plan.views is None else vars(plan.views),
         "layers": [
             {

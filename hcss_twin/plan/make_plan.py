@@ -21,7 +21,7 @@ from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
+from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.sensor import planned_sensor, require_instants
 from hcss_twin.plan.sensor_margin import with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
@@ -33,7 +33,9 @@ from hcss_twin.providers import View
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.accuracy import RequestedAccuracy
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
+    from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
@@ -97,7 +99,9 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
-        analysis, surfaces = analyse_scene(scenario, assembly, catalog, suns), None
+        scenes, surfaces = _at_extreme_tops(scenario, assembly), None
+        each = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
+        analysis = each[0] if len(each) == 1 else strictest(each[0], each)
     if assembly.surfaces is not None:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
@@ -107,6 +111,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
         radiance = wants_radiance(wanted)
         surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
+    tops = None if len(scenes) == 1 else _cloud_tops(scenario, assembly, analysis.accuracy, suns)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
@@ -150,9 +155,26 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         numerics=analysis.numerics,
         grid_refinement=analysis.spectral_grid,
         surfaces=surfaces,
+        tops=tops,
         land_share=land,
         probes=probes,
     )
+
+
+def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
+    """Return the scene, or those with the highest and with the lowest cloud tops."""
+    if not any(getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators):
+        return [assembly]
+    from hcss_twin.plan.cloud_tops import extreme_tops  # not for layers with tops of their own
+
+    return extreme_tops(scenario, assembly)
+
+
+def _cloud_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, suns: SunFrames) -> CloudTops:
+    from hcss_twin.plan.cloud_tops import plan_tops
+
+    sun = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
+    return plan_tops(scenario, assembly, accuracy, sun if sun.is_up else None)
 
 
 def _on_land(share: float) -> tuple[str, ...]:

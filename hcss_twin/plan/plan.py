@@ -27,6 +27,7 @@ from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
 
@@ -82,6 +83,8 @@ class Plan:
         None if the view of the image centre is used for all pixels.
     surfaces : PlannedSurfaces or None
         States of the surfaces; None for sea everywhere.
+    tops : CloudTops or None
+        Altitudes of cloud tops; None if they are those of the layers.
     land_share : float
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
@@ -115,6 +118,7 @@ class Plan:
     sensor: BuiltSensor | None = None
     views: ViewAxis | None = None
     surfaces: PlannedSurfaces | None = None
+    tops: CloudTops | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
 

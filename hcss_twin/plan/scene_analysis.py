@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -20,7 +20,7 @@ from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel, choose_level, choose_refinement
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
-from hcss_twin.plan.packing import RadianceRange, radiance_range
+from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import ViewAxis, choose_views
@@ -67,6 +67,32 @@ class SceneAnalysis:
     expected: RadianceRange | None = None
 
 
+def strictest(first: SceneAnalysis, each: Sequence[SceneAnalysis]) -> SceneAnalysis:
+    """Return an analysis with the strictest choices of several, for states of one scene.
+
+    Parameters
+    ----------
+    first : SceneAnalysis
+        Its omissions are kept, and its notes come first.
+    """
+    faint = [analysis.faint_sunlight for analysis in each]
+    axes = [analysis.views for analysis in (first, *each) if analysis.views is not None]
+    views = None
+    if axes:
+        orders = max(axis.order_x for axis in axes), max(axis.order_y for axis in axes)
+        views = ViewAxis(*orders, max(axis.estimated_error for axis in axes))
+    return replace(
+        first,
+        accuracy=min((analysis.accuracy for analysis in each), key=lambda accuracy: accuracy.relative),
+        faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
+        views=views,
+        notes=tuple(dict.fromkeys(note for analysis in (first, *each) for note in analysis.notes)),
+        numerics=max((analysis.numerics for analysis in each), key=lambda own: (own.level, own.error)),
+        expected=widest(analysis.expected for analysis in (first, *each)),
+        spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
+    )
+
+
 def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
     """Return the analysis of a scene, from the cache if possible.
 
@@ -85,6 +111,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(catalog.used),
         "code": assembly.code,
+        "layers": [(layer.base_m, layer.top_m) for layer in assembly.layers],
     }
     if assembly.surface is not None:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]

@@ -21,10 +21,8 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
-from hcss_twin.plan.packing import widest
-from hcss_twin.plan.scene_analysis import SceneAnalysis
+from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
 from hcss_twin.plan.surface_classes import SEA, SceneClass, SurfaceState
-from hcss_twin.plan.views import ViewAxis
 from hcss_twin.plan.waves import WAVES
 from hcss_twin.scenario.scenario import Scenario
 
@@ -203,7 +201,6 @@ def merged(
     surfaces = assembly.surfaces
     assert surfaces is not None
     field = any(own.low_K < own.high_K for own in surfaces.classes)
-    faint = [analysis.faint_sunlight for analysis in each]
     omissions: dict[str, Omission] = {}
     for item in (item for analysis in (of_sea, *each) for item in analysis.omissions):
         if item.what == "changes of air and sea over image and frames":
@@ -226,23 +223,10 @@ def merged(
         if scenario.sea.waves == "resolved":
             raise ScenarioError([Problem("sea.waves", f"'resolved': {why}; allowed: 'averaged'")])
         waves, omissions[WAVES] = False, Omission(WAVES, why, None)
-    axes = [analysis.views for analysis in (of_sea, *each) if analysis.views is not None]
-    views = None
-    if axes:
-        views = ViewAxis(
-            max(axis.order_x for axis in axes),
-            max(axis.order_y for axis in axes),
-            max(axis.estimated_error for axis in axes),
-        )
+    strict = strictest(of_sea, each)
     return replace(
-        of_sea,
-        accuracy=min((analysis.accuracy for analysis in each), key=lambda accuracy: accuracy.relative),
-        faint_sunlight=None if field or None in faint else max(share or 0.0 for share in faint),
+        strict,
+        faint_sunlight=None if field else strict.faint_sunlight,
         resolves_waves=waves,
         omissions=tuple(omissions.values()),
-        views=views,
-        notes=tuple(dict.fromkeys(note for analysis in (of_sea, *each) for note in analysis.notes)),
-        numerics=max((analysis.numerics for analysis in each), key=lambda own: (own.level, own.error)),
-        expected=widest(analysis.expected for analysis in (of_sea, *each)),
-        spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
     )

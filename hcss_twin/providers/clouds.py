@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -130,6 +130,10 @@ class CloudLayer:
             return self.base_m + thickness_m
         return np.full_like(thickness_m, self.top_m)
 
+    def hanging_from(self, top_m: float) -> CloudLayer:
+        """Return the layer with another top, from which clouds of any thickness hang; it does not reach below 0 m."""
+        return replace(self, base_m=max(top_m - self.thickness_max_m, 0.0), top_m=top_m, anchor="top")
+
 
 class BrightnessInversion(Protocol):
     """Thickness of a layer from its brightness temperature at 10.8 um, in the scene that the generator is made for.
@@ -159,6 +163,13 @@ class BrightnessInversion(Protocol):
 
         What is colder than ``coldest_K`` has the greatest thickness. The layer has no cloud thinner than its
         ``thickness_min_m``: what would be thinner gets that thickness or 0, whichever is closer in temperature.
+        """
+        ...
+
+    def hanging_K(self, top_m: float) -> tuple[Array, Array]:
+        """Return thicknesses (N,) in m from 0 on, and the brightness temperature of clouds that hang from an altitude.
+
+        The layer is that of :meth:`CloudLayer.hanging_from`. For generators with ``cloud_top_m``.
         """
         ...
 
@@ -240,11 +251,22 @@ class CloudGeneratorOptions(Protocol):
     honours : collection of str
         Fields of the layer, of ``coverage_mode`` and ``edge_taper``, that the generator uses. Plan and cube warn about
         others that a scenario sets.
+    cloud_top_range_m : (float, float) or None
+        Lowest and highest altitude of ``cloud_top_m``. None: tops are those of the layer.
     """
 
     skipped: Sequence[tuple[str, str]]
     image_coverage: float | None
     honours: Collection[str]
+    cloud_top_range_m: tuple[float, float] | None
+
+    def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the altitude of the cloud top (y, x) of a window; where it is clear any within the range.
+
+        The cloud of a point is that of :meth:`CloudLayer.hanging_from`: the generator keeps it no thicker than that
+        layer. A pixel's value must not depend on the window. Only tileable generators may have it.
+        """
+        ...
 
     def frame_summary(self, time_s: float) -> Any:
         """Return what windows of the frame at ``time_s`` need of the whole frame.

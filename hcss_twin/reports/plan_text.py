@@ -83,6 +83,10 @@ def _view(plan: Plan) -> Rows:
         speed = f"footprint at {plan.assembly.motion.platform_speed_m_s:g} m/s"
         distance = f"{lines.centre_range_m / 1e3:.1f} km from the image centre"
         yield "platform", f"{lines.altitude_m / 1e3:g} km high, {distance}; {speed}"
+    if plan.tops is not None:
+        low, *_, high = plan.tops.nodes_m
+        count = len(plan.tops.nodes_m)
+        yield "cloud tops", f"{low:.0f} to {high:.0f} m, interpolated between tables for {count} altitudes"
     if plan.views is not None:
         x, y = plan.views.order_x + 1, plan.views.order_y + 1
         yield "views", f"one for each pixel, interpolated between tables for {x} x {y} views over the image"

@@ -15,7 +15,7 @@ from hcss_twin.core.errors import HcssError, ScenarioError
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine import parts, stream
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.tables import over_surfaces
+from hcss_twin.engine.tables import over_points
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.windows import windows
 from hcss_twin.reports.plan_text import plan_text
@@ -82,7 +82,7 @@ def test_windows_tiles_and_workers_have_the_same_bits(folder, whole, monkeypatch
     same(whole, written(folder, "part.nc", **MIXED, **part), (slice(11, 19), slice(17, 26)))
     with monkeypatch.context() as patch:
         patch.setattr(stream, "windows", partial(windows, most_points=300))
-        patch.setattr(over_surfaces, "VALUES_AT_ONCE", 2000)
+        patch.setattr(over_points, "VALUES_AT_ONCE", 2000)
         same(whole, again("strips.nc"))
     monkeypatch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
     monkeypatch.setattr(parts, "TILE_PIXELS", 90)
@@ -152,12 +152,12 @@ def test_the_certificate_draws_from_each_class_and_passes(whole):
 
 
 def test_the_certificate_sees_a_wrong_surface(folder, monkeypatch):
-    other = over_surfaces.SurfaceLookUp._of_points
+    other = over_points.PointLookUp._of_points
 
     def wrong(self, *arguments):
         return other(self, *arguments) * np.float32(1.01)
 
-    monkeypatch.setattr(over_surfaces.SurfaceLookUp, "_of_points", wrong)
+    monkeypatch.setattr(over_points.PointLookUp, "_of_points", wrong)
     with pytest.warns(match="FAILED"):
         written(folder, "wrong.nc")
 

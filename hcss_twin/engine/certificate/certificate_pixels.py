@@ -19,6 +19,10 @@ POINTS_PER_PIXEL = 4
 """Mean number of points per checked pixel; fewer pixels are checked if they have more points."""
 
 
+PIXELS_WITH_TOPS = 12
+"""Pixels whose cloud tops have altitudes of their own."""
+
+
 @dataclass(frozen=True)
 class SampledPixels:
     """Sampled pixels of one frame: clouds, and radiance in the cube.
@@ -69,6 +73,8 @@ class PixelSample:
         self.frames: list[SampledPixels] = []
         asked, frames = plan.scenario.output.certificate, plan.frame_times_s.size
         count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
+        if plan.tops is not None:  # each point has a model of its own
+            count = min(count, PIXELS_WITH_TOPS)
         parts = min(max(1, count // PIXELS_PER_FRAME), frames)
         chosen = checked_frames(parts, frames) if count else []
         self.counts = {frame: count // parts + (place < count % parts) for place, frame in enumerate(chosen)}

@@ -54,7 +54,7 @@ def certify(
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    one_model = plan.views is None and plan.surfaces is None
+    one_model = plan.views is None and plan.surfaces is None and plan.tops is None
     suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
     references = References(suns, from_curves and one_model)
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
@@ -128,6 +128,8 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     if plan.surfaces is not None:
         return _over_surfaces(plan, quantities, pixels, thickness, points, references)
+    if plan.tops is not None:
+        return _over_tops(plan, quantities, pixels, thickness, points, references)
     if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s, references)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
@@ -172,6 +174,28 @@ def _over_surfaces(
         alone = plan_over(plan, state)
         alone = alone if view is None else plan_toward(alone, view)
         exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references)
+    means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
+    return means
+
+
+def _over_tops(
+    plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int, references: References
+) -> Array:
+    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own cloud top."""
+    from hcss_twin.engine.tables.over_tops import cloud_tops_m, plan_hanging_from  # not for tops of the layers
+
+    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
+    views = [None] * rows.size if plan.views is None else image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
+    for pixel, (row, column, view) in enumerate(zip(rows.tolist(), columns.tolist(), views, strict=True)):
+        tops = cloud_tops_m(plan, pixels.time_s, (slice(row, row + 1), slice(column, column + 1))).ravel().tolist()
+        for point, top in enumerate(tops, start=pixel * points):
+            own = thickness_m[point : point + 1]
+            # Clear points share one model.
+            alone = plan_hanging_from(plan, top if own[0, 0] > 0.0 else plan.tops.nodes_m[0])  # type: ignore[union-attr]
+            alone = alone if view is None else plan_toward(alone, view)
+            own = np.minimum(own, alone.layers[0].thickness_max_m)
+            exact[point] = _means(alone, quantities, own, 1, pixels.time_s, references)[0]
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 

@@ -7,10 +7,9 @@ pixel are averaged afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from copy import copy
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +17,15 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import SURFACE_CLASS, SURFACE_TEMPERATURE
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.over_points import Group, PointLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, with_largest_errors
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.surface_classes import SEA, SurfaceState
 from hcss_twin.plan.surfaces import TemperatureAxis
-from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
+from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import SurfaceMap
 
 Thickness = NDArray[np.float32]
-
-VALUES_AT_ONCE = 2**22
-"""Maximum points times channels that are looked up together; 16 MB."""
 
 
 def plan_over(plan: Plan, state: SurfaceState) -> Plan:
@@ -134,7 +130,7 @@ class SurfaceStage:
         return [self._classes[number].at(kelvin) for number, kelvin in pairs]
 
 
-class SurfaceLookUp:
+class SurfaceLookUp(PointLookUp):
     """Look-up at one instant in the tables of each point's surface.
 
     Parameters
@@ -152,93 +148,18 @@ class SurfaceLookUp:
         axes: Sequence[TemperatureAxis | None],
         time_s: float,
     ) -> None:
+        super().__init__(plan)
         self._stage, self._look_ups, self._axes, self._time_s = stage, look_ups, axes, time_s
-        self._bands = len(plan.bands)
-        self._views = None if plan.views is None else plan.views.weights(plan.grid)
-        self._extent: Window = slice(0, plan.grid.rows), slice(0, plan.grid.columns)
 
-    def of_part(self, extent: Window) -> SurfaceLookUp:
-        """Return the look-up of some rows and columns, counted from the first of this one."""
-        part = copy(self)
-        part._extent = self._moved(extent)
-        return part
-
-    def fill(
-        self,
-        radiance: NDArray[np.float32],
-        thickness_m: Sequence[Thickness],
-        samples: int = 1,
-        corner: tuple[int, int] = (0, 0),
-    ) -> None:
-        """Write the radiance of a window of the image like :meth:`LookUp.fill`; without layers, of the whole image."""
-        rows, columns = (length(pixels) for pixels in self._extent)
-        if thickness_m:
-            rows, columns = (size // samples for size in thickness_m[0].shape)
-        step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns * samples**2))
-        x = slice(corner[1], corner[1] + columns)
-        for first in range(0, rows, step):
-            strip = slice(first, min(first + step, rows))
-            points = [each[points_of(strip, samples)] for each in thickness_m]
-            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
-            window = self._moved((y, x))
-            values = self._of_points(radiance.shape[0], points, window, samples)
-            for channel, own in zip(radiance, values, strict=True):
-                channel[y, x] = own if samples == 1 else pixel_sums(own, samples) / samples**2
-
-    def _of_points(
-        self, channels: int, thickness_m: Sequence[Thickness], window: Window, samples: int
-    ) -> NDArray[np.float32]:
-        """Return the radiance (C, y, x) of the points of a window."""
+    def _groups(self, window: Window, samples: int) -> Iterator[Group]:
         ground = self._stage.at(self._time_s, window)
         number = ground.number.ravel()
-        values = np.empty((channels, number.size), dtype=np.float32)
-        layers = [each.ravel() for each in thickness_m]
         for own, (states, axis) in enumerate(zip(self._look_ups, self._axes, strict=True)):
             here = np.flatnonzero(number == own)
             if not here.size:
                 continue
-            inside = [each[here][None] for each in layers]
-            by_view = self._view_weights(here, window, samples)
-            if axis is None and by_view is None:
-                values[:, here] = _looked_up(states[0][0], inside, channels, here.size)
-                continue
-            by_state: Array = np.ones((len(states), 1, 1))
+            weights: Array | None = None
             if axis is not None:
                 assert ground.temperature_K is not None
                 weights = axis.weights(ground.temperature_K.ravel()[here])
-                by_state = np.tile(weights, (1, channels // self._bands, 1))
-            sums = np.zeros((channels, here.size))
-            for weight, views in zip(by_state, states, strict=True):
-                for place, one in enumerate(views):
-                    part = weight * _looked_up(one, inside, channels, here.size)
-                    sums += part if by_view is None else by_view[place] * part
-            # A vanishing term can become negative between nodes.
-            values[:, here] = np.maximum(sums, 0.0)
-        return values.reshape(channels, *ground.number.shape)
-
-    def _view_weights(self, here: NDArray[np.intp], window: Window, samples: int) -> Array | None:
-        """Return the weight (views, N) of each view at some points of a window; None with one view."""
-        if self._views is None:
-            return None
-        across, up = self._views
-        row, column = np.divmod(here, length(window[1]) * samples)
-        by_row, by_column = up[window[0].start + row // samples], across[window[1].start + column // samples]
-        weights: Array = (by_row[:, :, None] * by_column[:, None, :]).reshape(here.size, -1).T
-        return weights
-
-    def _moved(self, window: Window) -> Window:
-        """Return a window of this part as one of the image."""
-        rows, columns = (
-            slice(pixels.start + whole.start, pixels.stop + whole.start)
-            for pixels, whole in zip(window, self._extent, strict=True)
-        )
-        return rows, columns
-
-
-AnyLookUp: TypeAlias = LookUp | ViewedLookUp | SurfaceLookUp
-
-
-def _looked_up(look_up: LookUp, thickness_m: Sequence[Thickness], channels: int, count: int) -> NDArray[np.float32]:
-    found = np.empty((channels, 1, count), dtype=np.float32)
-    look_up.fill(found, thickness_m)
-    return found[:, 0]
+            yield Group(here, states, weights)

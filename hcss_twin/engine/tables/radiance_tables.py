@@ -194,6 +194,10 @@ class RadianceTables:
         largest errors of all.
     temperature_error : float
         Relative error of the interpolation in surface temperature.
+    over_tops : tuple of RadianceTables
+        Tables for each altitude of cloud tops; these tables are then one of them, with the largest errors of all.
+    top_error : float
+        Relative error of the interpolation in that altitude.
     """
 
     quantities: Quantities
@@ -208,11 +212,13 @@ class RadianceTables:
     over_views: tuple[RadianceTables, ...] = ()
     over_surfaces: tuple[tuple[RadianceTables, ...], ...] = ()
     temperature_error: float = 0.0
+    over_tops: tuple[RadianceTables, ...] = ()
+    top_error: float = 0.0
 
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
-        return self.errors.total + self.temperature_error
+        return self.errors.total + self.temperature_error + self.top_error
 
 
 class TableReader:

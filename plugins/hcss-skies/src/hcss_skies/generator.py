@@ -14,8 +14,9 @@ from hcss_skies.flow import OCTAVES, flow_nodes
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
+from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
 from hcss_twin.errors import ProviderError
-from hcss_twin.providers import Array, CloudDeclaration, CloudInputs
+from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
 
 PATCH_S = 13_600.0
 """Time in which a patch becomes another one."""
@@ -55,7 +56,6 @@ class ExampleClouds:
     """
 
     honours: tuple[str, ...] = ("coverage_mode",)
-    skipped = (("cloud-top height of the example", "tops are those of the layer: thickness alone varies"),)
 
     def __init__(self, inputs: CloudInputs, parameters: ExampleParameters) -> None:
         self._inputs, self._of = inputs, parameters
@@ -77,6 +77,19 @@ class ExampleClouds:
         self.image_coverage = float(
             chance @ ((thickness > 0.0) & (thickness >= 0.5 * inputs.layer.thickness_min_m)) / chance.sum()
         )
+        self._hanging: HangingClouds | None = None
+        self._last: tuple[tuple[float, ...], NDArray[np.float32]] | None = None
+        self.cloud_top_range_m: tuple[float, float] | None = None
+        self.skipped: tuple[tuple[str, str], ...] = (
+            ("cloud-top height of the example", 'clouds.parameters.tops = "layer": thickness alone varies'),
+        )
+        if parameters.tops == "example" and inputs.inversion is not None:
+            highest = float(np.max(example.opaque_m[example.opaque] + example.excess_m[example.excess]))
+            self._hanging = hanging_clouds(
+                inputs.inversion, inputs.layer, self._kelvin_of(heights, inputs.inversion), example.excess_m, highest
+            )
+            self.cloud_top_range_m, self.skipped = self._hanging.range_m, ()
+            thickness = np.arange(heights.size, dtype=np.float64)  # knots of p, from which thickness follows with x
         self._tables = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
         motion = inputs.motion
         wind_x, wind_y = motion.cloud_velocity_m_s
@@ -101,12 +114,22 @@ class ExampleClouds:
         """Return the thickness (y, x) of a window that may reach outside the image."""
         return self._window(time_s, rows, columns, 0)
 
+    def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the altitude of the cloud top (y, x) of any window, with the parameter ``tops = "example"``."""
+        return self._window(time_s, rows, columns, 1)
+
     def top_above_opaque_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return cloud-top height less p, the second field of the example, (y, x) of any window.
 
-        It belongs to the thickness of the same pixel. The engine does not use it yet. Below the example's pixel it is
-        that of the closest pixel.
+        It belongs to the thickness of the same pixel. Below the example's pixel it is that of the closest pixel.
+
+        Raises
+        ------
+        ValueError
+            With ``tops = "example"``: :meth:`cloud_top_m` then has the altitudes.
         """
+        if self._hanging is not None:
+            raise ValueError('top_above_opaque_m: with tops = "example" ask cloud_top_m')
         return self._window(time_s, rows, columns, 1)
 
     def _thickness_of(self, opaque_m: Array) -> Array:
@@ -117,21 +140,49 @@ class ExampleClouds:
             share = np.clip((opaque_m - clear) / max(top - clear, 1.0), 0.0, 1.0)
             thickness = layer.thickness_min_m + (layer.thickness_max_m - layer.thickness_min_m) * share
             return np.where(opaque_m > clear, thickness, 0.0)
-        (clear_air_K,) = inversion.air_temperature_K(np.array([clear]))
-        deep = max(top, clear + _DEEP_M)
-        fading = np.clip((deep - opaque_m) / (deep - clear), 0.0, 1.0)
-        kelvin = inversion.air_temperature_K(opaque_m) + (inversion.clear_K - clear_air_K) * fading
+        kelvin = self._kelvin_of(opaque_m, inversion)
         return np.where(opaque_m > clear, inversion.thickness_m(kelvin), 0.0).astype(np.float64)
+
+    def _kelvin_of(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
+        """Return the brightness temperature of the scene where the example has heights p."""
+        clear = self.example.clear_m
+        (clear_air_K,) = inversion.air_temperature_K(np.array([clear]))
+        deep = max(float(self.example.opaque_m[-1]), clear + _DEEP_M)
+        fading = np.clip((deep - opaque_m) / (deep - clear), 0.0, 1.0)
+        kelvin: Array = inversion.air_temperature_K(opaque_m) + (inversion.clear_K - clear_air_K) * fading
+        return np.where(opaque_m > clear, kelvin, max(inversion.clear_K, 400.0))
 
     def _window(self, time_s: float, rows: slice, columns: slice, which: int) -> NDArray[np.float32]:
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
+        if self._hanging is not None and not self._halvings:
+            return np.ascontiguousarray(self._pairs(time_s, rows, columns)[..., which])
         out = np.empty((max(0, rows.stop - rows.start), max(0, columns.stop - columns.start)), np.float32)
         for i in range(0, out.shape[0], _TILE):
             for j in range(0, out.shape[1], _TILE):
                 tile = out[i : i + _TILE, j : j + _TILE]
                 self._write(tile, time_s, rows.start + i, columns.start + j, which)
-        return out if which else self._in_layer(out)
+        if which:
+            return out
+        if self._hanging is not None and self._halvings:  # detail knows no tops
+            np.minimum(out, self._window(time_s, rows, columns, 1), out=out)
+        return self._in_layer(out)
+
+    def _pairs(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return thickness and top (y, x, 2) of a window; the last one is kept, as the engine asks for both."""
+        key = time_s, rows.start, rows.stop, columns.start, columns.stop
+        last = self._last
+        if last is not None and last[0] == key:
+            return last[1]
+        out = np.empty((max(0, rows.stop - rows.start), max(0, columns.stop - columns.start), 2), np.float32)
+        for i in range(0, out.shape[0], _TILE):
+            for j in range(0, out.shape[1], _TILE):
+                tile = out[i : i + _TILE, j : j + _TILE]
+                edges = self._edges(tile.shape, time_s, rows.start + i, columns.start + j)
+                tile[...] = self._blended(time_s, *(each[:-1] + 0.5 * self._pixel for each in edges))
+        self._in_layer(out[..., 0])
+        self._last = key, out
+        return out
 
     def _in_layer(self, thickness: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return thickness with the least one of the layer, or 0, where it is thinner."""
@@ -144,12 +195,7 @@ class ExampleClouds:
 
     def _write(self, out: NDArray[np.float32], time_s: float, row: int, column: int, which: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
-        edges = [
-            (np.arange(first, first + size + 1) - 0.5 * total + self._drift(speed, time_s)) * self._pixel
-            for first, size, total, speed in zip(
-                (row, column), out.shape, (self._inputs.grid.rows, self._inputs.grid.columns), self._speed, strict=True
-            )
-        ]
+        edges = self._edges(out.shape, time_s, row, column)
         if not self._halvings:
             y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
             out[...] = self._blended(time_s, y, x)[..., which]
@@ -157,6 +203,10 @@ class ExampleClouds:
         first = [math.floor(each[0]) - MARGIN for each in edges]
         y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
         cells = self._blended(time_s, y, x)[..., which].astype(np.float64)
+        if which and self._hanging is not None:
+            middles = (0.5 * (each[1:] + each[:-1]) - low - 0.5 for each, low in zip(edges, first, strict=True))
+            out[...] = between_cells(cells, *middles)
+            return
         if which:
             at = [
                 np.floor(0.5 * (each[1:] + each[:-1])).astype(np.int64) - low
@@ -167,6 +217,17 @@ class ExampleClouds:
         cells, first = self._detailed(cells, first, edges, time_s)
         scale = 2.0**self._halvings
         average(out, cells, *(each * scale - low for each, low in zip(edges, first, strict=True)))
+
+    def _edges(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> list[Array]:
+        """Return the edges of pixels along y and x, in pixels of the example."""
+        grid = self._inputs.grid
+        return [
+            self._pixel
+            * (np.arange(first, first + size + 1, dtype=np.float64) - 0.5 * total + self._drift(speed, time_s))
+            for first, size, total, speed in zip(
+                (row, column), shape[:2], (grid.rows, grid.columns), self._speed, strict=True
+            )
+        ]
 
     def _detailed(self, cells: Array, first: list[int], edges: list[Array], time_s: float) -> tuple[Array, list[int]]:
         """Halve cells until they are no larger than pixels; returns them and the index of the first."""
@@ -195,7 +256,7 @@ class ExampleClouds:
         return (self._inputs.seed * 0x9E3779B97F4A7C15 + (number + 1) * 0xD1B54A32D192ED03) % 2**64
 
     def _blended(self, time_s: float, y: Array, x: Array) -> NDArray[np.float32]:
-        """Return thickness and x (rows, columns, 2) at positions in pixels of the example."""
+        """Return thickness, and x or tops, (rows, columns, 2) at positions in pixels of the example."""
         out = np.empty((y.size, x.size, 2), np.float32)
         if out.size:
             time = time_s * self._rate
@@ -205,6 +266,8 @@ class ExampleClouds:
                 out, y, x, self._level.scores, self._tables, self._geometry, nodes, bounds,
                 np.uint64(self._key(-2)), time / PATCH_S,
             )  # fmt: skip
+            if self._hanging is not None:
+                look_up_pairs(out, self._hanging.fields, self._hanging.step_m)
         return out
 
     def _drift(self, speed_m_s: float, time_s: float) -> float:

@@ -1,5 +1,7 @@
 """Parameters that a scenario can set; separate from the generator, so that checking a scenario needs no numpy."""
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -21,4 +23,7 @@ class ExampleParameters(BaseModel):
     )
     detail_exponent: float = Field(
         2.3, ge=1.2, le=4.0, description="Exponent of the power spectrum, along a line, of the detail."
+    )
+    tops: Literal["layer", "example"] = Field(
+        "layer", description="Cloud tops: those of the layer, or those of the example, for scenes of one layer."
     )

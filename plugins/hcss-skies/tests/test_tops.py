@@ -1,0 +1,79 @@
+"""Tops of the example: the brightness temperature of each cloud is that of the example, whatever its altitude."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hcss_skies.generator import ExampleClouds
+from hcss_skies.tops import between_cells, hanging_clouds
+
+from hcss_twin.testing import sample_cloud_inputs
+
+
+class Emitting:
+    """Clouds that emit 1 - exp(-thickness / 50 m) at the temperature of their top, before 295 K; 6 K/km."""
+
+    clear_K, coldest_K = 295.0, 230.0
+
+    def air_temperature_K(self, altitude_m):
+        return 297.0 - 6e-3 * np.asarray(altitude_m)
+
+    def thickness_m(self, brightness_temperature_K):
+        return np.maximum(self.clear_K - brightness_temperature_K, 0.0).astype(np.float32)
+
+    def of(self, top_m, thickness_m):
+        emissivity = 1.0 - np.exp(-thickness_m / 50.0)
+        return self.clear_K + emissivity * (self.air_temperature_K(top_m) - self.clear_K)
+
+    def hanging_K(self, top_m):
+        thickness = np.concatenate(([0.0], np.geomspace(1.0, 1000.0, 40)))
+        return thickness, self.of(top_m, thickness)
+
+
+@pytest.fixture
+def layer():
+    inputs = sample_cloud_inputs()
+    return replace(inputs.layer, base_m=500.0, top_m=1500.0, thickness_min_m=1.0)
+
+
+def test_clouds_have_the_brightness_temperature_asked_for_at_any_top(layer):
+    sky, opaque = Emitting(), np.linspace(0.0, 9000.0, 91)
+    kelvin = sky.air_temperature_K(opaque)
+    clouds = hanging_clouds(sky, layer, kelvin, np.array([0.0, 5000.0]), 14000.0)
+    thickness, top = np.moveaxis(clouds.fields.astype(float), -1, 0)
+    seen = sky.of(top, thickness)
+    cloudy = kelvin < sky.clear_K - 0.1
+    assert np.abs(seen - kelvin[:, None])[cloudy].max() < 0.3  # between knots of altitude and thickness
+    assert np.all(thickness[kelvin > sky.clear_K] == 0.0)
+    x = clouds.step_m * np.arange(top.shape[1])
+    high = opaque > 500.0
+    # x above the opaque cloud, up to the coldest altitude; the air above is transparent, so that opaque means p.
+    expected = np.minimum(opaque[:, None] + x, clouds.range_m[1])
+    np.testing.assert_allclose(top[high], expected[high], atol=20.0)
+    assert np.all(np.diff(thickness[high], axis=1) <= 1e-3)
+    assert np.all(thickness <= top)
+
+
+def test_a_scene_with_its_own_tops_shows_the_example_and_both_fields_belong_together(make):
+    provider = make()
+    layer = replace(provider._inputs.layer, base_m=500.0, top_m=1500.0, thickness_min_m=0.5)
+    inputs = replace(provider._inputs, inversion=Emitting(), layer=layer)
+    of_layer, own = (
+        ExampleClouds(inputs, provider._of.model_copy(update={"tops": tops})) for tops in ("layer", "example")
+    )
+    assert of_layer.cloud_top_range_m is None
+    window = 0.0, slice(0, 64), slice(0, 64)
+    low, high = own.cloud_top_range_m
+    top, thickness = own.cloud_top_m(*window).astype(float), own.thickness_m(*window).astype(float)
+    assert low <= top.min() <= top.max() <= high
+    # The layer's thickness here is clear_K less the brightness temperature.
+    kelvin = Emitting.clear_K - of_layer.thickness_m(*window).astype(float)
+    seen = Emitting().of(top, thickness)
+    assert np.abs(seen - kelvin)[thickness > 1.0].max() < 0.5
+    part = own.cloud_top_m(0.0, slice(10, 20), slice(30, 50))
+    np.testing.assert_array_equal(part, own.cloud_top_m(*window)[10:20, 30:50])
+
+
+def test_tops_between_cells_are_bilinear():
+    y, x = np.mgrid[:5, :6]
+    np.testing.assert_allclose(between_cells(3.0 * y + x, np.array([0.5, 3.25]), np.array([4.5])), [[6.0], [14.25]])

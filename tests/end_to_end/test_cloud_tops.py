@@ -1,0 +1,125 @@
+"""Cloud tops of a generator: each pixel is that of a scene with its top, windows agree, and refusals are named."""
+
+import warnings
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan, simulate
+from hcss_twin.core.errors import ProviderError, ScenarioError
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.verification import Verdict, verify_cube
+from hcss_twin.providers import CloudDeclaration
+from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+
+SCENE = """
+time = 2024-04-20T12:30:00+10:00
+place = {latitude = 15.0, longitude = 150.0}
+view.zenith = 30.0
+image = {rows = 20, columns = 32, pixel_size = 1000.0}
+frames.count = 1
+bands = ["swir-2.7-3.0", "mwir", "lwir"]
+accuracy = 0.005
+clouds = {type = "stratus", base = 1000.0, top = 2000.0, anchor = "top", thickness_min = 5.0, coverage_mode = "field", generator = "slope"}
+output.variables = ["radiance", "cloud_top_altitude", "cloud_mask"]
+"""  # noqa: E501
+RANGE = 400.0, 9000.0
+
+
+class Level:
+    """Cloud whose thickness grows from row to row by a factor; the first four rows are clear."""
+
+    declares = CloudDeclaration()
+    image_coverage = 0.8
+
+    def __init__(self, inputs, parameters):
+        self.last = inputs.grid.columns - 1
+
+    def thickness_m(self, time_s, rows, columns):
+        row = np.arange(rows.start, rows.stop, dtype=np.float32)[:, None]
+        thickness = np.where(row < 4, 0.0, np.minimum(6.0 * 1.3**row, 900.0))
+        return np.broadcast_to(thickness, (row.size, columns.stop - columns.start)).astype(np.float32)
+
+
+class Slope(Level):
+    """The same cloud, whose top rises along the columns; never thicker than it is high."""
+
+    cloud_top_range_m = RANGE
+
+    def cloud_top_m(self, time_s, rows, columns):
+        share = np.arange(columns.start, columns.stop) / self.last
+        top = RANGE[0] + (RANGE[1] - RANGE[0]) * np.broadcast_to(share, (rows.stop - rows.start, share.size))
+        return top.astype(np.float32)
+
+    def thickness_m(self, time_s, rows, columns):
+        return np.minimum(super().thickness_m(time_s, rows, columns), self.cloud_top_m(time_s, rows, columns))
+
+
+class Wrong(Slope):
+    cloud_top_range_m = 400.0, 5000.0
+
+
+class Plugin:
+    @hookimpl
+    def hcss_register_cloud_generators(self):
+        return [
+            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 2, "a test")
+            for each in (Level, Slope, Wrong)
+        ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def installed():
+    registry = Registry.defaults_only()
+    registry.add(Plugin(), Origin("test", "hcss-test", "1.0"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+        yield
+
+
+def scene(**changes):
+    return Scenario.from_toml(SCENE, {**CHEAP, **changes})
+
+
+@pytest.mark.parametrize("changes", [{}, {"platform.altitude": 500e3}], ids=["one view", "views over the image"])
+def test_a_pixel_is_that_of_a_scene_with_its_cloud_top(changes):
+    whole = simulate(scene(**changes))
+    assert whole.attrs["hcss_certificate"].startswith("PASSED")
+    tops = whole["cloud_top_altitude"].to_numpy()[0]
+    assert np.isnan(tops[:4]).all()
+    for column in (0, 3, 17, 31):
+        top = float(np.float32(RANGE[0] + (RANGE[1] - RANGE[0]) * column / 31.0))
+        np.testing.assert_allclose(tops[4:, column], top)
+        own = {"clouds.generator": "level", "clouds.top": top, "clouds.base": max(top - 1000.0, 0.0)}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the lowest layer is thinner than some clouds
+            alone = simulate(scene(**changes, **own, **{"output.certificate": 0})) if column else None
+        if alone is not None:
+            np.testing.assert_allclose(
+                whole["radiance"][0, ..., column], alone["radiance"][0, ..., column], rtol=2 * 0.005
+            )
+
+
+def test_windows_agree_with_the_image_and_the_file_is_verified(tmp_path):
+    whole = simulate(scene(**{"output.certificate": 0}))
+    window = {"rows": [3, 17], "columns": [5, 30]}
+    part = simulate(scene(**{"image.window": window, "output.certificate": 0}))
+    for name in ("radiance", "cloud_top_altitude"):
+        np.testing.assert_array_equal(part[name], whole[name][..., 3:17, 5:30], err_msg=name)
+    path = run(make_plan(scene(**{"image.samples_per_pixel": 2})), tmp_path / "cube.nc")
+    assert verify_cube(path).verdict is Verdict.IDENTICAL
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"), [({"clouds.temperature": 270.0}, "clouds.temperature"), ({"slant.parallax": True}, "slant")]
+)
+def test_what_cannot_be_combined_is_refused_by_name(changes, field):
+    with pytest.raises(ScenarioError, match="tops of a cloud layer vary") as error:
+        make_plan(scene(**changes))
+    assert field in [each.field for each in error.value.problems]
+
+
+def test_a_top_outside_the_declared_range_is_the_fault_of_the_generator():
+    with pytest.raises(ProviderError, match=r"cloud_top_range_m is 400 to 5000 m"):
+        simulate(scene(**{"clouds.generator": "wrong"}))
