@@ -51,19 +51,7 @@ class CloudTops:
     estimated_error: float
 
     def segment_of(self, top_m: NDArray[np.float32]) -> NDArray[np.intp]:
-        """Return the segment of each altitude, same shape.
-
-        Raises
-        ------
-        ProviderError
-            If one is outside the nodes.
-        """
-        low, high = np.float32(self.nodes_m[0]), np.float32(self.nodes_m[-1])
-        outside = top_m[~((top_m >= low) & (top_m <= high))]
-        if outside.size:
-            raise ProviderError(
-                f"a cloud generator gave a cloud top at {outside[0]} m; its cloud_top_range_m is {low:g} to {high:g} m"
-            )
+        """Return the segment of each altitude, same shape."""
         inner = np.array(self.nodes_m[2:-1:2], dtype=np.float32)
         return np.searchsorted(inner, top_m, side="right")
 
@@ -101,7 +89,10 @@ def extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
             problems.append(Problem(field, f"given: {why} without"))
     if problems:
         raise ScenarioError(problems, scenario.origin)
-    (low, high), layer = assembly.generators[0].cloud_top_range_m, assembly.layers[0]  # type: ignore[attr-defined]
+    (generator,), (layer,) = assembly.generators, assembly.layers
+    if getattr(generator, "cloud_top_m", None) is None:
+        raise ProviderError(f"the generator of '{layer.name}' has cloud_top_range_m, but no cloud_top_m")
+    low, high = generator.cloud_top_range_m  # type: ignore[attr-defined]
     highest = float(assembly.profile.altitude_m[-1])
     if not layer.thickness_min_m < low < high <= highest:
         raise ProviderError(

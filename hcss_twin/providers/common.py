@@ -158,6 +158,11 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "frame_summary": (callable, "a method"),
     "thickness_in_frame_m": (callable, "a method"),
     "thickness_around_m": (callable, "a method"),
+    "cloud_top_range_m": (
+        lambda value: value is None or _is_range(value),
+        "None or a pair of altitudes, the lowest first",
+    ),
+    "cloud_top_m": (callable, "a method"),
     "anisotropic": (lambda value: value in (True, False), "True or False"),
     "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),
     "mean_square_slope": (lambda value: _is_number(value, math.inf), "a number, 0 or more"),

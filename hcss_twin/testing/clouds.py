@@ -130,6 +130,19 @@ class CloudGeneratorContract(ProviderContract):
         part = around(4.0, slice(-2, 6), slice(columns, columns + 2))
         np.testing.assert_array_equal(part, wide[1:9, 4 + columns : 6 + columns])
 
+    def test_cloud_tops_are_within_their_range(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Altitudes of tops are alike in any window, and clouds hang from them without reaching below the sea."""
+        if getattr(provider, "cloud_top_range_m", None) is None:
+            pytest.skip("cloud tops are those of the layer")
+        whole_image = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
+        top: NDArray[np.float32] = provider.cloud_top_m(4.0, *whole_image)  # type: ignore[attr-defined]
+        low, high = provider.cloud_top_range_m  # type: ignore[attr-defined]
+        assert top.dtype == np.float32
+        assert np.float32(low) <= top.min() <= top.max() <= np.float32(high)
+        assert np.all(whole(provider, inputs, 4.0) <= top)
+        part = provider.cloud_top_m(4.0, slice(5, 31), slice(17, 18))  # type: ignore[attr-defined]
+        np.testing.assert_array_equal(part, top[5:31, 17:18])
+
     def test_undeclared_time_has_no_influence(self, inputs: CloudInputs) -> None:
         """If nothing moves or evolves, or time is not declared, all frames are equal.
 

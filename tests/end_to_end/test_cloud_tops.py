@@ -121,5 +121,5 @@ def test_what_cannot_be_combined_is_refused_by_name(changes, field):
 
 
 def test_a_top_outside_the_declared_range_is_the_fault_of_the_generator():
-    with pytest.raises(ProviderError, match=r"cloud_top_range_m is 400 to 5000 m"):
+    with pytest.raises(ProviderError, match=r"cloud_top_m\(\) broke its contract: .*5000"):
         simulate(scene(**{"clouds.generator": "wrong"}))

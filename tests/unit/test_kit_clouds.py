@@ -157,3 +157,30 @@ def test_kit_refuses_clouds_that_go_on_otherwise(mistake):
     wrong = mistake
     with pytest.raises(AssertionError):
         CloudGeneratorContract().test_a_sky_goes_on_around_the_image(Around(inputs), inputs)
+
+
+@pytest.mark.parametrize(
+    ("top_m", "accepted"),
+    [
+        (lambda rows, columns: 2000.0 + 10.0 * np.arange(rows.start, rows.stop), True),
+        (lambda rows, columns: 2000.0 + 10.0 * np.arange(rows.stop - rows.start), False),
+        (lambda rows, columns: np.full(rows.stop - rows.start, 4000.0), False),
+        (lambda rows, columns: np.full(rows.stop - rows.start, 10.0), False),
+    ],
+    ids=["varies", "depends on the window", "above its range", "lower than the cloud is thick"],
+)
+def test_kit_refuses_cloud_tops_outside_their_range_or_their_clouds(top_m, accepted):
+    class Hanging(Checkerboard):
+        cloud_top_range_m = 0.0, 3000.0
+
+        def cloud_top_m(self, time_s, rows, columns):
+            shape = rows.stop - rows.start, columns.stop - columns.start
+            return np.broadcast_to(top_m(rows, columns)[:, None], shape).astype(np.float32)
+
+    inputs = sample_cloud_inputs()
+    provider = Hanging(inputs)
+    if accepted:
+        CloudGeneratorContract().test_cloud_tops_are_within_their_range(provider, inputs)
+        return
+    with pytest.raises(AssertionError):
+        CloudGeneratorContract().test_cloud_tops_are_within_their_range(provider, inputs)

@@ -12,9 +12,11 @@ from hcss_skies.command import skies
 from hcss_skies.example import LEVELS, make_example, read_example, write_example
 from hcss_skies.importing import import_example
 from hcss_skies.library import shipped
+from hcss_skies.split_window import DEPTH_RATIO, WAVELENGTHS_UM, height_above_opaque_m
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.errors import CatalogError
+from hcss_twin.physics.planck import planck
 
 TERMS = {"pixel_size_m": 3000.0, "clear_m": 300.0, "kind": "test", "source": "test", "licence": "none"}
 
@@ -132,3 +134,20 @@ def test_registration_imports_nothing_heavy():
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_a_second_channel_gives_the_height_of_thin_cloud():
+    """A layer of ice at 9 km over a sea of 295 K, from opaque to thin; radiances by Planck's law."""
+    height, clear = 9000.0, 295.0
+    thickness = np.geomspace(0.3, 8.0, 64)[:, None] * np.ones(64)
+    thickness[:, 48:] = 0.0
+    kelvin = np.linspace(150.0, 320.0, 20001)
+    seen = []
+    for wavelength, depth in zip(WAVELENGTHS_UM, (thickness, DEPTH_RATIO * thickness), strict=True):
+        black = planck(np.asarray(1e4 / wavelength), kelvin)
+        cloud, sea = (np.interp(each, kelvin, black) for each in (clear - 6.5e-3 * height, clear))
+        seen.append(np.interp(cloud + (sea - cloud) * np.exp(-depth), black, kelvin))
+    found = height_above_opaque_m(*seen, clear, 6.5e-3) + (clear - seen[0]) / 6.5e-3
+    inside = found[8:-8, 8:40]
+    assert np.abs(inside - height).max() < 2000.0
+    assert np.abs(np.median(inside) - height) < 400.0

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hcss_skies.generator import ExampleClouds
-from hcss_skies.tops import between_cells, hanging_clouds
+from hcss_skies.parameters import ExampleParameters
+from hcss_skies.tops import between_cells, hanging_clouds, look_up_pairs
 
-from hcss_twin.testing import sample_cloud_inputs
+from hcss_twin.providers import Grid
+from hcss_twin.testing import CloudGeneratorContract, sample_cloud_inputs
 
 
 class Emitting:
@@ -28,6 +30,18 @@ class Emitting:
     def hanging_K(self, top_m):
         thickness = np.concatenate(([0.0], np.geomspace(1.0, 1000.0, 40)))
         return thickness, self.of(top_m, thickness)
+
+
+class TestOwnTops(CloudGeneratorContract):
+    """Pixels of 30 km, so that a frame has many independent clouds."""
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        inputs = sample_cloud_inputs(coverage, seed)
+        layer = replace(inputs.layer, base_m=500.0, top_m=1500.0, thickness_min_m=1.0)
+        return replace(inputs, grid=Grid(48, 64, 30e3), inversion=Emitting(), layer=layer)
+
+    def make_provider(self, inputs):
+        return ExampleClouds(inputs, ExampleParameters(example="open-cells-1", tops="example"))
 
 
 @pytest.fixture
@@ -77,3 +91,12 @@ def test_a_scene_with_its_own_tops_shows_the_example_and_both_fields_belong_toge
 def test_tops_between_cells_are_bilinear():
     y, x = np.mgrid[:5, :6]
     np.testing.assert_allclose(between_cells(3.0 * y + x, np.array([0.5, 3.25]), np.array([4.5])), [[6.0], [14.25]])
+
+
+@pytest.mark.parametrize("extreme", [-1e30, -1.0, 0.0, 1e30, np.inf, -np.inf])
+def test_pairs_beyond_the_knots_are_those_of_the_nearest_knot(extreme):
+    fields = np.arange(24, dtype=np.float32).reshape(3, 4, 2)
+    out = np.full((2, 2, 2), extreme, np.float32)
+    look_up_pairs(out, fields, 500.0)
+    edge = fields[-1, -1] if extreme > 0.0 else fields[0, 0]
+    np.testing.assert_allclose(out, np.broadcast_to(edge, out.shape), atol=1e-4)

@@ -30,6 +30,7 @@ def list_examples() -> None:
 @click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Example (.nc).")
 @click.option("--variable", help="Brightness temperature near 10.8 um in a file with several images.")
+@click.option("--second", help="Brightness temperature at 12.0 um in the same file: heights of thin clouds.")
 @click.option(
     "--pixel-size",
     "pixel_size_m",
@@ -46,6 +47,7 @@ def import_image(
     image: Path,
     output: Path,
     variable: str | None,
+    second: str | None,
     pixel_size_m: float | None,
     lapse: float,
     clear: float | None,
@@ -64,10 +66,18 @@ def import_image(
     if output.exists() and not force:
         raise CatalogError(f"{output} exists; --force replaces it")
     example = import_example(
-        image, variable=variable, pixel_size_m=pixel_size_m, lapse_K_km=lapse, clear_K=clear, kind=kind, licence=licence
+        image,
+        variable=variable,
+        second=second,
+        pixel_size_m=pixel_size_m,
+        lapse_K_km=lapse,
+        clear_K=clear,
+        kind=kind,
+        licence=licence,
     )
     write_example(output, example)
     click.echo(
         f"{output}: {' x '.join(map(str, example.opaque.shape))} pixels of {example.pixel_size_m:g} m, cloud cover "
-        f"{example.coverage:.2f}. One channel: cloud tops above the opaque height are not known."
+        f"{example.coverage:.2f}."
+        + ("" if second else " One channel: cloud tops above the opaque height are not known.")
     )

@@ -71,12 +71,7 @@ class ExampleClouds:
         self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale], dtype=np.float64)
         heights = level.heights_m[:, 0].astype(np.float64)
         thickness = self._thickness_of(heights)
-        # Averaged to large pixels, an example is cloudier than it is.
-        score = np.linspace(-MAX_SCORE, MAX_SCORE, heights.size)
-        chance = np.exp(-0.5 * score**2)
-        self.image_coverage = float(
-            chance @ ((thickness > 0.0) & (thickness >= 0.5 * inputs.layer.thickness_min_m)) / chance.sum()
-        )
+        of_pairs = thickness[:, None]
         self._hanging: HangingClouds | None = None
         self._last: tuple[tuple[float, ...], NDArray[np.float32]] | None = None
         self.cloud_top_range_m: tuple[float, float] | None = None
@@ -89,7 +84,14 @@ class ExampleClouds:
                 inputs.inversion, inputs.layer, self._kelvin_of(heights, inputs.inversion), example.excess_m, highest
             )
             self.cloud_top_range_m, self.skipped = self._hanging.range_m, ()
+            at = np.minimum(level.heights_m[:, 1] / self._hanging.step_m, self._hanging.fields.shape[1] - 1).astype(int)
+            of_pairs = self._hanging.fields[:, at, 0]
             thickness = np.arange(heights.size, dtype=np.float64)  # knots of p, from which thickness follows with x
+        # Averaged to large pixels, an example is cloudier than it is; x is taken as independent of p.
+        chance = np.exp(-0.5 * np.linspace(-MAX_SCORE, MAX_SCORE, heights.size) ** 2)
+        thick = (of_pairs > 0.0) & (of_pairs >= 0.5 * inputs.layer.thickness_min_m)
+        cloudy = thick @ chance / chance.sum() if thick.shape[1] > 1 else thick[:, 0]
+        self.image_coverage = float(chance @ cloudy / chance.sum())
         self._tables = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
         motion = inputs.motion
         wind_x, wind_y = motion.cloud_velocity_m_s
