@@ -85,7 +85,7 @@ class ExampleClouds:
             )
             self.cloud_top_range_m, self.skipped = self._hanging.range_m, ()
             at = np.minimum(level.heights_m[:, 1] / self._hanging.step_m, self._hanging.fields.shape[1] - 1).astype(int)
-            of_pairs = self._hanging.fields[:, at, 0]
+            of_pairs = self._hanging.fields[:, at, 0].astype(np.float64)
             thickness = np.arange(heights.size, dtype=np.float64)  # knots of p, from which thickness follows with x
         # Averaged to large pixels, an example is cloudier than it is; x is taken as independent of p.
         chance = np.exp(-0.5 * np.linspace(-MAX_SCORE, MAX_SCORE, heights.size) ** 2)
