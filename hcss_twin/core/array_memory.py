@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,13 +33,30 @@ class ArrayMemory:
             self._arrays.move_to_end(key)
             return self._arrays[key]
         arrays = compute()
+        self._keep(key, arrays)
+        return arrays
+
+    def get_or_compute_some(
+        self, key: bytes, wanted: Sequence[int], compute: Callable[[], list[tuple[Array, ...]]]
+    ) -> list[tuple[Array, ...]]:
+        """Return some of several tuples of arrays that are computed together, and kept one by one."""
+        keys = {number: key + number.to_bytes(4, "big") for number in wanted}
+        if all(each in self._arrays for each in keys.values()):
+            for each in keys.values():
+                self._arrays.move_to_end(each)
+            return [self._arrays[each] for each in keys.values()]
+        every = compute()
+        for number, arrays in enumerate(every):
+            self._keep(key + number.to_bytes(4, "big"), arrays)
+        return [every[number] for number in wanted]
+
+    def _keep(self, key: bytes, arrays: tuple[Array, ...]) -> None:
         if _bytes(arrays) > self._limit:
-            return arrays
+            return
+        self._size += _bytes(arrays) - _bytes(self._arrays.pop(key, ()))
         self._arrays[key] = arrays
-        self._size += _bytes(arrays)
         while self._size > self._limit:
             self._size -= _bytes(self._arrays.popitem(last=False)[1])
-        return arrays
 
 
 @dataclass(frozen=True)
@@ -48,18 +65,22 @@ class OwnMemory:
 
     Attributes
     ----------
+    memory : ArrayMemory or None
+        None where only small arrays are kept.
     content : bytes
         Equal for objects whose arrays are equal.
     small : dict
         Small arrays, by keys of the user's choice, who limits their number.
     """
 
-    memory: ArrayMemory
+    memory: ArrayMemory | None
     content: bytes
     small: dict[Any, Array]
 
     def get_or_compute(self, parts: Iterable[bytes], compute: Callable[[], tuple[Array, ...]]) -> tuple[Array, ...]:
         """Return the arrays of a key, given in parts, computed on first use."""
+        if self.memory is None:
+            return compute()
         digest = hashlib.sha256(self.content)
         for part in parts:
             digest.update(len(part).to_bytes(8, "big"))

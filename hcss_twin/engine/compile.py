@@ -22,6 +22,7 @@ from hcss_twin.engine.tables.over_views import tables_over_views
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities, RadianceTables, ShadowTables, WaveTables
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
+from hcss_twin.engine.tables.views_together import may_compile_together, tables_together
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
@@ -58,7 +59,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if plan.tops is not None:
         return _over_tops(plan, compile_tables)
     if plan.views is not None:
-        return tables_over_views(plan, compile_tables)
+        together = tables_together(plan, _time_nodes) if may_compile_together(plan) else None
+        return together or tables_over_views(plan, compile_tables)
     allowed = plan.budget
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
     spectrum = choose_spectrum(plan.at_level(spectral_level(plan.assembly)), allowed.wavenumbers)
@@ -83,10 +85,10 @@ def compile_tables(plan: Plan) -> RadianceTables:
             _require_room(plan, pair, len(columns.quantities.names))
             axes = (pair.low, pair.high)
     drift = allowed.other_instants if len(times) > 1 else 0.0
-    first = columns.exact(axes, pair, sun, None, drift)
+    first = columns.exact(axes, pair, sun)
     suns = tuple(plan.sun_at(time) for time in times)
     tables = tuple(
-        columns.table(axes, first if time == placing else columns.exact(axes, pair, other, first, drift), other)
+        columns.table(axes, first if time == placing else columns.exact(axes, pair, other, [first], drift), other)
         for time, other in zip(times, suns, strict=True)
     )
     waves = None
@@ -206,7 +208,7 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
         return _over_surfaces(plan, partial(tables_of, compiler=compiler))
     if plan.tops is not None:
         return _over_tops(plan, partial(tables_of, compiler=compiler))
-    if plan.views is not None:
+    if plan.views is not None and not may_compile_together(plan):
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
     compute = partial(compiler or compile_tables, plan)
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
@@ -234,7 +236,12 @@ def table_key(plan: Plan) -> str:
     parts: dict[str, Any] = {
         "scenario": {name: value for name, value in scenario.items() if name not in INDEPENDENT},
         "accuracy": plan.accuracy.relative,
-        "numerics": [plan.assembly.numerical_level, plan.numerics.error, dataclasses.astuple(plan.grid_refinement)],
+        "numerics": [
+            plan.assembly.numerical_level,
+            plan.numerics.sunlight_steps,
+            plan.numerics.error,
+            dataclasses.astuple(plan.grid_refinement),
+        ],
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],
@@ -251,6 +258,9 @@ def table_key(plan: Plan) -> str:
     }
     if assembly.between is not None:
         parts["between"] = assembly.between.nodes_K
+    if plan.views is not None:
+        grid = plan.grid
+        parts["views"] = [plan.views.order_x, plan.views.order_y, grid.rows, grid.columns, grid.pixel_size_m]
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
     surface = assembly.surface

@@ -58,6 +58,9 @@ AIRS = 4
 MODELS = 8
 """Radiance models of one scene that are kept."""
 
+MODELS_TOWARD_OTHERS = 3
+"""Those for other views: there can be hundreds, each is used once, and its arrays can take 100 MB."""
+
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
@@ -125,11 +128,12 @@ def assemble(
         sea_temperature_K: float,
         level: int,
         air: Air | None = None,
+        *,
+        sunlight_steps: int = 0,
         layers: tuple[CloudLayer, ...] = layers,
     ) -> RadianceModel:
-        other = replace(
-            inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, numerical_level=level, layers=layers
-        )
+        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, layers=layers)
+        other = replace(other, numerical_level=level, sunlight_steps=sunlight_steps)
         if over_field is not None:
             air = air or over_field.of(view)
             other = replace(other, profile=air.profile, transmittance=air.transmittance)
@@ -138,7 +142,12 @@ def assemble(
         return model
 
     # The same model serves the tables and the certificate, which share its solutions.
-    exact_model_of = model_of = cast(Callable[..., RadianceModel], lru_cache(maxsize=MODELS)(new_model))
+    of_centre, of_others = (lru_cache(maxsize=most)(new_model) for most in (MODELS, MODELS_TOWARD_OTHERS))
+
+    def exact_model_of(sea: Any, view: View, *others: Any, **named: Any) -> RadianceModel:
+        return (of_centre if view == slant.view else of_others)(sea, view, *others, **named)
+
+    model_of: Callable[..., RadianceModel] = exact_model_of
     kelvin = around.sea_temperature_K
     at_level = partial(exact_model_of, sea, slant.view, kelvin)
     profile = around.profile
@@ -235,10 +244,10 @@ def _atmosphere(
     return around, transmittance
 
 
-def _air_memory(builder: Builder, around: Surroundings, catalog: Catalog) -> OwnMemory | None:
-    """Return where scenes with the same air keep it; None for a single scene."""
+def _air_memory(builder: Builder, around: Surroundings, catalog: Catalog) -> OwnMemory:
+    """Return where scenes with the same air keep it; a single scene keeps small arrays only, for its views."""
     if catalog.shelf.air is None:
-        return None
+        return OwnMemory(None, b"", {})
     built, profile = builder.built[str(Kind.ATMOSPHERE)], around.profile
     entry = built.entry
     code = entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -47,6 +47,13 @@ def expect(model: RadianceModel, suns: Iterable[Sun | None]) -> None:
     prepare = getattr(model, "expect", None)
     if prepare is not None:
         prepare(tuple(suns))
+
+
+def expect_views(model: RadianceModel, views: Sequence[View]) -> None:
+    """Name the views of the next columns, of all models, to one that can solve clouds for several at once."""
+    prepare = getattr(model, "expect_views", None)
+    if prepare is not None:
+        prepare(views)
 
 
 @dataclass(frozen=True)
@@ -168,9 +175,16 @@ class Assembly:
     def hanging_from(self, top_m: float) -> Assembly:
         """Return the same scene with the clouds of its one layer at another altitude."""
         layers = tuple(layer.hanging_from(top_m) for layer in self.layers)
-        model_of, exact = (partial(each, layers=layers) for each in (self.model_of, self.exact_model_of))
+        return replace(self._with_model_inputs(layers=layers), layers=layers)
+
+    def with_finer_sunlight(self, steps: int) -> Assembly:
+        """Return the same scene with sunlight some levels finer than all else, also at other levels."""
+        return self._with_model_inputs(sunlight_steps=steps) if steps else self
+
+    def _with_model_inputs(self, **inputs: Any) -> Assembly:
+        model_of, exact_model_of = (partial(each, **inputs) for each in (self.model_of, self.exact_model_of))
         model = model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
-        return replace(self, layers=layers, model=model, model_of=model_of, exact_model_of=exact)
+        return replace(self, model=model, model_of=model_of, exact_model_of=exact_model_of)
 
     def on_grid(self, refinement: int) -> Assembly:
         """Return the same scene on a spectral grid with another refinement."""

@@ -258,18 +258,18 @@ def interpolating(
         groups.popitem(last=False)
 
     @lru_cache
-    def model_of(sea: SeaModel, view: View, kelvin: float, level: int, *air: Any) -> RadianceModel:
-        exact = exact_of(sea, view, kelvin, level, *air)
+    def model_of(sea: SeaModel, view: View, kelvin: float, level: int, *air: Any, **named: Any) -> RadianceModel:
+        exact = exact_of(sea, view, kelvin, level, *air, **named)
         if sea is not own_sea or kelvin != temperature_K or any(air):
             return exact
 
         def model_at(node_K: float) -> RadianceModel:
             if node_K not in columns.seas:
                 columns.seas[node_K] = sea_of(node_K)
-            return exact_of(columns.seas[node_K], view, node_K, level)
+            return exact_of(columns.seas[node_K], view, node_K, level, **named)
 
         model: RadianceModel = BetweenSeaTemperatures(
-            exact, model_at, between.nodes_K, kelvin, columns, (view, level), catalog
+            exact, model_at, between.nodes_K, kelvin, columns, (view, level, *named.values()), catalog
         )
         return model
 

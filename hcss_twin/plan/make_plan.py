@@ -113,6 +113,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
     tops = None if len(scenes) == 1 else _cloud_tops(scenario, assembly, analysis.accuracy, suns)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
+    assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.plan.assembly import Assembly, expect
+from hcss_twin.plan.assembly import Assembly, expect, expect_views
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns, largest_change
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Sun, View
 
 PER_BAND = 3
 """Number of wavenumbers per band."""
@@ -29,6 +30,9 @@ SPECTRAL_LEVELS = 3
 
 FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
 """Where the search starts, for tolerances above each limit."""
+
+SUNLIGHT_STEPS = 3
+"""How many levels finer sunlight is where its error toward some view is too large; fewer hardly help at rainbows."""
 
 FINEST_GRID = 3
 """Finest grid of a scene; the next one is a reference only."""
@@ -52,11 +56,14 @@ class NumericalLevel:
         Largest relative difference of a few columns from the reference level in any band; 0 without other levels.
     enough : bool
         Whether the error is within the tolerance; no finer level exists otherwise.
+    sunlight_steps : int
+        How many levels finer sunlight that clouds scatter toward the sensor is.
     """
 
     level: int
     error: float
     enough: bool
+    sunlight_steps: int = 0
 
 
 def reference_level(assembly: Assembly) -> int:
@@ -104,6 +111,43 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     while level == first > 0 and error(level - 1) <= tolerance:
         first = level = level - 1
     return NumericalLevel(level, error(level), error(level) <= tolerance)
+
+
+def refine_toward(
+    assembly: Assembly, chosen: NumericalLevel, views: Sequence[View], suns: Sequence[Sun | None], tolerance: float
+) -> NumericalLevel:
+    """Return a level, chosen toward the image centre, that is fine enough toward other views.
+
+    The error of sunlight oscillates with the scattering angle: toward the image centre it may vanish by chance.
+    Sunlight alone is made finer first, because many views share its solution.
+    """
+    last = assembly.model.declares.numerical_levels - 2
+    if last < 0 or not suns or not chosen.enough:
+        return chosen
+    columns, order, error = _columns(assembly), list(views), chosen.error
+
+    def error_toward(view: View, level: int, steps: int) -> float:
+        own = assembly.with_finer_sunlight(steps)
+
+        def at(level: int) -> Array:
+            model = own.at_level(level).model_toward(view)
+            expect_views(model, views)
+            return np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(suns)])
+
+        finer = at(level + 1)
+        before = largest_change(at(level - 1), finer) / FASTEST_CONVERGENCE if level > 0 else 0.0
+        return SAFETY_FACTOR * max(largest_change(at(level), finer), before)
+
+    for level, steps in product(range(chosen.level, last + 1), (0, SUNLIGHT_STEPS) if any(suns) else (0,)):
+        errors = []
+        for place, view in enumerate(order):
+            errors.append(error_toward(view, level, steps))
+            if errors[-1] > tolerance:
+                error, order = errors[-1], [order.pop(place), *order]  # the next sizes are tested there first
+                break
+        else:
+            return NumericalLevel(level, max(*errors, chosen.error), True, steps)
+    return NumericalLevel(last, error, False)
 
 
 @dataclass(frozen=True)

@@ -122,6 +122,10 @@ class Plan:
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
 
+    def toward(self, view: View) -> Plan:
+        """Return the plan of the same scene in orthographic view from another direction."""
+        return replace(self, assembly=self.assembly.toward(view), view=view, views=None)
+
     def at_level(self, level: int) -> Plan:
         """Return the same plan with the radiance model at another numerical level."""
         return replace(self, assembly=self.assembly.at_level(level))

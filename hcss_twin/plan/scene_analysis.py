@@ -17,13 +17,13 @@ from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
-from hcss_twin.plan.numerics import GridRefinement, NumericalLevel, choose_level, choose_refinement
+from hcss_twin.plan.numerics import GridRefinement, NumericalLevel, choose_level, choose_refinement, refine_toward
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
-from hcss_twin.plan.views import ViewAxis, choose_views
+from hcss_twin.plan.views import EDGES, EXTREMES, ViewAxis, choose_views, views_over_image
 from hcss_twin.plan.waves import WAVES, choose_waves
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -87,7 +87,9 @@ def strictest(first: SceneAnalysis, each: Sequence[SceneAnalysis]) -> SceneAnaly
         faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
         views=views,
         notes=tuple(dict.fromkeys(note for analysis in (first, *each) for note in analysis.notes)),
-        numerics=max((analysis.numerics for analysis in each), key=lambda own: (own.level, own.error)),
+        numerics=max(
+            (analysis.numerics for analysis in each), key=lambda own: (own.level, own.sunlight_steps, own.error)
+        ),
         expected=widest(analysis.expected for analysis in (first, *each)),
         spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
     )
@@ -135,6 +137,10 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     refinement = choose_refinement(assembly, extreme_suns, shares.spectral_grid)
     assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
     views = choose_views(scenario, assembly, extreme_suns, shares.views)
+    over_image = views_over_image(assembly)
+    if views is not None and over_image is not None:
+        numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)
+        assembly = assembly.at_level(numerics.level).with_finer_sunlight(numerics.sunlight_steps)
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
     omitted_waves: Omission | None = Omission(WAVES, "the surface is not the scenario's sea", 0.0)
     if assembly.surface is None:

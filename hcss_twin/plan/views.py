@@ -17,7 +17,7 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
-from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.assembly import Assembly, expect_views
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
@@ -110,8 +110,14 @@ def views_over_image(assembly: Assembly) -> ImageViews | None:
     return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, None if air is None else air.centre_deg)
 
 
-Values = Callable[[float, float], Array]
-"""Radiance (N, K, B) of columns by term, for a position (x, y) in the image."""
+EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
+"""Middle and corners of the image."""
+
+EDGES = ((0.0, -1.0), (-1.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+"""Middles of its edges."""
+
+Values = Callable[[Sequence[tuple[float, float]]], Sequence[Array]]
+"""Radiance (N, K, B) of columns by term, for positions (x, y) in the image."""
 
 LINES = (-1.0, 0.0, 1.0)
 """Positions on the other axis at which nodes are tested: the edges and the middle of the image."""
@@ -139,7 +145,7 @@ def place_axis(values: Values, along_x: bool, tolerance: float, most: int) -> tu
     """
 
     def along(line: float, places: Array) -> Array:
-        return np.stack([values(*((place, line) if along_x else (line, place))) for place in places.tolist()])
+        return np.stack(values([(place, line) if along_x else (line, place) for place in places.tolist()]))
 
     order = 0
     while True:
@@ -260,12 +266,16 @@ def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) 
     columns = _few(assembly)
     known: dict[tuple[float, float], Array] = {}
 
-    def values(x: float, y: float) -> Array:
-        if (x, y) not in known:
-            model = assembly.model_toward(views.at([(x, y)])[0])
-            under = [columns.terms(model, sun) for sun in suns]
-            known[x, y] = np.concatenate([np.stack(list(terms.values()), axis=1) for terms in under])
-        return known[x, y]
+    def values(places: Sequence[tuple[float, float]]) -> list[Array]:
+        toward = dict(zip(places, views.at(places), strict=True))
+        new = [toward[place] for place in places if place not in known]
+        for place in places:
+            if place not in known:
+                model = assembly.model_toward(toward[place])
+                expect_views(model, new)
+                under = [columns.terms(model, sun) for sun in suns]
+                known[place] = np.concatenate([np.stack(list(terms.values()), axis=1) for terms in under])
+        return [known[place] for place in places]
 
     return values
 

@@ -180,6 +180,7 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "expected_failures": (lambda value: isinstance(value, Mapping), "a mapping of laws to reasons"),
     "sea_sun_terms": (_is_names, "a set of names of terms"),
     "expect": (callable, "a method"),
+    "expect_views": (callable, "a method"),
     "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
     "single_precision": (lambda value: isinstance(value, bool), "True or False"),

@@ -76,6 +76,9 @@ class RadianceInputs:
         Where a model may keep arrays for the other scenes of the process, by a hash of all that they depend on.
     air_memory : OwnMemory or None
         Where a model may keep arrays for other scenes in the same air, by a hash of all else that they depend on.
+    sunlight_steps : int
+        How many levels finer, as far as there are any, to solve sunlight that clouds scatter toward the sensor: its
+        error depends on the scattering angle. A model may ignore it.
     """
 
     profile: Profile
@@ -90,6 +93,7 @@ class RadianceInputs:
     numerical_level: int = 0
     memory: ArrayMemory | None = None
     air_memory: OwnMemory | None = None
+    sunlight_steps: int = 0
 
 
 class SolarIrradiance(Protocol):
@@ -168,5 +172,13 @@ class RadianceModelOptions(Protocol):
         """Prepare for columns at the same wavenumbers under each of these suns; results stay the same but for rounding.
 
         A model may then solve for all of them what it solves for the first.
+        """
+        ...
+
+    def expect_views(self, views: Sequence[View]) -> None:
+        """Prepare for columns of models toward each of these views, its own among them, alike in all other inputs.
+
+        A model may then leave in ``inputs.memory`` what it solves for all of them; results stay the same but for
+        rounding.
         """
         ...

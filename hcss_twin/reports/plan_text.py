@@ -209,7 +209,8 @@ def _numerics(plan: Plan) -> str:
     )
     text = f"spectral grid: {step} of the atmosphere's, error {grid.error:.2g}"
     if last > 0:
-        text = f"level {own.level} of 0 to {last} of the radiance model, error {own.error:.2g}; {text}"
+        finer = f", for sunlight {own.level + own.sunlight_steps}" if own.sunlight_steps else ""
+        text = f"level {own.level} of 0 to {last} of the radiance model{finer}, error {own.error:.2g}; {text}"
     return text if own.enough else f"{text}; finer levels would be needed, but there are none"
 
 

@@ -35,6 +35,7 @@ MEMBERS = {
     ("clouds", "frame_summary"): ((0.0,), "time_s = 0.0"),
     ("clouds", "thickness_in_frame_m"): ((0.0, *WINDOW, None), "columns = slice(0, 5, None), summary = None"),
     ("clouds", "thickness_around_m"): ((0.0, *WINDOW, None), "summary = None"),
+    ("clouds", "cloud_top_m"): ((0.0, *WINDOW), "time_s = 0.0, rows = slice(0, 4, None)"),
     ("sea", "emissivity"): ((NU, MU), f"{SPECTRAL}, mu of shape (2,)"),
     ("sea", "brdf"): ((NU, MU, MU, MU), "mu_in of shape (2,), relative_azimuth of shape (2,)"),
     ("sea", "reflection_weights"): ((NU, MU, MU), "mu_nodes of shape (2,)"),
@@ -50,6 +51,7 @@ MEMBERS = {
     ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
     ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
     ("radiance", "expect"): (([None],), "suns of length 1"),
+    ("radiance", "expect_views"): (([None],), "views of length 1"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
     ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),
     ("variables", "values"): (
@@ -69,11 +71,12 @@ INPUTS = {
 def guarded(kind, **members):
     spec = ProviderSpec("toy", "a:B", None, 2, "a toy")
     common = {"declares": AtmosphereDeclaration(), "variables": (), "terms": {"a": "b"}, "solar_terms": frozenset()}
+    common["cloud_top_range_m"] = 0.0, 1e4
     provider = type("Toy", (), {**common, **members})()
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, INPUTS.get(kind))
 
 
-UNCHECKED = ("frame_summary", "tilted", "wave_field", "expect")
+UNCHECKED = ("frame_summary", "tilted", "wave_field", "expect", "expect_views")
 """Members whose results are what the provider likes, or objects that are checked when they are used."""
 
 

@@ -104,6 +104,5 @@ def test_a_sun_moves_if_its_height_or_the_scattering_angle_changes(
         sun_matters=True,
         sun_zenith_deg=np.array(sun_zenith_deg),
         sun_azimuth_deg=np.array(sun_azimuth_deg),
-        view=replace(plan.view, zenith_deg=view_zenith_deg),
     )
-    assert _sun_moves(moved, 1e-3) == moves
+    assert _sun_moves(moved, replace(plan.view, zenith_deg=view_zenith_deg), 1e-3) == moves

@@ -51,7 +51,7 @@ def test_the_views_of_pixels_are_those_of_their_places():
 
 def radiance(function):
     """One column whose two terms share a function of the place."""
-    return lambda x, y: np.array([0.3, 0.7])[None, :, None] * function(x, y)
+    return lambda places: [np.array([0.3, 0.7])[None, :, None] * function(x, y) for x, y in places]
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certi
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
 from hcss_twin.engine.certificate.reference_columns import References
-from hcss_twin.engine.tables.over_views import image_views, plan_toward
+from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
@@ -138,7 +138,7 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
     return np.concatenate(
         [nothing]
         + [
-            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s, references)
+            _means(plan.toward(view), quantities, own, points, pixels.time_s, references)
             for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
         ]
     )
@@ -172,7 +172,7 @@ def _over_surfaces(
     exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
     for (state, view), own in groups.items():
         alone = plan_over(plan, state)
-        alone = alone if view is None else plan_toward(alone, view)
+        alone = alone if view is None else alone.toward(view)
         exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
@@ -193,7 +193,7 @@ def _over_tops(
             own = thickness_m[point : point + 1]
             # Clear points share one model.
             alone = plan_hanging_from(plan, top if own[0, 0] > 0.0 else plan.tops.nodes_m[0])  # type: ignore[union-attr]
-            alone = alone if view is None else plan_toward(alone, view)
+            alone = alone if view is None else alone.toward(view)
             own = np.minimum(own, alone.layers[0].thickness_max_m)
             exact[point] = _means(alone, quantities, own, 1, pixels.time_s, references)[0]
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)

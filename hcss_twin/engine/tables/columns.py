@@ -5,7 +5,7 @@ Columns for another sun differ little and smoothly from those for a first sun: t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,12 +25,15 @@ Places = NDArray[np.intp]
 
 FIRST_NODES = 5
 
+SMALLEST_SHARE = 1e-8
+"""Combinations of known columns that differ by less than this, relative, count as one."""
+
 
 def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance: float) -> Array:
     """Return columns at all thicknesses, of which only some are computed.
 
-    The difference from the known columns is interpolated by a spline in ln(thickness); intervals are halved until it
-    predicts every new column.
+    The difference from a combination of known columns is interpolated by a spline in ln(thickness); intervals are
+    halved until it predicts every new column.
 
     Parameters
     ----------
@@ -38,8 +41,8 @@ def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance
         Maps thicknesses (N,) to terms (N, K, B).
     thickness_m : ndarray (E,)
         Ascending.
-    known : ndarray (E, K, B)
-        Terms under the first sun.
+    known : ndarray (A, E, K, B)
+        Terms under other suns or toward other views; a single one is subtracted as it is.
     tolerance : float
         Of the total of any band, relative.
 
@@ -48,22 +51,40 @@ def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance
     ndarray (E, K, B)
     """
     places = _first_places(thickness_m.size)
-    values = columns(thickness_m[places])
-    while places.size < thickness_m.size:
-        new = _between(places)
-        guess = known[new] + spline_through(thickness_m[places], values - known[places])(np.log(thickness_m[new]))
-        exact = columns(thickness_m[new])
+    new = _between(places)
+    first = columns(thickness_m[np.concatenate((places, new))])  # one call costs less than two
+    values, exact = first[: places.size], first[places.size :]
+    near = _combination(known, places, values)
+    while new.size:
+        guess = near[new] + spline_through(thickness_m[places], values - near[places])(np.log(thickness_m[new]))
         error = relative(total(guess), total(exact))
         order = np.argsort(np.concatenate((places, new)))
         places = np.concatenate((places, new))[order]
         values = np.concatenate((values, exact))[order]
+        near = _combination(known, places, values)
         if error <= tolerance:
             break
-    difference = spline_through(thickness_m[places], values - known[places])(np.log(thickness_m))
+        new = _between(places)
+        exact = columns(thickness_m[new]) if new.size else exact
+    difference = spline_through(thickness_m[places], values - near[places])(np.log(thickness_m))
     # Splines of a term that approaches zero would become negative.
-    columns_at: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=0), 0.0))
+    columns_at: Array = np.maximum(near + difference, np.minimum(np.min(values, axis=0), 0.0))
     columns_at[places] = values
     return columns_at
+
+
+def _combination(known: Array, places: Places, values: Array) -> Array:
+    """Return the combination (E, K, B) of known columns whose total in each band is nearest at some places."""
+    if known.shape[0] == 1:
+        first: Array = known[0]
+        return first
+    goal = np.maximum(np.abs(total(values)), np.finfo(float).tiny)
+    shares = np.sum(known[:, places], axis=2) / goal
+    factors = [
+        np.linalg.lstsq(own.T, np.ones(places.size), rcond=SMALLEST_SHARE)[0] for own in np.moveaxis(shares, 2, 0)
+    ]
+    result: Array = np.einsum("ba,aekb->ekb", np.stack(factors), known)
+    return result
 
 
 def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, tolerance: float) -> Array | None:
@@ -133,7 +154,7 @@ class BandColumns:
     """Columns of a plan's radiance model, integrated over its bands."""
 
     def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
-        self._plan = plan
+        self.plan = plan
         self._grid = nodes
         # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
@@ -145,14 +166,14 @@ class BandColumns:
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
         grid = self._clear_grid
-        return self._to_bands(self._plan.assembly.model.clear(grid.wavenumber_cm1, sun), grid)
+        return self._to_bands(self.plan.assembly.model.clear(grid.wavenumber_cm1, sun), grid)
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
         """Terms of cloudy columns (N, K, B) from the thickness of each layer (N, L); each column is computed once."""
         keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
         new = [row for row, key in enumerate(keys) if key not in self._known]
         if new:
-            spectra = self._plan.assembly.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
+            spectra = self.plan.assembly.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
             for row, terms in zip(new, self._to_bands(spectra, self._grid), strict=True):
                 self._known[keys[row]] = terms
         return np.stack([self._known[key] for key in keys])
@@ -161,7 +182,7 @@ class BandColumns:
         """Function from thickness (N,) to columns with cloud in one layer only."""
 
         def columns(thickness_m: Array) -> Array:
-            layers = np.zeros((thickness_m.size, len(self._plan.layers)))
+            layers = np.zeros((thickness_m.size, len(self.plan.layers)))
             layers[:, index] = thickness_m
             return self.cloudy(layers, sun)
 
@@ -170,9 +191,9 @@ class BandColumns:
     def probe(self, sun: Sun | None) -> Array:
         """Total radiance (N, B) of a few columns that bound the scene."""
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
-        if self._plan.waves is not None:
-            clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
-        extremes = self._plan.assembly.extreme_thicknesses_m
+        if self.plan.waves is not None:
+            clear = np.concatenate((clear, probe_waves(self.plan, self.plan.waves, sun)))
+        extremes = self.plan.assembly.extreme_thicknesses_m
         if extremes.shape[0] == 0:
             return clear
         cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)
@@ -183,29 +204,30 @@ class BandColumns:
         axes: tuple[ThicknessAxis | None, ...],
         pair: LayerPair | None,
         sun: Sun | None,
-        first: ExactColumns | None,
-        tolerance: float,
+        known: Sequence[ExactColumns] = (),
+        tolerance: float = 0.0,
     ) -> ExactColumns:
-        """Columns at the exact nodes of all axes; computed as difference from those for a first sun, if given."""
-        nothing = np.empty((0, len(self.quantities.terms), len(self._plan.bands)))
+        """Columns at the exact nodes of all axes; derived from those for other suns or views, if given."""
+        nothing = np.empty((0, len(self.quantities.terms), len(self.plan.bands)))
         alone: list[Array] = []
         for index, axis in enumerate(axes):
             columns = self.alone(index, sun)
             if axis is None:
                 alone.append(nothing)
-            elif first is None:
+            elif not known:
                 alone.append(columns(axis.exact_m))
             else:
-                alone.append(single_layer(columns, axis.exact_m, first.alone[index], tolerance))
+                others = np.stack([each.alone[index] for each in known])
+                alone.append(single_layer(columns, axis.exact_m, others, tolerance))
 
         def both_layers(thickness_m: Array) -> Array:
             return self.cloudy(thickness_m, sun)
 
         both: Array | None = None
         if pair is not None:
-            if first is not None and first.both is not None:
+            if known and known[0].both is not None:
                 low, high = pair.low.exact_m, pair.high.exact_m
-                both = layer_pair(both_layers, low, high, first.both, tolerance)
+                both = layer_pair(both_layers, low, high, known[0].both, tolerance)
             if both is None:
                 both = pair.exact(both_layers)
         return ExactColumns(tuple(alone), both)

@@ -15,12 +15,7 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import ImageViews, ViewAxis, views_over_image
 from hcss_twin.plan.windows import Window, points_of
-from hcss_twin.providers import Grid, View
-
-
-def plan_toward(plan: Plan, view: View) -> Plan:
-    """Return the plan of the same scene in orthographic view from another direction."""
-    return replace(plan, assembly=plan.assembly.toward(view), view=view, views=None)
+from hcss_twin.providers import Grid
 
 
 def image_views(plan: Plan) -> ImageViews:
@@ -39,7 +34,7 @@ def plans_over_views(plan: Plan) -> Iterator[Plan]:
         yield plan
         return
     for view in image_views(plan).at(plan.views.places):
-        yield plan_toward(plan, view)
+        yield plan.toward(view)
 
 
 def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:

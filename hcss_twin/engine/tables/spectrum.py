@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.thickness_axis import breakpoints
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
-from hcss_twin.plan.assembly import expect
+from hcss_twin.plan.assembly import expect, expect_views
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Sun, View
 
 _SEED = 2**17
 
@@ -76,7 +76,7 @@ class Spectrum:
     estimated_error: float
 
 
-def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
+def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), tested: Sequence[View] = ()) -> Spectrum:
     """Choose weighted wavenumbers for all columns of a scene.
 
     The fit uses columns at every wavenumber of the dense grid, clear and with clouds from the thinnest to the
@@ -89,17 +89,14 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     ----------
     tolerance : float
         Relative to the total of each band.
+    views, tested : sequence of View
+        Those of the fit and of the test, if the view varies over the image.
     """
     grid = plan.spectral_grid
-    moves = _sun_moves(plan, tolerance)
+    moves = any(_sun_moves(plan, view, tolerance) for view in views or (plan.view,))
     suns = _suns_over_time(plan, np.linspace(0.0, 1.0, 3)) if moves else _suns_that_hardly_move(plan)
-    expect(plan.assembly.model, suns)
-    known = np.concatenate(
-        [
-            *(_cloudy_spectra(plan, _first_columns(plan), sun) for sun in suns),
-            *(_clear_spectra(plan, sun) for sun in (_suns(plan, CLEAR_SKIES) if moves else suns)),
-        ]
-    )
+    skies = _suns(plan, CLEAR_SKIES) if moves else suns
+    known = _spectra(plan, views, _first_columns(plan), suns, skies)
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
@@ -107,14 +104,9 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
             break
         thickness = next(trials)
         count = TRIED_SUNS + trial
-        others = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
-        expect(plan.assembly.model, others)
-        tried = np.concatenate(
-            [
-                *(_cloudy_spectra(plan, thickness, sun) for sun in others),
-                *(_clear_spectra(plan, sun) for sun in _suns(plan, heights + 1 + trial)),
-            ]
-        )
+        between = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
+        skies = _suns(plan, heights + 1 + trial)
+        tried = _spectra(plan, tested, thickness, between, skies)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
@@ -126,13 +118,27 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
 
 
-def _sun_moves(plan: Plan, tolerance: float) -> bool:
+def _spectra(
+    plan: Plan, views: Sequence[View], thickness_m: Array, suns: Sequence[Sun | None], skies: Sequence[Sun | None]
+) -> Array:
+    """Terms (N, K, V) of cloudy columns under some suns, and of clear sky under others, toward each view."""
+    spectra = []
+    # Generated one by one: the arrays of one view can take 50 MB.
+    for each in (plan.toward(view) for view in views) if views else (plan,):
+        expect(each.assembly.model, suns)
+        expect_views(each.assembly.model, views)
+        spectra += [_cloudy_spectra(each, thickness_m, sun) for sun in suns]
+        spectra += [_clear_spectra(each, sun) for sun in skies]
+    return np.concatenate(spectra)
+
+
+def _sun_moves(plan: Plan, toward: View, tolerance: float) -> bool:
     """Whether the sun's elevation or the scattering angle changes more than the tolerance allows."""
     up = plan.sun_zenith_deg < 90.0
     if not plan.sun_matters or not np.any(up):
         return False
-    sun, turn = (np.radians(plan.sun_zenith_deg[up]), np.radians(plan.sun_azimuth_deg[up] - plan.view.azimuth_deg))
-    view = np.radians(plan.view.zenith_deg)
+    sun, turn = (np.radians(plan.sun_zenith_deg[up]), np.radians(plan.sun_azimuth_deg[up] - toward.azimuth_deg))
+    view = np.radians(toward.zenith_deg)
     toward_sun = np.cos(view) * np.cos(sun) + np.sin(view) * np.sin(sun) * np.cos(turn)
     scattered = np.arccos(np.clip(-toward_sun, -1.0, 1.0))
     return bool(np.degrees(max(np.ptp(sun), np.ptp(scattered))) > SUN_DEG_PER_TOLERANCE * tolerance)

@@ -124,7 +124,7 @@ class Air:
         self._sublayers = sublayers
         self._power_law = provider.declares.legs == "to_space"
         self.wavenumber_cm1 = wavenumber_cm1
-        self._memory = memory
+        self._memory = None if memory is None or memory.memory is None else memory
         self._numbers = wavenumber_cm1.tobytes() + sublayers.to_bytes(2, "big")
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from itertools import chain
 from typing import Any
 
@@ -142,13 +143,21 @@ class SlabSolver:
         self._faint = (sun_share <= numerics.faint_sun) | closed_form
         self._tables: dict[CloudLayer, OperatorTable] = {}
         self._single: dict[tuple[CloudLayer, float], tuple[Array, ...]] = {}
+        # Cosine and azimuth relative to the sun of views whose sunlight is solved at once, for little more than one.
+        self.views_at_once: tuple[tuple[float, float], ...] = ()
         self._optics = optics
         self._numerics = numerics
         self._wavenumber = wavenumber_cm1
         self._directions = directions
 
     def solve(
-        self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array, together: Sequence[SlabSolver]
+        self,
+        layer: CloudLayer,
+        thickness_m: Array,
+        top_K: Array,
+        base_K: Array,
+        together: Sequence[SlabSolver],
+        toward: Sequence[SlabSolver] = (),
     ) -> list[CloudSlab]:
         """Return ``layer`` at every thickness, one column for each.
 
@@ -164,10 +173,13 @@ class SlabSolver:
         together : sequence of SlabSolver
             This solver, and those that differ from it in the sun's position only and will be asked for the same layer:
             the diffuse light of all of them is solved once.
+        toward : sequence of SlabSolver
+            Solvers that differ in the view only, this one among them, if there is one sun: all of them are solved at
+            once, and the memory keeps what solvers of the same views will ask for.
         """
         tops = layer.cloud_top_m(thickness_m)
         slabs = []
-        for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together)):
+        for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together, toward)):
             thickness = float(thickness_m[t])
             *rows, back, through, beam, to_lower_air, turned, turned_back, between = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
@@ -194,34 +206,35 @@ class SlabSolver:
         return slabs
 
     def _operators(
-        self, layer: CloudLayer, thickness_m: list[float], together: Sequence[SlabSolver]
+        self, layer: CloudLayer, thickness_m: list[float], together: Sequence[SlabSolver], toward: Sequence[SlabSolver]
     ) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
         known = [h for of, h in self._single if of == layer]
         if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
             solvers = [each for each in together if layer not in each._tables]
-            for solver, operators in zip(solvers, self._solve(layer, grid, solvers), strict=True):
+            for solver, operators in zip(solvers, self._solve(layer, grid, solvers, toward), strict=True):
                 solver._tables[layer] = OperatorTable(grid, operators)
         table = self._tables.get(layer)
         beyond = [h for h in thickness_m if table is None or not table.least_m <= h <= table.most_m]
         new = [h for h in beyond if (layer, h) not in self._single]
         for some in (new[first : first + WINDOW] for first in range(0, len(new), WINDOW)):  # more would be a grid
             solvers = [each for each in together if any((layer, h) not in each._single for h in some)]
-            for solver, solved in zip(solvers, self._solve(layer, np.array(some), solvers), strict=True):
+            for solver, solved in zip(solvers, self._solve(layer, np.array(some), solvers, toward), strict=True):
                 solver._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(some)}
         for h in thickness_m:
             yield self._single[layer, h] if table is None or h in beyond else table.at(h)
 
     def _solve(
-        self, layer: CloudLayer, thickness_m: Array, solvers: Sequence[SlabSolver]
-    ) -> tuple[tuple[Array, ...], ...]:
+        self, layer: CloudLayer, thickness_m: Array, solvers: Sequence[SlabSolver], toward: Sequence[SlabSolver]
+    ) -> list[tuple[Array, ...]]:
         """Return a layer's operators for each solver, with thickness as first axis, as in :class:`CloudSlab`."""
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         own = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
         is_covered = layer.top_m < self._uppermost_m and not self._closed_form and self._directions.sun is not None
         digest = hashlib.sha256(repr((self._numerics, self._closed_form, is_covered)).encode())
-        for each in solvers:
+        every = toward or solvers
+        for each in every:
             where = each._directions
             digest.update(repr((where.sun, where.relative_azimuth)).encode())
             for array in (where.mu, each._faint):
@@ -229,39 +242,40 @@ class SlabSolver:
         for array in own:
             digest.update(np.ascontiguousarray(array).tobytes())
 
-        def compute() -> tuple[Array, ...]:
-            covered = self._covered(*own, solvers, self._numerics.turned_modes if is_covered else 0)
-            operators = zip(self._new_operators(*own, solvers), covered, strict=True)
-            return tuple(chain.from_iterable(chain.from_iterable(operators)))
+        def compute() -> list[tuple[Array, ...]]:
+            covered = self._covered(*own, every, self._numerics.turned_modes if is_covered else 0)
+            operators = zip(self._new_operators(*own, every), covered, strict=True)
+            return [tuple(chain.from_iterable(each)) for each in operators]
 
-        arrays = self._memory.get_or_compute(digest.digest(), compute)
-        size = len(arrays) // len(solvers)
-        return tuple(arrays[first : first + size] for first in range(0, len(arrays), size))
+        wanted = [every.index(each) for each in solvers]
+        return self._memory.get_or_compute_some(digest.digest(), wanted, compute)
 
     def _new_operators(
         self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver]
     ) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of layers with optical thickness (T, V) for each solver."""
-        suns = [each._directions for each in solvers]
-        solved, kernels, turned = self._solved(depth, albedo, moments, suns, solvers)
+        views, suns = _distinct(solvers)
+        solved, kernels, turned = self._solved(depth, albedo, moments, solvers)
         extras = solved.mu.size - self._directions.count
         streams = range(extras, solved.mu.size)
         factor = 2.0 * np.pi * self._directions.streams.mu * self._directions.streams.weight
-        # (T, V, D, N) -> (T, D, N, V)
-        reflection, transmission = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, [VIEW, *streams], extras:] * factor, 1, -1))
-            for each in (solved.reflection, solved.transmission)
-        )
-        emissivity, far, direct = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, [VIEW, *streams]], 1, -1))
-            for each in (solved.emissivity, solved.far_share, solved.direct)
-        )
-        for number, where in enumerate(suns):
-            back, through, beam = _sunlight(where, number, solved, *kernels[number])
+
+        @cache
+        def diffuse(view: int) -> tuple[Array, ...]:
+            rows = [view, *streams]
+            # (T, V, D, N) -> (T, D, N, V)
+            kernels = (each[:, :, rows, extras:] * factor for each in (solved.reflection, solved.transmission))
+            shares = (each[:, :, rows] for each in (solved.emissivity, solved.far_share, solved.direct))
+            return tuple(np.ascontiguousarray(np.moveaxis(each, 1, -1)) for each in (*shares, *kernels))
+
+        for number, solver in enumerate(solvers):
+            view, sun = number % len(views), len(views) + number % len(suns)
+            where = solver._directions
+            back, through, beam = _sunlight(where, sun, solved, *kernels[number])
             lower = _to_lower_air(where, depth, albedo, moments)
-            beams = turned[:, :, [0, 1 + number]]
-            beams[..., solvers[number]._faint] = 0.0
-            yield emissivity, far, direct, reflection, transmission, back, through, beam, lower, beams
+            beams = turned[:, :, [view, sun]]
+            beams[..., solver._faint] = 0.0
+            yield *diffuse(view), back, through, beam, lower, beams
 
     def _covered(
         self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver], modes: int
@@ -269,49 +283,42 @@ class SlabSolver:
         """Yield the last two operators of :class:`CloudSlab` for each solver, on a grid one row per octave."""
         if depth.shape[0] > WINDOW:
             depth = depth[::PER_OCTAVE]
-        count, suns = self._directions.count, [each._directions.mu_sun for each in solvers]
-        beams = np.zeros((depth.shape[0], modes, 1 + len(suns), count, albedo.size))
+        count, (views, suns) = self._directions.count, _distinct(solvers)
+        beams = np.zeros((depth.shape[0], modes, len(views) + len(suns), count, albedo.size))
         between = np.zeros((depth.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
         bright = ~np.all([each._faint for each in solvers], axis=0)
         if modes and np.any(bright):
             own = depth[:, bright], albedo[bright], moments[:, bright]
-            solved = solve_covered_layers(*own, np.array([self._directions.mu[VIEW], *suns]), count, modes)
+            solved = solve_covered_layers(*own, np.array([*views, *suns]), count, modes)
             beams[..., bright] = solved.beams.transpose(1, 0, 4, 3, 2)
             between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
         for number, solver in enumerate(solvers):
-            of_sun = beams[:, :, [0, 1 + number]]
-            of_sun[..., solver._faint] = 0.0
-            yield of_sun, between
+            own_beams = beams[:, :, [number % len(views), len(views) + number % len(suns)]]
+            own_beams[..., solver._faint] = 0.0
+            yield own_beams, between
 
     def _solved(
-        self,
-        depth: Array,
-        albedo: Array,
-        moments: Array,
-        suns: Sequence[ColumnDirections],
-        solvers: Sequence[SlabSolver],
+        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver]
     ) -> tuple[LayerOperators, Array, Array]:
-        """Return diffuse operators; brdf and btdf (suns, 2, T, V) toward the view; and modes (T, M, 1 + suns, N, V).
+        """Return diffuse operators, brdf and btdf (solvers, 2, T, V), and modes (T, M, views + suns, N, V).
 
         The modes are the diffuse transmission of view and sun beams toward the streams. Sunlight is 0 without a sun;
         its modes are 0 where it is faint.
         """
-        where, numerics = self._directions, self._numerics
-        kernels = np.zeros((len(suns), 2, *depth.shape))
-        turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, 1 + len(suns), where.count, albedo.size))
+        where, numerics, (views, suns) = self._directions, self._numerics, _distinct(solvers)
+        kernels, extras = np.zeros((len(solvers), 2, *depth.shape)), [*views, *suns]
+        turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, len(extras), where.count, albedo.size))
         if where.sun is None:
-            return self._layers(depth, albedo, moments, [where.mu[VIEW]]), kernels, turned
+            return self._layers(depth, albedo, moments, views), kernels, turned
         bright = ~np.all([each._faint for each in solvers], axis=0)
-        view = where.mu[VIEW]
-        extras = [view, *(each.mu_sun for each in suns)]
         if not np.any(bright):
             solved = self._layers(depth, albedo, moments, extras)
         else:
-            solved = self._lit(depth, albedo, moments, suns, extras, bright, kernels, turned)
+            solved = self._lit(depth, albedo, moments, solvers, extras, bright, kernels, turned)
         for solver, kernel in zip(solvers, kernels, strict=True):
             own, each = solver._faint, solver._directions
             if np.any(own):
-                toward = np.array([view]), each.mu_sun, np.array([each.relative_azimuth])
+                toward = each.mu[VIEW : VIEW + 1], each.mu_sun, np.array([each.relative_azimuth])
                 layer = depth[:, own], albedo[own], moments[:, own]
                 kernel[:, :, own] = np.stack(solve_sun_two_stream(*layer, *toward, streams=where.count))[..., 0]
         return solved, kernels, turned
@@ -321,7 +328,7 @@ class SlabSolver:
         depth: Array,
         albedo: Array,
         moments: Array,
-        suns: Sequence[ColumnDirections],
+        solvers: Sequence[SlabSolver],
         extras: Sequence[float],
         bright: NDArray[np.bool_],
         kernels: Array,
@@ -341,7 +348,7 @@ class SlabSolver:
                 solved = joined(solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint], extras), bright)
         else:
             solved = self._layers(depth, albedo, moments, extras)
-            kernels[..., bright] = self._toward_view(*own, suns)
+            kernels[..., bright] = self._toward_views(*own, solvers)
             beams = transmit_beams(*own, np.array(extras), where.count, numerics.turned_modes)
         turned[..., bright] = beams.transpose(1, 0, 4, 3, 2)
         return solved
@@ -352,14 +359,39 @@ class SlabSolver:
         numerics, streams = self._numerics, self._directions.count
         return (numerics.sun_streams, numerics.sun_moments) == (streams, 2 * streams)
 
-    def _toward_view(self, depth: Array, albedo: Array, moments: Array, suns: Sequence[ColumnDirections]) -> Array:
-        """Return brdf and btdf (suns, 2, T, V) toward the view.
+    def _toward_views(self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver]) -> Array:
+        """Return brdf and btdf (solvers, 2, T, V), for one view and all suns, or for one sun and all views.
 
-        By reciprocity they are those of a sun in the direction of the view, toward the suns: all are solved at once.
-        Many streams are solved at one thickness per octave: their difference from few streams is small and smooth.
+        By reciprocity those of several suns are those of a sun in the direction of the view, toward the suns: all are
+        solved at once. Many streams are solved at one thickness per octave: their difference from few streams is small
+        and smooth.
         """
-        numerics, view = self._numerics, float(self._directions.mu[VIEW])
-        toward = (np.array([each.mu_sun for each in suns]), view, np.array([each.relative_azimuth for each in suns]))
+        views, suns = _distinct(solvers)
+        azimuths = [each._directions.relative_azimuth for each in solvers]
+        if len(views) == 1:
+            return self._sunlight_between(depth, albedo, moments, suns, views[0], azimuths)
+        every, own = self.views_at_once, list(zip(views, azimuths, strict=True))
+        digest = hashlib.sha256(repr((self._numerics, every, suns[0])).encode())
+        for array in (depth, albedo, moments):
+            digest.update(np.ascontiguousarray(array).tobytes())
+
+        def compute() -> tuple[Array, ...]:
+            cosines, turned = zip(*every, strict=True)
+            return (self._sunlight_between(depth, albedo, moments, cosines, suns[0], turned),)
+
+        return self._memory.get_or_compute(digest.digest(), compute)[0][[every.index(each) for each in own]]
+
+    def _sunlight_between(
+        self,
+        depth: Array,
+        albedo: Array,
+        moments: Array,
+        mu: Sequence[float],
+        mu_source: float,
+        azimuths: Sequence[float],
+    ) -> Array:
+        """Return brdf and btdf (P, 2, T, V) from one direction to P others."""
+        numerics, toward = self._numerics, (np.array(mu), mu_source, np.array(azimuths))
 
         def solve(depth: Array, streams: int, kept: int, modes: int) -> Array:
             kernels = np.stack(solve_sun(depth, albedo, moments, *toward, streams, modes, kept_moments=kept))
@@ -379,6 +411,14 @@ class SlabSolver:
         return solve(depth, albedo, moments, np.array(extras), self._directions.count)
 
 
+def _distinct(solvers: Sequence[SlabSolver]) -> tuple[list[float], list[float]]:
+    """Return cosines of the views and of the suns of solvers that differ in one of them only: one, or one for each."""
+    every = [each._directions for each in solvers]
+    one_view = all(each.mu[VIEW] == every[0].mu[VIEW] for each in every)
+    views, suns = [float(each.mu[VIEW]) for each in every], [each.mu_sun for each in every]
+    return (views[:1], suns) if one_view else (views, suns[:1])
+
+
 def _to_lower_air(where: ColumnDirections, depth: Array, albedo: Array, moments: Array) -> Array:
     """Return the transmittance (T, V) of :attr:`CloudSlab.to_lower_air`."""
     if where.sun is None:
@@ -390,17 +430,17 @@ def _to_lower_air(where: ColumnDirections, depth: Array, albedo: Array, moments:
 
 
 def _sunlight(
-    where: ColumnDirections, number: int, solved: LayerOperators, brdf: Array, btdf: Array
+    where: ColumnDirections, sun: int, solved: LayerOperators, brdf: Array, btdf: Array
 ) -> tuple[Array, Array, Array]:
     """Return kernels (T, D, V) for reflected and transmitted sunlight, and the direct transmittance (T, V).
 
-    ``number`` is that of the sun among the extra directions of the solution, after the view.
+    ``sun`` is the place of the sun among the directions of the solution.
     """
     count, size = brdf.shape
     if where.sun is None:
         nothing = np.zeros((count, 1 + where.count, size))
         return nothing, nothing, np.zeros((count, size))
-    sun, streams = 1 + number, range(solved.mu.size - where.count, solved.mu.size)
+    streams = range(solved.mu.size - where.count, solved.mu.size)
     back, through = (
         np.concatenate((toward_view[..., None], kernels[:, :, streams, sun]), axis=-1)
         for toward_view, kernels in ((brdf, solved.reflection), (btdf, solved.transmission))

@@ -50,7 +50,7 @@ from hcss_twin.models.radiance.physical.sunlight_between import (
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider
+from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider, View
 
 _MAX_SPECTRA, _MAX_SOLVED = 4, 1e7
 """Limits of solved clouds in memory: spectra, and values of a spectrum over all suns; at one wavenumber of one sun some
@@ -127,7 +127,7 @@ class Physical:
     def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
         self._inputs = inputs
         self._parameters = parameters
-        possible = levels(parameters)
+        possible = levels(parameters, inputs.sunlight_steps)
         self._numerics = possible[min(inputs.numerical_level, len(possible) - 1)]
         self._gas: TransmittanceProvider = inputs.transmittance
         if inputs.transmittance.declares.legs == "to_space":
@@ -143,6 +143,7 @@ class Physical:
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         self._expected: tuple[Sun | None, ...] = ()
+        self._expected_views: tuple[View, ...] = ()
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
         self.declares = RadianceDeclaration(
@@ -174,8 +175,8 @@ class Physical:
             raise ValueError("thickness_m: allowed >= 0, at least one layer > 0; use clear() without cloud")
         sun = _above_horizon(sun)
         scene = self._scene(wavenumber_cm1, sun)
-        solvers = self._solvers_together(wavenumber_cm1, sun)
-        slabs = [self._slabs(solvers, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
+        solvers, toward = self._solvers_together(wavenumber_cm1, sun), self._solvers_toward(wavenumber_cm1, sun)
+        slabs = [self._slabs(solvers, toward, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
         together = max(_VALUES_TOGETHER // wavenumber_cm1.size, 1)
 
@@ -216,7 +217,7 @@ class Physical:
 
     def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
         inputs = self._inputs
-        directions = column_directions(inputs.view, sun, inputs.wind_from_deg, self._numerics.streams)
+        directions = self._directions(inputs.view, sun)
         received = np.zeros_like(wavenumber)
         if directions.sun is not None:
             irradiance = inputs.solar_irradiance(wavenumber)
@@ -241,7 +242,7 @@ class Physical:
         return unlit_sea_modes(self._inputs.sea, wavenumber, self._sunless_directions(), self._numerics.turned_modes)
 
     def _sunless_directions(self) -> ColumnDirections:
-        return column_directions(self._inputs.view, None, self._inputs.wind_from_deg, self._numerics.streams)
+        return self._directions(self._inputs.view, None)
 
     def _sunlight_scattered_in_air(self, wavenumber: Array, where: ColumnDirections) -> Callable[[float], Array]:
         """Return sunlight (V,) scattered once into the view above an altitude, sr-1; 0 if the provider has none."""
@@ -269,40 +270,63 @@ class Physical:
         """Solve clouds for these suns together, when they are needed for the first of them."""
         self._expected = tuple(dict.fromkeys(sun for sun in suns if _above_horizon(sun) is not None))
 
+    def expect_views(self, views: Sequence[View]) -> None:
+        """Solve clouds for these views together if there is one sun; models toward the others then find them."""
+        self._expected_views = tuple(dict.fromkeys(views))
+
+    def _solvers_toward(self, wavenumber: Array, sun: Sun | None) -> list[SlabSolver]:
+        """Return the cloud solvers of the expected views that are solved with this one; none if it is solved alone."""
+        views, own = self._expected_views, self._slab_solvers(wavenumber)(sun)
+        if self._inputs.view not in views or len(self._expected) > 1 or own.solves_alone or self.closed_form:
+            return []
+        most = max(self._solved_in_memory(wavenumber) // 2, 1)  # beside what else is in the memory
+        first = views.index(self._inputs.view) // most * most
+        every = [self._directions(view, sun) for view in views]
+        own.views_at_once = tuple((float(each.mu[VIEW]), each.relative_azimuth) for each in every)
+        return [
+            own if view == self._inputs.view else self._new_slab_solver(wavenumber, sun, view)
+            for view in views[first : first + most]
+        ]
+
+    def _directions(self, view: View, sun: Sun | None) -> ColumnDirections:
+        return column_directions(view, sun, self._inputs.wind_from_deg, self._numerics.streams)
+
     def _solvers_together(self, wavenumber: Array, sun: Sun | None) -> list[SlabSolver]:
         """Return the cloud solver of a sun, followed by those that are solved with it."""
         by_sun = self._slab_solvers(wavenumber)
         own = by_sun(sun)
         if sun not in self._expected or own.solves_alone or self.closed_form:
             return [own]
-        most = self._suns_in_memory(wavenumber)
+        most = self._solved_in_memory(wavenumber)
         first = self._expected.index(sun) // most * most
         others = self._expected[first : first + most]
         return [own, *(by_sun(other) for other in others if other != sun)]
 
-    def _suns_in_memory(self, wavenumber: Array) -> int:
+    def _solved_in_memory(self, wavenumber: Array) -> int:
         numerics = self._numerics
         return max(int(_MAX_SOLVED / (wavenumber.size * 100.0 * numerics.streams * numerics.turned_modes)), 1)
 
     def _slab_solvers_by_sun(self, wavenumber: Array) -> Callable[[Sun | None], SlabSolver]:
         """Return the cloud solvers for a sun position; solved clouds are kept for as many suns as fit in memory."""
-        suns = self._suns_in_memory(wavenumber)
+        suns = self._solved_in_memory(wavenumber)
         return lru_cache(maxsize=suns)(partial(weakly(self._new_slab_solver), wavenumber))
 
-    def _new_slab_solver(self, wavenumber: Array, sun: Sun | None) -> SlabSolver:
+    def _new_slab_solver(self, wavenumber: Array, sun: Sun | None, toward: View | None = None) -> SlabSolver:
         scene, inputs = self._scene(wavenumber, sun), self._inputs
         return SlabSolver(
             inputs.optics,
             self._numerics,
             wavenumber,
-            scene.directions,
+            scene.directions if toward is None else self._directions(toward, sun),
             scene.received / (np.pi * scene.air.black_body(min(inputs.sea_temperature_K, _COLD_SEA_K))),
             self.closed_form,
             inputs.memory or ArrayMemory(),
             max((layer.top_m for layer in inputs.layers), default=0.0),
         )
 
-    def _slabs(self, solvers: Sequence[SlabSolver], layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
+    def _slabs(
+        self, solvers: Sequence[SlabSolver], toward: Sequence[SlabSolver], layer: CloudLayer, thickness_m: Array
+    ) -> dict[float, CloudSlab]:
         """Return solved layers by thickness, of the first solver."""
         thickness = np.unique(thickness_m[thickness_m > 0.0])
         if not thickness.size:
@@ -315,7 +339,7 @@ class Physical:
             base = top
             if self._parameters.cloud_temperature == "profile":
                 base = self._inputs.profile.temperature_at(np.maximum(tops - thickness, 0.0))
-        solved = solvers[0].solve(layer, thickness, top, base, solvers)
+        solved = solvers[0].solve(layer, thickness, top, base, solvers, toward)
         return {float(h): slab for h, slab in zip(thickness, solved, strict=True)}
 
     def _columns(self, scene: _Scene, slabs: tuple[CloudSlab, ...], count: int) -> SceneColumns:

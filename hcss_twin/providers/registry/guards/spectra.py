@@ -128,6 +128,9 @@ class GuardedRadiance(Guard):
     def _checked_expect(self, suns: Sequence[api.Sun | None]) -> None:
         self._call("expect", suns)
 
+    def _checked_expect_views(self, views: Sequence[api.View]) -> None:
+        self._call("expect_views", views)
+
     def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: api.Sun | None) -> dict[str, Array]:
         names = tuple(self._read("terms"))
         if not isinstance(value, Mapping) or set(value) != set(names):

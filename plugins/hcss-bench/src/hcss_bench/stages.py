@@ -173,7 +173,7 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     output = folder / "cube.nc"
     plan = rounds.time(prefix + PLAN, lambda: make_plan(scenario))
     if compiled:
-        for toward in plans_over_views(plan):
+        for toward in (plan, *plans_over_views(plan)):
             Store(*TABLES).forget(table_key(toward))
         rounds.time(prefix + COMPILE, lambda: tables_of(plan))
     tables = rounds.time(prefix + KEPT, lambda: tables_of(plan))

@@ -1,0 +1,98 @@
+"""Tables of all views over the image from one choice of wavenumbers and thicknesses, made toward extreme views.
+
+Toward other views, columns are combinations of those toward the extreme views, corrected at few thicknesses: toward
+63 views over 250 km, five of them and five thicknesses leave 2e-5 of the radiance in 2.7-3.0 um.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hcss_twin.engine.tables.columns import BandColumns
+from hcss_twin.engine.tables.over_views import image_views
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.engine.tables.spectrum import choose_spectrum
+from hcss_twin.engine.tables.thickness_axis import ColumnsAt, Source, place_axis
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
+from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.assembly import expect_views
+from hcss_twin.plan.numerics import spectral_level
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.views import EDGES, EXTREMES
+from hcss_twin.providers import Sun, View
+
+PLACED_SHARE = 0.5
+"""Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
+
+TimeNodes = Callable[[BandColumns, Plan, float], tuple[tuple[float, ...], float]]
+
+
+def may_compile_together(plan: Plan) -> bool:
+    """Whether the views of a plan can share wavenumbers and thicknesses: in one air, with cloud in one layer."""
+    return plan.views is not None and plan.assembly.air_over_field is None and sum(plan.assembly.cloudy_layers) <= 1
+
+
+def tables_together(plan: Plan, time_nodes: TimeNodes) -> RadianceTables | None:
+    """Return the tables of all views of a plan; None if the motion of the sun matters.
+
+    Parameters
+    ----------
+    time_nodes : callable
+        Chooses the frames with computed tables, and returns the error between them.
+
+    Raises
+    ------
+    ProviderError
+        If a provider fails at a required state.
+    """
+    assert plan.views is not None
+    views, allowed = image_views(plan), plan.budget
+    extreme, level = views.at(EXTREMES), spectral_level(plan.assembly)
+    spectrum = choose_spectrum(plan.at_level(level), allowed.wavenumbers, extreme, views.at(EDGES))
+    toward = [_columns(plan, view, extreme, spectrum.nodes) for view in extreme]
+    times = [time_nodes(each, each.plan, allowed.time) for each in toward]
+    if any(len(frames) > 1 for frames, _ in times):
+        return None
+    frames, time_error = times[0][0], max(error for _, error in times)
+    sun = plan.sun_at(frames[0])
+    source = Source(plan.assembly.entries["radiance"].label, toward[0].quantities.terms)
+    levels, share = plan.assembly.profile.altitude_m, PLACED_SHARE * allowed.thickness
+    axes = tuple(
+        place_axis(_beside(toward, index, sun), layer, levels, share, source) if cloudy else None
+        for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True))
+    )
+    placed = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
+    derived = allowed.thickness - share
+    errors = Budget(
+        numerics=plan.numerics.error,
+        spectral_grid=plan.grid_refinement.error,
+        wavenumbers=spectrum.estimated_error,
+        thickness=placed + derived if placed else 0.0,
+        views=plan.views.estimated_error,
+        time=time_error,
+        faint_sunlight=plan.faint_sunlight or 0.0,
+    )
+    known = [each.exact(axes, None, sun) for each in toward]
+    del toward  # and the arrays of their models
+    all_views, every = views.at(plan.views.places), []
+    for view in all_views:
+        columns = _columns(plan, view, all_views, spectrum.nodes)
+        table = columns.table(axes, columns.exact(axes, None, sun, known, derived), sun)
+        every.append(RadianceTables(columns.quantities, frames, axes, None, (table,), spectrum, errors))
+    return replace(every[0], over_views=tuple(every))
+
+
+def _columns(plan: Plan, view: View, together: Sequence[View], nodes: SpectralNodes) -> BandColumns:
+    """Return the columns toward one of several views."""
+    toward = plan.toward(view)
+    expect_views(toward.assembly.model, together)
+    return BandColumns(toward, nodes)
+
+
+def _beside(toward: Sequence[BandColumns], index: int, sun: Sun | None) -> ColumnsAt:
+    """Return columns (N, K, A x B) toward A views, with cloud in one layer."""
+    each = [columns.alone(index, sun) for columns in toward]
+    return lambda thickness_m: np.concatenate([columns(thickness_m) for columns in each], axis=-1)

@@ -1,0 +1,49 @@
+"""Clouds solved toward several views at once are those solved toward each view alone."""
+
+import numpy as np
+import pytest
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.plan.assembly import expect_views
+from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
+
+WAVENUMBER_CM1 = np.array([850.0, 2500.0, 2900.0, 3450.0])
+DAY, NIGHT = "2024-04-20T12:30:00+10:00", "2024-04-20T00:30:00+10:00"
+
+
+def plan_of(time, pixel_m):
+    keys = {"image.rows": 50, "image.columns": 50, "image.pixel_size": pixel_m, "frames.count": 1, "time": time}
+    return make_plan(Scenario.load("stratus", {**keys, "platform.altitude": "800 km", "bands": ["swir-2.7-3.0"]}))
+
+
+@pytest.mark.parametrize("time", [DAY, NIGHT])
+@pytest.mark.parametrize("steps", [0, 2])
+def test_columns_do_not_depend_on_the_views_solved_with_them(time, steps):
+    plan, other = plan_of(time, 100.0), plan_of(time, 100.0)  # they share no models
+    alone, together = (each.assembly.at_level(1).with_finer_sunlight(steps) for each in (plan, other))
+    views = views_over_image(plan.assembly).at(EXTREMES)
+    sun, thickness = plan.sun_up_at(0.0), np.geomspace(20.0, 900.0, 6)[:, None]
+    for view in views:
+        exact = alone.model_toward(view).cloudy(WAVENUMBER_CM1, thickness, sun)
+        model = together.model_toward(view)
+        assert model is not alone.model_toward(view)
+        expect_views(model, views)
+        found = model.cloudy(WAVENUMBER_CM1, thickness, sun)
+        whole = sum(exact.values())
+        for name, values in exact.items():
+            np.testing.assert_allclose(found[name], values, rtol=0.0, atol=2e-5 * np.max(whole), err_msg=name)
+
+
+@pytest.mark.long
+def test_the_numerical_level_suffices_toward_all_views():
+    """Toward the image centre, at a rainbow, the error of the level chosen there vanishes by chance."""
+    plan = plan_of(DAY, 5000.0)
+    assert plan.numerics.enough
+    assert plan.numerics.sunlight_steps > 0
+    thickness, sun = np.array([[967.0]]), plan.sun_up_at(0.0)
+    for view in views_over_image(plan.assembly).at(EDGES):
+        found, exact = (
+            sum(assembly.model_toward(view).cloudy(WAVENUMBER_CM1[3:], thickness, sun).values())
+            for assembly in (plan.assembly, plan.assembly.at_level(7))
+        )
+        assert np.abs(found / exact - 1.0).max() < 0.5e-3
