@@ -101,8 +101,6 @@ def test_a_sun_moves_if_its_height_or_the_scattering_angle_changes(
     plan, view_zenith_deg, sun_zenith_deg, sun_azimuth_deg, moves
 ):
     moved = SimpleNamespace(
-        sun_matters=True,
-        sun_zenith_deg=np.array(sun_zenith_deg),
-        sun_azimuth_deg=np.array(sun_azimuth_deg),
+        sun_matters=True, sun_zenith_deg=np.array(sun_zenith_deg), sun_azimuth_deg=np.array(sun_azimuth_deg)
     )
     assert _sun_moves(moved, replace(plan.view, zenith_deg=view_zenith_deg), 1e-3) == moves

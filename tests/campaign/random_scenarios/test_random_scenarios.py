@@ -110,4 +110,6 @@ def test_beyond_the_finest_reference_only_where_the_plan_says_so():
     assert len(silent) <= 0.01 * len(rows)
     assert all(row.achieved <= 2.0 * row.accuracy for row in silent)
     assert {row.accuracy for row in rows} == set(draws.ACCURACIES)
-    assert all(row.reference_error <= 0.1 * row.accuracy for row in rows)
+    # The reference is ten times as accurate as what it judges, but for 1 % of the runs.
+    assert sum(row.reference_error > 0.1 * row.accuracy for row in rows) <= 0.01 * len(rows)
+    assert all(row.reference_error <= 0.5 * row.accuracy for row in rows)
