@@ -1,0 +1,151 @@
+"""Mesh of rays: exact lines of sight every few pixels, interpolated between them where this is accurate.
+
+Rays cost more than the interpolation of their values. A block of pixels between four rays is interpolated where the
+interpolation in the middle of its sides, where it is worst, misses the exact ray by less than a tolerance in pixels;
+otherwise, and wherever a block and its neighbours meet the limb, each pixel has its exact ray.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.camera import Camera
+from hcss_payload.pose import Pose
+from hcss_payload.rays import meet
+from hcss_twin.core.arrays import Array
+
+STEP, TOLERANCE_PX = 8, 0.02
+
+Values = Callable[[Array], Array]
+"""Values (N, K) at positions (N, 3) on the surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Lines of sight of a camera at a pose, on the surface at an altitude.
+
+    Parameters
+    ----------
+    altitude_m : float
+        Of the surface above the ellipsoid.
+    points : int
+        Points along each side of a pixel; each is the centre of its square.
+    step, tolerance_px : int, float
+        Points between rays, and the largest error of a point's place in the image, in pixels.
+    """
+
+    camera: Camera
+    pose: Pose
+    altitude_m: float = 0.0
+    points: int = 1
+    step: int = STEP
+    tolerance_px: float = TOLERANCE_PX
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of points."""
+        return self.camera.rows * self.points, self.camera.columns * self.points
+
+    def exact_m(self, row: Array, column: Array) -> Array:
+        """Return the positions (..., 3) that points (...) of the image see; NaN in space."""
+        per = self.points
+        direction = self.camera.directions((row + 0.5) / per - 0.5, (column + 0.5) / per - 0.5)
+        return meet(self.pose.position_m, self.pose.to_earth(direction), self.altitude_m)
+
+    def positions_m(self) -> Array:
+        """Return the positions (y, x, 3) that all points see; NaN in space."""
+        return self.values(lambda positions: positions)
+
+    def values(self, of: Values) -> Array:
+        """Return values (y, x, K) at all points, interpolated like the lines of sight; NaN in space.
+
+        Parameters
+        ----------
+        of : callable
+            Returns smooth values (N, K) at positions (N, 3).
+        """
+        rows, columns = self._nodes
+        nodes = _where_met(of, self._rays[::2, ::2])
+        (up, down, y), (left, right, x) = _weights(rows, self.shape[0]), _weights(columns, self.shape[1])
+        lines = nodes[up] + y[:, None, None] * (nodes[down] - nodes[up])
+        result = lines[:, left] + x[:, None] * (lines[:, right] - lines[:, left])
+        exact = self._exact[np.ix_(up, left)]
+        row, column = np.nonzero(exact)
+        if row.size:
+            result[row, column] = _where_met(of, self.exact_m(row.astype(np.float64), column.astype(np.float64)))
+        return result
+
+    @property
+    def exact_share(self) -> float:
+        """Share of points with an exact ray."""
+        (up, *_), (left, *_) = (_weights(nodes, size) for nodes, size in zip(self._nodes, self.shape, strict=True))
+        return float(np.mean(self._exact[np.ix_(up, left)]))
+
+    @cached_property
+    def _nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of the rays: every step, and the last; for a single line also the one beside it."""
+        last = [max(1, size - 1) for size in self.shape]
+        rows, columns = (np.append(np.arange(0, size, self.step), size) for size in last)
+        return rows, columns
+
+    @cached_property
+    def _rays(self) -> Array:
+        """Positions (2 n - 1, 2 m - 1, 3) at the nodes and in the middles between them."""
+        row, column = (_with_middles(nodes) for nodes in self._nodes)
+        return self.exact_m(row[:, None], column[None, :])
+
+    @cached_property
+    def _exact(self) -> NDArray[np.bool_]:
+        """Whether each block, by the row and column of its first node, needs exact rays."""
+        rays = self._rays
+        missed = np.isnan(rays[..., 0])
+        along = rays[::2, 1::2] - 0.5 * (rays[::2, :-1:2] + rays[::2, 2::2])
+        down = rays[1::2, ::2] - 0.5 * (rays[:-1:2, ::2] + rays[2::2, ::2])
+        along_px, down_px = self._in_pixels(along, rays[::2, 1::2]), self._in_pixels(down, rays[1::2, ::2])
+        error = np.fmax(along_px[:-1], along_px[1:]) + np.fmax(down_px[:, :-1], down_px[:, 1:])
+        # Nine rays of each block: the limb passes where some miss, and may bulge into the blocks beside.
+        height, width = missed.shape[0] - 2, missed.shape[1] - 2
+        nine = [missed[i : height + i : 2, j : width + j : 2] for i in range(3) for j in range(3)]
+        limb = np.pad(np.any(nine, axis=0) & ~np.all(nine, axis=0), 1)
+        height, width = limb.shape[0] - 2, limb.shape[1] - 2
+        near = np.any([limb[i : height + i, j : width + j] for i in range(3) for j in range(3)], axis=0)
+        exact: NDArray[np.bool_] = near | (error > self.tolerance_px)
+        return exact
+
+    def _in_pixels(self, error_m: Array, position_m: Array) -> Array:
+        """Return the distance in the image, in pixels, between exact positions and those off by an error along the surface.
+
+        The interpolated position also sinks below the curved surface; only what it moves along the surface counts, since
+        latitude, longitude and places in the plane of the scene do not depend on the rest.
+        """
+        up = position_m / np.linalg.norm(position_m, axis=-1, keepdims=True)
+        moved = position_m + error_m - np.sum(error_m * up, axis=-1, keepdims=True) * up
+        places = [self.camera.pixels(self.pose.to_body(each - self.pose.position_m)) for each in (position_m, moved)]
+        return np.hypot(places[1][0] - places[0][0], places[1][1] - places[0][1])
+
+
+def _where_met(of: Values, position_m: Array) -> Array:
+    """Return values (..., K) at positions (..., 3); NaN where those are."""
+    met = ~np.isnan(position_m[..., 0])
+    inside = of(position_m[met])
+    result = np.full((*met.shape, inside.shape[-1]), np.nan)
+    result[met] = inside
+    return result
+
+
+def _weights(nodes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Return the nodes before and after each point (size,), and the point's place between them."""
+    first = np.clip(np.searchsorted(nodes, np.arange(size), side="right") - 1, 0, max(0, nodes.size - 2))
+    last = np.minimum(first + 1, nodes.size - 1)
+    return first, last, (np.arange(size) - nodes[first]) / np.maximum(1, nodes[last] - nodes[first])
+
+
+def _with_middles(nodes: NDArray[np.int64]) -> Array:
+    result = np.empty(2 * nodes.size - 1)
+    result[::2], result[1::2] = nodes, 0.5 * (nodes[1:] + nodes[:-1])
+    return result

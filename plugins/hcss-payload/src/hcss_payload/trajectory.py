@@ -1,0 +1,185 @@
+"""Trajectories: the position of the camera at any time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_utc, require_within
+from hcss_payload.earth_rotation import EARTH_RATE_RAD_S, EarthOrientation, days_since_2000
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
+from hcss_twin.physics.viewing import EARTH_M3_S2
+
+GEOSTATIONARY_RADIUS_M = float((EARTH_M3_S2 / EARTH_RATE_RAD_S**2) ** (1.0 / 3.0))
+"""Radius at which the period is that of the Earth's rotation (Kepler's third law), 42 164 km."""
+
+
+class Trajectory(Protocol):
+    """Position of the camera."""
+
+    def at(self, time_s: float) -> Array:
+        """Return the Earth-fixed position (3,) in m, ``time_s`` after the start."""
+        ...
+
+
+def velocity_m_s(trajectory: Trajectory, time_s: float, step_s: float = 0.5) -> Array:
+    """Return the velocity (3,) over the rotating Earth by a difference, one-sided at the ends of a table."""
+    ends = []
+    for side in (-1.0, 1.0):
+        try:
+            ends.append((time_s + side * step_s, trajectory.at(time_s + side * step_s)))
+        except PayloadError:
+            ends.append((time_s, trajectory.at(time_s)))
+    (first, before), (last, after) = ends
+    if first == last:
+        raise PayloadError(f"trajectory: a table shorter than {step_s:g} s; allowed: longer ones, for the velocity")
+    speed: Array = (after - before) / (last - first)
+    return speed
+
+
+@dataclass(frozen=True)
+class Geostationary:
+    """A satellite that stays above a place of the equator.
+
+    Parameters
+    ----------
+    longitude_deg : float
+        Of the satellite.
+    """
+
+    longitude_deg: float
+
+    def __post_init__(self) -> None:
+        require_within("trajectory.longitude_deg", self.longitude_deg, -180.0, 360.0, "deg")
+
+    def at(self, time_s: float) -> Array:
+        """Return the position, the same at all times."""
+        height = GEOSTATIONARY_RADIUS_M - SEMI_MAJOR_AXIS_M
+        return to_earth_centred(np.float64(0.0), np.float64(self.longitude_deg), height)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Circular:
+    """A circular orbit around a spherical mass: Kepler's third law, without precession and drag.
+
+    Parameters
+    ----------
+    altitude_m : float
+        Above the equatorial radius.
+    inclination_deg : float
+        Of the orbit, 0 to 180.
+    node_longitude_deg : float
+        Longitude of the ascending node at time 0.
+    argument_deg : float
+        Angle from the ascending node along the orbit at time 0.
+    """
+
+    altitude_m: float
+    inclination_deg: float
+    node_longitude_deg: float = 0.0
+    argument_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_within("trajectory.altitude_m", self.altitude_m, 1e5, 1e8, "m")
+        require_within("trajectory.inclination_deg", self.inclination_deg, 0.0, 180.0, "deg")
+        require_within("trajectory.node_longitude_deg", self.node_longitude_deg, -360.0, 360.0, "deg")
+        require_within("trajectory.argument_deg", self.argument_deg, -360.0, 360.0, "deg")
+
+    def at(self, time_s: float) -> Array:
+        """Return the position."""
+        radius = SEMI_MAJOR_AXIS_M + self.altitude_m
+        along = np.radians(self.argument_deg) + np.sqrt(EARTH_M3_S2 / radius**3) * time_s
+        node = np.radians(self.node_longitude_deg) - EARTH_RATE_RAD_S * time_s
+        tilt = np.radians(self.inclination_deg)
+        x, y, z = np.cos(along), np.sin(along) * np.cos(tilt), np.sin(along) * np.sin(tilt)
+        return radius * np.array([x * np.cos(node) - y * np.sin(node), x * np.sin(node) + y * np.cos(node), z])
+
+
+_NEIGHBOURS = 8
+"""Points of the interpolation in tables; degree 7, as ephemerides are commonly exchanged with."""
+
+
+@dataclass(frozen=True)
+class PositionTable:
+    """Positions at given times, with the polynomial through the eight nearest between them (Lagrange).
+
+    Parameters
+    ----------
+    times_s : array_like (N,)
+        Seconds after the start, ascending.
+    positions_m : array_like (N, 3)
+        Earth-fixed.
+    """
+
+    times_s: Array
+    positions_m: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "times_s", ascending("trajectory.times_s", self.times_s))
+        object.__setattr__(
+            self, "positions_m", finite("trajectory.positions_m", self.positions_m, len(self.times_s), 3)
+        )
+
+    def at(self, time_s: float) -> Array:
+        """Return the position; a time outside the table is an error."""
+        times = self.times_s
+        require_inside("trajectory", time_s, times)
+        count = min(_NEIGHBOURS, times.size)
+        first = int(np.clip(np.searchsorted(times, time_s) - count // 2, 0, times.size - count))
+        near = times[first : first + count]
+        others = ~np.eye(count, dtype=np.bool_)
+        apart = np.where(others, near[:, None] - near[None, :], 1.0)
+        weight = np.prod(np.where(others, time_s - near[None, :], 1.0) / apart, axis=1)
+        position: Array = weight @ self.positions_m[first : first + count]
+        return position
+
+
+@dataclass(frozen=True)
+class TwoLineElements:
+    """An orbit from two-line elements by SGP4; needs the extra ``tle`` (package sgp4).
+
+    Parameters
+    ----------
+    line1, line2 : str
+        The elements.
+    start : datetime
+        Time 0, in UTC.
+    orientation : EarthOrientation
+        Orientation of the Earth.
+    """
+
+    line1: str
+    line2: str
+    start: datetime
+    orientation: EarthOrientation = field(default_factory=EarthOrientation)
+
+    def __post_init__(self) -> None:
+        require_utc("trajectory.start", self.start)
+        for name, number, line in (("line1", "1 ", self.line1), ("line2", "2 ", self.line2)):
+            digits = [int(mark) if mark.isdigit() else int(mark == "-") for mark in line[:68]]
+            if len(line.rstrip()) != 69 or not line.startswith(number) or str(sum(digits) % 10) != line[68]:
+                raise PayloadError(
+                    f"trajectory.{name}: {line!r}; allowed: 69 characters that begin with '{number}' and end with "
+                    "the checksum of the others"
+                )
+
+    def at(self, time_s: float) -> Array:
+        """Return the position; an orbit that SGP4 cannot propagate is an error."""
+        days = days_since_2000(self.start) + time_s / 86400.0
+        error, kilometres, _ = self._satellite.sgp4(2451545.0, days)
+        if error:
+            raise PayloadError(f"trajectory: SGP4 fails {time_s:g} s after the start with error {error}")
+        return self.orientation.earth_fixed(1e3 * np.array(kilometres), days)
+
+    @cached_property
+    def _satellite(self) -> Any:
+        try:
+            from sgp4.api import Satrec  # an extra
+        except ModuleNotFoundError as missing:
+            raise PayloadError("trajectory: two-line elements need sgp4: pip install 'hcss-payload[tle]'") from missing
+        return Satrec.twoline2rv(self.line1, self.line2)
