@@ -17,7 +17,7 @@ def points(mesh):
 
 
 def off_px(mesh):
-    """Distance (y, x) in the image between the latitude and longitude of the mesh and those of exact rays, in pixels."""
+    """Distance (y, x) in pixels between each point and where the camera sees the latitude and longitude of the mesh."""
     from hcss_twin.physics.geodesy import to_earth_centred
 
     latitude, longitude, _ = geographic(mesh.positions_m())

@@ -40,5 +40,5 @@ def test_line_has_its_frequency_amplitude_and_phase():
 
 
 def test_empty_spectrum_is_refused():
-    with pytest.raises(PayloadError, match="highest_hz: 1 Hz with lowest_hz 1 Hz; allowed: from 1.1 Hz"):
+    with pytest.raises(PayloadError, match=r"highest_hz: 1 Hz with lowest_hz 1 Hz; allowed: from 1\.1 Hz"):
         Jitter(lowest_hz=1.0, highest_hz=1.0)

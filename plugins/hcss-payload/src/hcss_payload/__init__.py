@@ -1,8 +1,8 @@
 """Focal plane, orbit, attitude and jitter: images of an hcss_twin scene from a pose in space.
 
 Positions are Earth-centred, Earth-fixed (ITRF / WGS 84, metres), times are seconds after a start in UTC, and a
-quaternion (x, y, z, w) turns vectors of the body into Earth-fixed ones. A body that has its nominal attitude looks along
-+z, with columns along +x and rows along +y, so that the first row of an image with north up is the northern one.
+quaternion (x, y, z, w) turns vectors of the body into Earth-fixed ones. A body in its nominal attitude looks along +z,
+with columns along +x and rows along +y, so that the first row of an image with north up is the northern one.
 """
 
 from hcss_payload.attitude import Attitude, AttitudeTable, Nadir, PushBroom, Track

@@ -136,7 +136,7 @@ class PushBroom:
         return quaternion
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AttitudeTable:
     """Quaternions at given times, with the shorter turn at constant rate between them.
 

@@ -37,8 +37,8 @@ class Camera:
 
     References
     ----------
-    Distortion: D. C. Brown, "Decentering distortion of lenses", Photogrammetric Engineering 32 (3), 444-462 (1966), with
-    the sign and order of p1 and p2 as in OpenCV.
+    Distortion: D. C. Brown, "Decentering distortion of lenses", Photogrammetric Engineering 32 (3), 444-462 (1966),
+    with the sign and order of p1 and p2 as in OpenCV.
     """
 
     rows: int

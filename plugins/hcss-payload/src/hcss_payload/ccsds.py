@@ -101,7 +101,7 @@ def read_aem(path: str | Path, start: datetime) -> AttitudeTable:
     if segment.keys.get("QUATERNION_TYPE", "LAST").upper() == "FIRST":
         values = np.roll(values, -1, axis=1)
     backward = segment.keys.get("ATTITUDE_DIR", "A2B").upper() == "B2A"
-    # From ITRF to the body: turning ITRF's axes into those of the body is what turns a vector's body components to ITRF.
+    # A turn of ITRF's axes into those of the body is also the turn of components in the body into those in ITRF.
     if first.startswith("ITRF") == backward:
         values = values * np.array([-1.0, -1.0, -1.0, 1.0])
     return AttitudeTable(_seconds(segment.times, start), values)  # type: ignore[arg-type]

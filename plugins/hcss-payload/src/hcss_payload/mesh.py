@@ -118,10 +118,10 @@ class Mesh:
         return exact
 
     def _in_pixels(self, error_m: Array, position_m: Array) -> Array:
-        """Return the distance in the image, in pixels, between exact positions and those off by an error along the surface.
+        """Return the distance in the image, in pixels, between exact and interpolated positions.
 
-        The interpolated position also sinks below the curved surface; only what it moves along the surface counts, since
-        latitude, longitude and places in the plane of the scene do not depend on the rest.
+        The interpolated position also sinks below the curved surface. Only its motion along the surface counts:
+        latitude, longitude and the place in the plane of the scene do not depend on the rest.
         """
         up = position_m / np.linalg.norm(position_m, axis=-1, keepdims=True)
         moved = position_m + error_m - np.sum(error_m * up, axis=-1, keepdims=True) * up

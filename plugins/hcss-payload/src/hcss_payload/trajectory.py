@@ -104,7 +104,7 @@ _NEIGHBOURS = 8
 """Points of the interpolation in tables; degree 7, as ephemerides are commonly exchanged with."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PositionTable:
     """Positions at given times, with the polynomial through the eight nearest between them (Lagrange).
 
