@@ -38,6 +38,8 @@ from hcss_twin.scenario.scenario import Scenario
 LARGEST_ZENITH_DEG = 75.0
 """Beyond, refraction matters and ground pixels are many times longer than wide."""
 
+_STRAIGHT_DEG = 1e-6
+
 LARGEST_POINTS = 2**26
 """Points of the scene below one frame."""
 
@@ -150,6 +152,8 @@ def _view(plan: Plan, camera: Camera, pose: Pose) -> View:
     east, north, up = (float(axis @ ray) for axis in east_north_up(latitude, longitude))
     zenith = float(np.degrees(np.arctan2(np.hypot(east, north), up)))
     require_within(f"attitude: view zenith at time {pose.time_s:g} s", zenith, 0.0, LARGEST_ZENITH_DEG, "deg")
+    if zenith < _STRAIGHT_DEG:  # where rounding decides over the azimuth, and tables are not found in the cache again
+        return View(0.0, 0.0)
     return View(zenith, float((np.degrees(np.arctan2(east, north)) - turn) % 360.0))
 
 
