@@ -81,12 +81,12 @@ def test_places_of_pixels_are_those_of_the_scene(seen):
 
 
 def test_clouds_move_against_the_sea_as_with_parallax_of_the_engine():
-    clouds = {"type": "altostratus", "coverage": 0.5, "coverage_mode": "field"}
-    plain = scene(clouds=clouds)
+    cloudy = {"clouds": {"type": "altostratus", "coverage": 0.5, "coverage_mode": "field"}, "bands": ["lwir"]}
+    plain = scene(**cloudy)
     height = reference_height_m(hcss_twin.make_plan(plain).layers[0])
     # The engine displaces clouds by whole pixels: here by exactly 20.
     zenith = float(np.degrees(np.arctan(2000.0 / height)))
-    displaced = scene(clouds=clouds, view={"zenith": zenith, "azimuth": 0.0}, slant={"parallax": True})
+    displaced = scene(**cloudy, view={"zenith": zenith, "azimuth": 0.0}, slant={"parallax": True})
     expected, without = (hcss_twin.simulate(each)["radiance"].values[0, -1] for each in (displaced, plain))
     position = LinesOfSight(30.0, 150.0, zenith, 0.0, 3e6).sensor_m
     trajectory = PositionTable([-1.0, 1.0], [position, position])
