@@ -22,18 +22,17 @@ from hcss_payload.mesh import Mesh
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import geographic, meet
 from hcss_payload.trajectory import Trajectory
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import FrameClouds
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.physics.geodesy import east_north_up, to_geographic_with_turn, to_plane
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.plan.windows import points_of
 from hcss_twin.providers import View
-from hcss_twin.scenario.scenario import Scenario
 
 LARGEST_ZENITH_DEG = 75.0
 """Beyond, refraction matters and ground pixels are many times longer than wide."""
