@@ -148,6 +148,10 @@ def test_what_cannot_be_shown_is_refused_by_name():
         first(scene(motion=moving))
     with pytest.raises(PayloadError, match="times_s: 11 s; allowed: 0 to 10 s"):
         first(scene(), times=[11.0])
+    with pytest.raises(PayloadError, match="times_s: 2 times; allowed: one or more, none earlier"):
+        first(scene(), times=[5.0, 1.0])
+    with pytest.raises(PayloadError, match="times_s: 0 times"):
+        first(scene(), times=[])
     with pytest.raises(PayloadError, match=r"view zenith at time 0 s: 7.* deg; allowed: 0 to 75 deg"):
         first(scene(), attitude=Track(trajectory, 30.0, 191.0))
     with pytest.raises(PayloadError, match="points of the scene at time 0 s; allowed: up to"):

@@ -95,6 +95,7 @@ def frames(
     PayloadError
         If the scenario has what frames from a pose cannot show, or the camera looks beyond the scene.
     """
+    times_s = [float(time_s) for time_s in times_s]
     plan = make_plan(scenario)
     _require_supported(plan)
     per_pixel = plan.samples_per_pixel if points is None else points
@@ -103,6 +104,8 @@ def frames(
     for time_s in times_s:
         if not first <= time_s <= last:
             raise PayloadError(f"times_s: {time_s:g} s; allowed: {first:g} to {last:g} s, the frames of the scenario")
+    if not times_s or np.any(np.diff(times_s) < 0.0):
+        raise PayloadError(f"times_s: {len(times_s)} times; allowed: one or more, none earlier than the one before")
     # The nominal view, without jitter, decides over tables: it is smooth in time.
     views = [_view(plan, camera, pose_at(time_s, trajectory, attitude)) for time_s in times_s]
     tables = _tables_over(plan, views)
