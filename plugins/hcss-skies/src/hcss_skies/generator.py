@@ -18,7 +18,7 @@ from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_u
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
 
-PATCH_S = 13_600.0
+PATCH_S = 12_000.0
 """Time in which a patch becomes another one."""
 
 MEASURED_S = 1800.0
