@@ -260,8 +260,9 @@ class PhysicalParameters(BaseModel):
         None,
         ge=2,
         le=32,
-        description="Gauss streams per hemisphere for diffuse light and sky radiance. Without this, sun_streams and "
-        "azimuth_modes, all three are chosen for the scene's accuracy; with any of them, the others are 8, 8 and 16.",
+        description="Gauss streams per hemisphere for diffuse light and sky radiance. Without this, sun_streams, "
+        "sun_moments and azimuth_modes, all are chosen for the scene's accuracy; with any of them, streams and "
+        "sun_streams are 8.",
     )
     closure_order: int = Field(
         1,
@@ -273,11 +274,18 @@ class PhysicalParameters(BaseModel):
     sun_streams: int | None = Field(
         None, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
     )
+    sun_moments: int | None = Field(
+        None,
+        ge=2,
+        le=128,
+        description="Moments of the phase function for this sunlight, at most twice sun_streams; as many by default. "
+        "More are exact for smooth phase functions only: with sharp peaks, errors are up to 250 times as large.",
+    )
     azimuth_modes: int | None = Field(
         None,
         ge=1,
         le=128,
-        description="Terms of the Fourier series over azimuth for sunlight; at most twice sun_streams.",
+        description="Terms of the Fourier series over azimuth for sunlight; at most twice sun_streams, 16 by default.",
     )
     cloud_temperature: Literal["profile", "isothermal-top"] = Field(
         "profile",
@@ -301,7 +309,12 @@ class PhysicalParameters(BaseModel):
 
     @model_validator(mode="after")
     def _enough_streams(self) -> Self:
-        streams, modes = self.sun_streams or SUN_STREAMS, self.azimuth_modes or AZIMUTH_MODES
-        if (self.sun_streams or self.azimuth_modes) and modes > 2 * streams:
-            raise ValueError(f"azimuth_modes {modes}: allowed up to twice sun_streams, {2 * streams}")
+        most = 2 * (self.sun_streams or SUN_STREAMS)
+        stated = self.sun_streams or self.azimuth_modes
+        for name, value in (
+            ("sun_moments", self.sun_moments),
+            ("azimuth_modes", (self.azimuth_modes or AZIMUTH_MODES) if stated else None),
+        ):
+            if value is not None and value > most:
+                raise ValueError(f"{name} {value}: allowed up to twice sun_streams, {most}")
         return self

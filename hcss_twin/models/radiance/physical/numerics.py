@@ -67,8 +67,8 @@ def levels(parameters: PhysicalParameters, sunlight_steps: int = 0) -> tuple[Num
     sunlight_steps : int
         How many levels finer sunlight toward the sensor is than all else; not beyond the finest.
     """
-    stated = parameters.streams, parameters.sun_streams, parameters.azimuth_modes
-    if stated == (None, None, None):
+    stated = parameters.streams, parameters.sun_streams, parameters.sun_moments, parameters.azimuth_modes
+    if all(each is None for each in stated):
         finer = [LEVELS[min(level + sunlight_steps, len(LEVELS) - 1)] for level in range(len(LEVELS))]
         return tuple(
             replace(own, sun_streams=sun.sun_streams, sun_moments=sun.sun_moments, azimuth_modes=sun.azimuth_modes)
@@ -76,6 +76,7 @@ def levels(parameters: PhysicalParameters, sunlight_steps: int = 0) -> tuple[Num
         )
     streams, sun_streams = parameters.streams or STREAMS, parameters.sun_streams or SUN_STREAMS
     modes = parameters.azimuth_modes or AZIMUTH_MODES
-    own = Numerics(streams, sun_streams, 2 * sun_streams, modes, min(modes, 2 * streams, 8), 0.015)
+    moments = parameters.sun_moments or sun_streams
+    own = Numerics(streams, sun_streams, moments, min(modes, moments), min(modes, 2 * streams, 8), 0.015)
     next_finer = (each for each in LEVELS if each.streams > streams and each.sun_streams > sun_streams)
     return own, next(next_finer, replace(LEVELS[-1], streams=32, sun_streams=96, sun_moments=96, azimuth_modes=96))
