@@ -22,10 +22,11 @@ def test_no_committed_row_has_a_problem(name):
         assert set(row.get("escaped", {}).values()) <= set(damaged_files.KNOWN), key
 
 
-def test_four_of_five_committed_scenarios_are_accepted():
+def test_four_of_five_committed_scenarios_within_bounds_are_accepted():
     outcomes = [row["outcomes"] for row in read_rows(schema_scenarios.RESULTS).values()]
     accepted = sum(each.get("accepted", 0) for each in outcomes)
-    assert accepted >= 0.8 * sum(sum(each.values()) for each in outcomes)
+    _, beyond = groups()  # these are to be refused
+    assert accepted >= 0.8 * (sum(sum(each.values()) for each in outcomes) - len(beyond))
 
 
 def test_every_bound_has_two_sides_and_every_key_a_value():
