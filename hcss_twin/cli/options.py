@@ -118,12 +118,16 @@ def with_size(path: Path) -> str:
     return f"{path}  {path.stat().st_size / 1e6:.1f} MB"
 
 
+_IMPORT_CALLBACK = ("cb", "<frozen importlib._bootstrap>")
+"""Called for weak references when a module's lock ends."""
+
+
 class Stop:
     """Handler of SIGINT and SIGTERM.
 
     It raises an exception, which unwinds the writer, and records the signal: an exception swallowed by a C library
-    callback is raised again before the next frame. Within the kernel compiler it only records the signal, because an
-    exception in the compiler's callbacks would abort the process.
+    callback is raised again before the next frame. Within the kernel compiler and the callbacks of imports it only
+    records the signal: an exception would abort the process in the former, and be printed and ignored in the latter.
     """
 
     def __init__(self) -> None:
@@ -133,7 +137,8 @@ class Stop:
         """Handle a signal."""
         self.signal = number
         while frame is not None:
-            if "llvmlite" in frame.f_code.co_filename:
+            code = frame.f_code
+            if "llvmlite" in code.co_filename or (code.co_name, code.co_filename) == _IMPORT_CALLBACK:
                 return
             frame = frame.f_back
         raise KeyboardInterrupt
