@@ -21,6 +21,9 @@ COUNT = 500
 REPEATED = 10
 """One of so many commands is repeated."""
 
+KNOWN = ("313",)
+"""Rows with a traceback that is Python's own: SIGINT before the first statement of ours that handles it has run."""
+
 SET = [
     *("--set", "radiance.model=as-printed", "--set", "sea.model=cox-munk", "--set", "optics.provider=mie"),
     *("--set", "image.rows=64", "--set", "image.columns=64", "--set", "frames.count=3", "--set", 'bands=["lwir"]'),
