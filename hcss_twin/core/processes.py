@@ -6,6 +6,7 @@ seconds.
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -128,3 +129,15 @@ def _follow_the_parent() -> None:
 def _end_after(parent: BaseProcess) -> None:
     parent.join()
     os._exit(1)
+
+
+@contextmanager
+def silenced(logger: str) -> Iterator[None]:
+    """Keep a library from printing errors that its caller reports itself, such as a lost connection."""
+    log = logging.getLogger(logger)
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        log.setLevel(level)

@@ -21,7 +21,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
-from hcss_twin.core.processes import worker_pool
+from hcss_twin.core.processes import silenced, worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.compile import tables_of
@@ -105,7 +105,7 @@ def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
         client = Client(scheduler)
     except (OSError, ValueError) as error:
         raise HcssError(f"--scheduler {scheduler}: {error}") from error
-    with client:
+    with silenced("distributed.client"), client:
         count = len(client.scheduler_info(-1)["workers"])
         if count == 0:
             raise HcssError(f"--scheduler {scheduler}: the cluster has no workers")

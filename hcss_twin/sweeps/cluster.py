@@ -21,6 +21,7 @@ from distributed.scheduler import KilledWorker
 
 from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
+from hcss_twin.core.processes import silenced
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.sweeps.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
 
@@ -134,7 +135,7 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
         client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
         raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    with client:
+    with silenced("distributed.client"), client:
         cluster = Cluster(client)
         cluster.require_alike(folder)
         yield cluster

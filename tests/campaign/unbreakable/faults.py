@@ -24,10 +24,6 @@ MEMORY = 3 * 2**30
 """Address space of a command that reads a bomb."""
 
 
-KNOWN = ("killed scheduler: run",)
-"""Faults that are not mended: our message follows a traceback that Dask's client prints when it closes."""
-
-
 def keys():
     """Return the names of all bombs and faults."""
     return [*(f"bomb: {name}" for name in BOMBS), *FAULTS]
