@@ -242,9 +242,10 @@ def scenarios(as_json: bool) -> None:
 @cli.command()
 def schema() -> None:
     """Print the JSON schema of scenario files for editors."""
+    from hcss_twin.scenario.plugin_sections import owned_schemas
     from hcss_twin.scenario.reference import json_schema
 
-    click.echo(json.dumps(json_schema(), indent=1))
+    click.echo(json.dumps(json_schema(owned_schemas()), indent=1))
 
 
 for _command in (

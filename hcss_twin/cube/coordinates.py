@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.geometry import footprint, pixel_centres_m
 from hcss_twin.cube.geometry_variables import STANDS_FOR
-from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.header import IMAGE_AXES, CubeHeader
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.physics.geodesy import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
 
@@ -118,6 +118,21 @@ COORDINATES: tuple[VariableSpec, ...] = (
 )  # fmt: skip
 
 
+OF_ANY_IMAGE = (
+    *("time", "band_name", "wavelength", "wavelength_bounds", "layer_name", "layer_base", "layer_top", "altitude"),
+    *("solar_zenith_angle", "solar_azimuth_angle"),
+)
+"""Coordinates that cubes have whose image is no grid on the ground; angles of the sun are those of the scene's place."""
+
+
+def coordinate_specs(header: CubeHeader) -> tuple[VariableSpec, ...]:
+    """Return the coordinate variables that a cube may have."""
+    if header.layout is None:
+        return COORDINATES
+    own = (spec for spec, _ in header.layout.coordinates)
+    return (*(spec for spec in COORDINATES if spec.name in OF_ANY_IMAGE), *own)
+
+
 def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
     """Return the value of each coordinate variable, keyed and shaped as in the table.
 
@@ -148,9 +163,11 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
         "solar_zenith_angle": list(header.solar_zenith_deg),
         "solar_azimuth_angle": list(header.solar_azimuth_deg),
     }
+    if header.layout is not None:
+        values |= {spec.name: each for spec, each in header.layout.coordinates}
     return {
         spec.name: np.asarray(values[spec.name], dtype=object if spec.dtype == "str" else spec.dtype)
-        for spec in COORDINATES
+        for spec in coordinate_specs(header)
         if (LAYER not in spec.dims or LAYER in header.sizes) and values[spec.name] is not None
     }
 
@@ -168,15 +185,24 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
     If pixels have their own coordinates, those of the image centre are excluded.
     """
     own = [spec.name for spec in header.geometry if set(spec.dims) <= set(dims)]
+    own += [spec.name for spec in header.variables if spec.kind == "geometry" and set(spec.dims) <= set(dims)]
     instead = {STANDS_FOR.get(name) for name in own} | {"altitude"}
     if header.sensor_altitude_m is None:
         instead.add("sensor_altitude")
     centre = [
         spec.name
-        for spec in COORDINATES
-        if spec.name not in dims and not is_bounds(spec) and spec.name not in instead and set(spec.dims) <= set(dims)
+        for spec in coordinate_specs(header)
+        if spec.name not in header.in_file(dims)
+        and not is_bounds(spec)
+        and spec.name not in instead
+        and set(spec.dims) <= set(header.in_file(dims))
     ]
     return [*centre, *own]
+
+
+def with_plane_axes(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a cube with the axes y and x in place of ``row`` and ``column``, if it has those."""
+    return dataset.rename({own: plane for plane, own in IMAGE_AXES.items() if own in dataset.dims})
 
 
 def is_bounds(spec: VariableSpec) -> bool:

@@ -37,6 +37,9 @@ class Footprint:
 
 def footprint(header: CubeHeader) -> Footprint:
     """Return the extent of the outer edges of all frames."""
+    if (own := header.layout) is not None:
+        corners = ((own.south, own.west), (own.south, own.east), (own.north, own.east), (own.north, own.west))
+        return Footprint(own.south, own.north, own.west, own.east, corners)
     shifts = [header.platform_speed_m_s * time for time in (*header.frame_times_s, 0.0)]
     place, size = header.image_window, header.pixel_size_m
     west_m = (place.first_column - 0.5 * place.image_columns) * size

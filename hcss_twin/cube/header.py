@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Any
+
+from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.variables import LAYER, VariableSpec
@@ -46,6 +49,30 @@ class WindowInfo:
     image_columns: int
 
 
+IMAGE_AXES = {"y": "row", "x": "column"}
+"""Names in the file of the dimensions of images that are no grid on the ground; rows count downward."""
+
+
+@dataclass(frozen=True)
+class ImageLayout:
+    """Coordinates and extent of an image that is no grid on the ground; its axes are ``row`` and ``column``.
+
+    Attributes
+    ----------
+    coordinates : tuple of (VariableSpec, ndarray)
+        Coordinate variables with their values, in place of those of the grid on the ground; their dimensions are
+        those of the file.
+    south, north, west, east : float
+        Extent of all frames, degrees; longitudes continue beyond 180, so that west <= east.
+    """
+
+    coordinates: tuple[tuple[VariableSpec, NDArray[Any]], ...]
+    south: float
+    north: float
+    west: float
+    east: float
+
+
 @dataclass(frozen=True)
 class CubeHeader:
     """Coordinates, geometry, variables and provenance of a cube.
@@ -84,6 +111,9 @@ class CubeHeader:
         Per-pixel coordinates to write, from the table in :mod:`hcss_twin.cube.variables`.
     sensor_altitude_m : float or None
         Above the ellipsoid; None if unknown.
+    layout : ImageLayout or None
+        Of an image that is no grid on the ground; ``pixel_size_m`` is then a typical one, and variables of kind
+        ``geometry`` are coordinates of pixels.
 
     Raises
     ------
@@ -110,6 +140,7 @@ class CubeHeader:
     window: WindowInfo | None = None
     geometry: tuple[VariableSpec, ...] = ()
     sensor_altitude_m: float | None = None
+    layout: ImageLayout | None = None
 
     def __post_init__(self) -> None:
         if self.start.utcoffset() is None:
@@ -129,6 +160,10 @@ class CubeHeader:
     def start_utc(self) -> datetime:
         """Start in UTC."""
         return self.start.astimezone(UTC)
+
+    def in_file(self, dims: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the names of dimensions in the file."""
+        return dims if self.layout is None else tuple(IMAGE_AXES.get(dim, dim) for dim in dims)
 
     @property
     def image_window(self) -> WindowInfo:

@@ -22,10 +22,10 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import flush, publish
 from hcss_twin.cube.coordinates import (
     BOUND,
-    COORDINATES,
     GRID_MAPPING,
     VERTEX,
     auxiliary_names,
+    coordinate_specs,
     coordinate_values,
     grid_mapping_attributes,
     is_bounds,
@@ -90,7 +90,12 @@ QUANTIZATION_ATTRIBUTES: Mapping[str, str] = {
 
 def dimensions(header: CubeHeader) -> dict[str, int]:
     """Return the length of every dimension."""
-    return {**header.sizes, BOUND: 2, VERTEX: len(footprint(header).outline)}
+    sizes = dict(zip(header.in_file(tuple(header.sizes)), header.sizes.values(), strict=True))
+    if header.layout is None:
+        return {**sizes, BOUND: 2, VERTEX: len(footprint(header).outline)}
+    for spec, values in header.layout.coordinates:
+        sizes |= dict(zip(spec.dims, np.shape(values), strict=True))
+    return {**sizes, BOUND: 2}
 
 
 def coordinate_attributes(spec: VariableSpec, header: CubeHeader) -> dict[str, Any]:
@@ -133,7 +138,8 @@ def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
     """Return the attributes that refer to other variables; per-pixel coordinates have none."""
     if spec.kind == "geometry":
         return {}
-    return {"coordinates": " ".join(auxiliary_names(header, spec.dims)), "grid_mapping": GRID_MAPPING}
+    names = {"coordinates": " ".join(auxiliary_names(header, spec.dims))}
+    return names if header.layout is not None else {**names, "grid_mapping": GRID_MAPPING}
 
 
 _LARGEST_CHUNK_BYTES = 2**26
@@ -205,10 +211,11 @@ class CubeWriter(StreamedWriter):
         values = coordinate_values(header)
         for name, size in dimensions(header).items():
             dataset.createDimension(name, size)
-        plane = dataset.createVariable(GRID_MAPPING, "i4", fill_value=False)
-        plane.setncatts(grid_mapping_attributes(header))
-        plane.assignValue(0)
-        for spec in COORDINATES:
+        if header.layout is None:
+            plane = dataset.createVariable(GRID_MAPPING, "i4", fill_value=False)
+            plane.setncatts(grid_mapping_attributes(header))
+            plane.assignValue(0)
+        for spec in coordinate_specs(header):
             if spec.name in values:
                 self._define_coordinate(spec, values[spec.name])
         if any(spec.significant_bits is not None for spec in header.variables):
@@ -239,7 +246,7 @@ class CubeWriter(StreamedWriter):
         if self.compression is not None:
             layout |= {"compression": "zlib", "complevel": self.compression, "shuffle": True}
         variable = self._dataset.createVariable(
-            spec.name, spec.stored_dtype, spec.dims, fill_value=fill_value(spec, False), **layout
+            spec.name, spec.stored_dtype, self.header.in_file(spec.dims), fill_value=fill_value(spec, False), **layout
         )
         variable.set_auto_maskandscale(False)
         variable.setncatts({**variable_attributes(spec), **links(spec, self.header)})

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import REMEDY, flush
-from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
+from hcss_twin.cube.coordinates import GRID_MAPPING, coordinate_specs, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.streamed_writer import StreamedWriter
@@ -113,8 +113,9 @@ class ZarrWriter(StreamedWriter):
         header = self.header
         self._group.attrs.update(_plain(global_attributes(header)))
         values = coordinate_values(header)
-        self._add_variable(GRID_MAPPING, np.array(0, dtype=np.int32), (), grid_mapping_attributes(header))
-        for spec in COORDINATES:
+        if header.layout is None:
+            self._add_variable(GRID_MAPPING, np.array(0, dtype=np.int32), (), grid_mapping_attributes(header))
+        for spec in coordinate_specs(header):
             if spec.name in values:
                 attributes = coordinate_attributes(spec, header)
                 self._add_variable(spec.name, values[spec.name], spec.dims, attributes)
@@ -157,7 +158,7 @@ class ZarrWriter(StreamedWriter):
             # Readers would treat pixels with any other fill value as missing.
             fill_value=fill_value(spec, None),
             attributes={
-                DIMENSIONS: list(spec.dims),
+                DIMENSIONS: list(self.header.in_file(spec.dims)),
                 **_plain({**variable_attributes(spec), **links(spec, self.header)}),
             },
         )

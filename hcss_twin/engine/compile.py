@@ -30,6 +30,7 @@ from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.numerics import spectral_level
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.views import EDGES, EXTREMES
 from hcss_twin.providers.registry.specs import Kind
 
 LARGEST_TABLE_BYTES = 128_000_000
@@ -233,8 +234,9 @@ INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "surfaces", "outp
 def table_key(plan: Plan) -> str:
     """Return a hash of everything the tables of a plan depend on."""
     scenario, assembly = json.loads(plan.scenario.to_json()), plan.assembly
+    independent = (*INDEPENDENT, *plan.scenario.sections)
     parts: dict[str, Any] = {
-        "scenario": {name: value for name, value in scenario.items() if name not in INDEPENDENT},
+        "scenario": {name: value for name, value in scenario.items() if name not in independent},
         "accuracy": plan.accuracy.relative,
         "numerics": [
             plan.assembly.numerical_level,
@@ -261,6 +263,8 @@ def table_key(plan: Plan) -> str:
     if plan.views is not None:
         grid = plan.grid
         parts["views"] = [plan.views.order_x, plan.views.order_y, grid.rows, grid.columns, grid.pixel_size_m]
+        if plan.imager is not None:
+            parts["views"] = [*parts["views"], repr(plan.imager.views.at(EXTREMES + EDGES))]
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
     surface = assembly.surface

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.reading import reading
-from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_specs, coordinate_values
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import CubeHeader
@@ -136,7 +136,7 @@ class CubeComparison:
             self._expect(f"{dim}s", ", ".join(theirs), ", ".join(ours))
             self._labels[dim] = both = [name for name in ours if name in theirs]
             self._common[dim] = tuple(map(theirs.index, both)), tuple(map(ours.index, both))
-        rows, columns = (file.dimensions[dim].size if dim in file.dimensions else 0 for dim in ("y", "x"))
+        rows, columns = (file.dimensions[dim].size if dim in file.dimensions else 0 for dim in header.in_file(("y", "x")))
         image = self._expect("rows", rows, header.sizes["y"]), self._expect("columns", columns, header.sizes["x"])
         self._specs = self._comparable(all(image))
         values = coordinate_values(header)
@@ -177,7 +177,7 @@ class CubeComparison:
         """Return the common variables with equal dimensions, coordinates first; others are recorded as changes."""
         values, header = coordinate_values(self._header), self._header
         coordinates = [
-            spec for spec in COORDINATES if spec.name in values and spec.dtype != "str" and spec.name != "time"
+            spec for spec in coordinate_specs(header) if spec.name in values and spec.dtype != "str" and spec.name != "time"
         ]
         ours = {spec.name: spec for spec in (*coordinates, *header.geometry, *header.variables)}
         # Variables that a cube may have in addition.
@@ -188,7 +188,7 @@ class CubeComparison:
             for name, each in self._file.variables.items()
             if name in ours or (name not in known and ("time" in each.dimensions or name in located))
         }
-        dims = {name: ", ".join(spec.dims) for name, spec in ours.items()}
+        dims = {name: ", ".join(header.in_file(spec.dims)) for name, spec in ours.items()}
         lacking, extra = ({f"{n} ({d})" for n, d in dims.items()}, {f"{n} ({d})" for n, d in theirs.items()})
         self._expect("variables", "; ".join(sorted(extra - lacking)), "; ".join(sorted(lacking - extra)))
         for spec in header.variables:

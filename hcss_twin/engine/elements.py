@@ -52,7 +52,7 @@ class ElementStage:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._paths = ElementPaths(plan)
-        self._views = None if plan.views is None else image_views(plan)
+        self._views = None if plan.views is None or plan.imager is not None else image_views(plan)
 
     def at(self, index: int, time_s: float, clouds: Clouds, look_up: AnyLookUp | None) -> InstantElements:
         """Return the elements of a part of a frame.
@@ -185,8 +185,7 @@ class InstantElements:
         bands = slice(0, len(plan.bands)), *at
         before = radiance[bands].astype(np.float64)
         if pixels.intensity is not None:
-            area_m2 = plan.grid.pixel_size_m**2 * math.cos(math.radians(zenith))
-            change = reach * pixels.intensity / area_m2
+            change = reach * pixels.intensity / self._area_m2(int(pixels.rows[n]), int(pixels.columns[n]))
         else:
             assert pixels.radiance is not None
             own = pixels.radiance if pixels.radiance.ndim == 1 else pixels.radiance[n]
@@ -212,6 +211,10 @@ class InstantElements:
             look_up = look_up.of_part((slice(at[0], at[0] + 1), slice(at[1], at[1] + 1)))
         look_up.fill(pixel, thickness_m, self._plan.samples_per_pixel)
         return pixel[: len(self._plan.bands), 0, 0].astype(np.float64)
+
+    def _area_m2(self, row: int, column: int) -> float:
+        """Area of a pixel across the line of sight."""
+        return self._plan.grid.pixel_size_m**2 * math.cos(math.radians(self._zenith_deg(row, column)))
 
     def _zenith_deg(self, row: int, column: int) -> float:
         """View zenith angle of a pixel, which may lie outside the image."""

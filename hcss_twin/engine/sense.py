@@ -16,6 +16,7 @@ from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.core.reading import reads
+from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
@@ -157,7 +158,7 @@ def sense_file(
     require_netcdf(clean_path)
     path = measured_path(clean_path) if output is None else Path(output)
     with open_cube(clean_path) as dataset:
-        cube = read_clean(dataset, str(clean_path), base)
+        cube = read_clean(with_plane_axes(dataset), str(clean_path), base)
     sensor = _build(section, cube, str(clean_path))
     files = cube.inputs.catalog
     require_not_read(path, used_paths(files), CubeError)
@@ -251,6 +252,7 @@ def _measure(sensor: BuiltSensor, cube: CleanCube, index: int, radiance: Any) ->
 def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Path | None) -> xr.Dataset:
     import xarray as xr
 
+    dataset = with_plane_axes(dataset)
     cube = read_clean(dataset, name, base)
     sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")

@@ -56,6 +56,9 @@ def overlaps(plan: Plan) -> bool:
     return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)
 
 
+FOCAL_PLANE = "Simulated, not observed. Rows and columns are those of the focal plane; each pixel has its own place and view."
+"""Comment of a cube whose image is no grid on the ground."""
+
 IN_MEMORY_BYTES = 512 * 2**20
 """Cubes up to this size are loaded into memory; larger ones stay in a temporary file."""
 
@@ -260,20 +263,21 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         bands=tuple(BandInfo(b.name, b.lower_um, b.upper_um, b.central_um) for b in plan.bands),
         rows=plan.pixels[0],
         columns=plan.pixels[1],
-        pixel_size_m=plan.grid.pixel_size_m,
+        pixel_size_m=plan.image.pixel_size_m,
         latitude=scenario.place.latitude,
         longitude=scenario.place.longitude,
         view_zenith_deg=plan.view.zenith_deg,
         view_azimuth_deg=plan.view.azimuth_deg,
         solar_zenith_deg=np.asarray(plan.sun_zenith_deg).tolist(),
         solar_azimuth_deg=np.asarray(plan.sun_azimuth_deg).tolist(),
-        variables=tuple(spec for spec in plan.variables if spec.kind != "geometry"),
-        attributes=provenance(plan, tables),
+        variables=tuple(spec for spec in plan.variables if plan.imager is not None or spec.kind != "geometry"),
+        attributes=provenance(plan, tables) | ({} if plan.imager is None else {"comment": FOCAL_PLANE}),
         platform_speed_m_s=plan.assembly.motion.platform_speed_m_s,
         layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
         window=_window(plan),
-        geometry=tuple(spec for spec in plan.variables if spec.kind == "geometry"),
+        geometry=tuple(spec for spec in plan.variables if plan.imager is None and spec.kind == "geometry"),
         sensor_altitude_m=scenario.platform.altitude,
+        layout=None if plan.imager is None else plan.imager.layout(plan),
     )
 
 

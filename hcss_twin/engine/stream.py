@@ -137,6 +137,7 @@ class PixelObserver(Protocol):
         elements: NDArray[np.bool_] | None = None,
         surface: NDArray[np.uint8] | None = None,
         over_sea: Sequence[NDArray[np.float32]] | None = None,
+        unseen: NDArray[np.bool_] | None = None,
     ) -> None:
         """Take a window, as :meth:`hcss_twin.engine.certificate.part_sample.PartSample.look` does."""
 
@@ -187,9 +188,9 @@ class PartMaker:
         self._quantities = () if tables is None else tables.quantities.names
         self._surfaces: SurfaceStage | None = None
         if plan.surfaces is not None:
-            from hcss_twin.engine.tables.over_surfaces import SurfaceStage  # not for scenes of sea alone
+            from hcss_twin.engine.tables.over_surfaces import surface_stage  # not for scenes of sea alone
 
-            self._surfaces = SurfaceStage(plan, tables)
+            self._surfaces = surface_stage(plan, tables)
         self._tops: TopStage | None = None
         if plan.tops is not None and tables is not None:
             from hcss_twin.engine.tables.over_tops import TopStage  # not for layers with tops of their own
@@ -216,7 +217,7 @@ class PartMaker:
         if plan.assembly.elements:
             from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
 
-            self._elements = ElementStage(plan)
+            self._elements = ElementStage(plan) if plan.imager is None else plan.imager.element_stage(plan)
         self._derived: DerivedStage | None = None
         if plan.assembly.derived:
             from hcss_twin.engine.derived import DerivedStage  # not for scenes without such variables
@@ -261,11 +262,11 @@ class PartMaker:
         time_s : float, optional
             Time after the start; by default that of the frame.
         """
-        plan, bands = self._plan, len(self._plan.bands)
+        plan, bands, imager = self._plan, len(self._plan.bands), self._plan.imager
         time_s = float(plan.frame_times_s[index]) if time_s is None else time_s
         if self._instant is None or self._instant[0] != (index, time_s):
             self._instant = None  # one whole frame of clouds at a time
-            clouds = FrameClouds(plan, time_s, summaries)
+            clouds = FrameClouds(plan, time_s, summaries) if imager is None else imager.clouds(plan, time_s)
             shadows = [each.at(time_s) for each in self._shadows]
             self._instant = (index, time_s), self._look_up(time_s), shadows, clouds
         _, look_up, shadows, clouds = self._instant
@@ -276,7 +277,7 @@ class PartMaker:
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
         added = np.zeros((bands if ELEMENT_RADIANCE in self._names else 0, *size), dtype=np.float32)
         self._truth.start(*size)
-        for number, window in enumerate(windows(plan.grid, plan.samples_per_pixel, inside=extent)):
+        for number, window in enumerate(windows(plan.image, plan.samples_per_pixel, inside=extent)):
             place = relative(window, extent)
             thickness = clouds.thickness_m(window)
             self._truth.fill(place, thickness, self._tops_at(time_s, window))
@@ -305,8 +306,11 @@ class PartMaker:
             if elements is not None:
                 present = elements.add(window, thickness, radiance, added, self._truth.variables, place)
             if sample is not None:
-                sample.observe(place, thickness, shaded, present, surface, over_sea)
+                unseen = None if imager is None else imager.unseen(time_s, window)
+                sample.observe(place, thickness, shaded, present, surface, over_sea, unseen)
         frame: Frame = dict(self._truth.variables)
+        if imager is not None:
+            imager.complete(frame, time_s, extent)
         for number, name in enumerate(self._quantities):
             values = radiance[number * bands : (number + 1) * bands]
             frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
@@ -340,6 +344,9 @@ class PartMaker:
         pairs = zip(self._readers, self._look_ups, strict=True)
         look_ups = [LookUp(reader.at(time_s), before) for reader, before in pairs]
         self._look_ups = look_ups
+        if self._plan.imager is not None and look_ups:
+            look_up: AnyLookUp = self._plan.imager.look_up(self._plan, time_s, look_ups)
+            return look_up
         if self._plan.views is not None and look_ups:
             return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)
         return look_ups[0] if look_ups else None

@@ -17,6 +17,7 @@ from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
 from hcss_twin.core.reading import reads
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.provider_variables import INPUTS
@@ -155,7 +156,8 @@ def verify_cube(
     with open_cube(path) as dataset:
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
         axes = {name: dataset[name].to_numpy() for name in ("time", "band", LAYER) if name in dataset.coords}
-        size = dataset.sizes.get("y", 0), dataset.sizes.get("x", 0)
+        plane = with_plane_axes(dataset).sizes
+        size = plane.get("y", 0), plane.get("x", 0)
     if axes.get("time", np.empty(0)).dtype.kind != "M":
         raise CubeError(f"cannot read {os.fspath(path)}: it has no frame times (coordinate time)")
     shelf = ResultCache(within=[Path(path).absolute().parent, *([] if base is None else [base]), *data])
@@ -164,7 +166,8 @@ def verify_cube(
     plan: Plan | None = None
     try:
         scenario = Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path), shelf=shelf)
-        outcome = replace(outcome, layout=_other_size(size, scenario))
+        if not scenario.sections:  # an imager's size is compared with its cube
+            outcome = replace(outcome, layout=_other_size(size, scenario))
         if not outcome.layout:
             plan = make_plan(scenario, keeps_results=False, shelf=shelf)
             if SENSOR_ATTRIBUTE in recorded.attributes:

@@ -39,6 +39,7 @@ from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
+    from hcss_twin.plan.imager import Views
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
 
 
@@ -94,6 +95,8 @@ class Assembly:
         Where scenes with the same air keep it.
     cloud_notes : tuple of str
         Notes on the cloud types.
+    imager_views : Views or None
+        Directions of view of an imager; None if pixels form a grid on the ground.
     """
 
     entries: Mapping[str, Entry]
@@ -131,6 +134,7 @@ class Assembly:
     air_memory: OwnMemory | None = None
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
+    imager_views: Views | None = None
 
     @property
     def view(self) -> View:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import timedelta
 from functools import partial
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.imager import planned_imager
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
@@ -23,7 +25,7 @@ from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.sensor import planned_sensor, require_instants
-from hcss_twin.plan.sensor_margin import with_margin
+from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
@@ -88,13 +90,19 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
-    slant = slant_paths(scenario.slant, View(scenario.view.zenith, scenario.view.azimuth), zenith, azimuth)
+    imager = planned_imager(scenario, catalog)
+    view = View(scenario.view.zenith, scenario.view.azimuth) if imager is None else imager.view
+    slant = slant_paths(scenario.slant, view, zenith, azimuth)
     assembly = assemble(scenario, catalog, slant, between)
+    if imager is not None:
+        assembly = replace(assembly, imager_views=imager.views)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
+    if imager is not None:
+        extent = slice(0, imager.rows), slice(0, imager.columns)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
@@ -117,13 +125,15 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
-        sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None)
+        sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None) if imager is None else alone(sensor)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)
+    if imager is not None:
+        variables = imager.variables(variables)
     land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
-    return Plan(
+    plan = Plan(
         scenario=scenario,
         catalog=catalog,
         assembly=assembly,
@@ -132,7 +142,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         layers=assembly.layers,
         view=assembly.view,
         grid=assembly.grid,
-        samples_per_pixel=image.samples_per_pixel,
+        samples_per_pixel=image.samples_per_pixel if imager is None else imager.points,
         extent=extent,
         frame_times_s=times,
         sun_track=track,
@@ -148,6 +158,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
             *analysis.notes,
             *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
             *_on_land(land),
+            *(() if imager is None else imager.notes),
         ),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
@@ -159,7 +170,11 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         tops=tops,
         land_share=land,
         probes=probes,
+        imager=imager,
     )
+    if imager is not None:
+        imager.require_supported(plan)
+    return plan
 
 
 def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:

@@ -28,6 +28,7 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
+    from hcss_twin.plan.imager import Imager
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
 
@@ -89,6 +90,9 @@ class Plan:
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
         How the providers of other packages fared with the laws of their kinds.
+    imager : Imager or None
+        Image geometry of a plugin, to which ``samples_per_pixel``, ``extent`` and ``variables`` then belong; None for
+        the grid on the ground.
     """
 
     scenario: Scenario
@@ -121,6 +125,7 @@ class Plan:
     tops: CloudTops | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
+    imager: Imager | None = None
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
@@ -144,7 +149,13 @@ class Plan:
     @property
     def is_window(self) -> bool:
         """Whether the cube covers only part of the image."""
-        return self.pixels != (self.grid.rows, self.grid.columns)
+        return self.imager is None and self.pixels != (self.grid.rows, self.grid.columns)
+
+    @property
+    def image(self) -> Grid:
+        """The image, in pixels; without an imager the plane of the scene."""
+        imager = self.imager
+        return self.grid if imager is None else Grid(imager.rows, imager.columns, imager.pixel_size_m)
 
     @property
     def needs_radiance(self) -> bool:

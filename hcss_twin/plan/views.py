@@ -19,6 +19,7 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly, expect_views
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
+from hcss_twin.plan.imager import Views
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
@@ -102,8 +103,10 @@ class ImageViews:
         return self.at(zip(x.tolist(), y.tolist(), strict=True))
 
 
-def views_over_image(assembly: Assembly) -> ImageViews | None:
-    """Return the views over the image; None if all pixels share one view and one air."""
+def views_over_image(assembly: Assembly) -> Views | None:
+    """Return the views over the image, or of an imager; None if all pixels share one view and one air."""
+    if assembly.imager_views is not None:
+        return assembly.imager_views
     air = assembly.air_over_field
     if assembly.lines_of_sight is None and air is None:
         return None
@@ -230,7 +233,12 @@ def choose_views(
         return None
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    own = assembly.imager_views is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
+        if own:
+            steepest = max(view.zenith_deg for view in corners)
+            message = f"pixels look up to zenith {steepest:.1f} deg; the atmosphere allows {low:g} to {high:g} deg"
+            raise ScenarioError([Problem("atmosphere.provider", message)])
         return None
     # Safety factor, because few columns underestimate the error of all.
     each = 0.5 * tolerance / SAFETY_FACTOR
@@ -238,8 +246,10 @@ def choose_views(
         values = _columns(assembly, views, suns)
         (x, x_error), (y, y_error) = (place_axis(values, along_x, each, MAX_ORDER) for along_x in (True, False))
     except (ProviderError, ScenarioError):
+        if own:
+            raise
         return None
-    if x == y == 0:
+    if x == y == 0 and not own:
         return None
     _refuse_beside(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
@@ -261,7 +271,7 @@ def choose_views(
     return ViewAxis(x, y, error)
 
 
-def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) -> Values:
+def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None]) -> Values:
     """Return a cached function of position for the terms of clear sky and of few clouds under the suns."""
     columns = _few(assembly)
     known: dict[tuple[float, float], Array] = {}

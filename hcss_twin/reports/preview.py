@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError, CubeError, choose_from
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reads
+from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.reports.colour_scale import MISSING, ColourScale, band_limits_um, colours_of
@@ -86,7 +87,10 @@ def draw_preview(
         raise CubeError(f"'{variable}' with kelvin; allowed: a variable or kelvin, not both")
     folder = Path(folder)
     written: list[Path] = []
-    with open_cube(cube) as dataset:
+    with open_cube(cube) as opened:
+        dataset = with_plane_axes(opened)
+        if "row" in opened.dims:  # rows count downward, y upward
+            dataset = dataset.isel(y=slice(None, None, -1))
         name = _variable(dataset, "brightness_temperature" if kelvin else variable)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -152,9 +156,12 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     scale = ColourScale.of(shown.to_numpy(), grey)
     limits = {"vmin": scale.low, "vmax": scale.high}
-    x, y = shown["x"].to_numpy() / 1e3, shown["y"].to_numpy() / 1e3
-    half = float(dataset["x"][1] - dataset["x"][0]) / 2e3 if dataset.sizes["x"] > 1 else 0.5
-    extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
+    on_ground = dataset["x"].attrs.get("units") == "m"
+    unit = 1e3 if on_ground else 1.0
+    x, y = shown["x"].to_numpy() / unit, shown["y"].to_numpy() / unit
+    half = float(dataset["x"][1] - dataset["x"][0]) / (2.0 * unit) if dataset.sizes["x"] > 1 else 0.5
+    up = half if on_ground else -half
+    extent = (x[0] - half, x[-1] + half, y[0] - up, y[-1] + up)
     start = dataset["time"].to_numpy()[0]
     for axis, position in zip(axes, range(chosen.size), strict=False):
         frame = shown.isel(time=position)
@@ -167,8 +174,8 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
         axis.locator_params(nbins=5)
     for axis in axes[chosen.size :]:
         axis.set_visible(False)
-    figure.supxlabel("x (km, east)", fontsize=9)
-    figure.supylabel("y (km, north)", fontsize=9)
+    figure.supxlabel("x (km, east)" if on_ground else "column", fontsize=9)
+    figure.supylabel("y (km, north)" if on_ground else "row", fontsize=9)
     ends = scale.below, scale.above
     extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
     bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)

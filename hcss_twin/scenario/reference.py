@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import types
 import typing
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,8 +86,8 @@ def _default(field: FieldInfo) -> str:
     return f"`{default:g}`" if isinstance(default, float) else f"`{default}`"
 
 
-def json_schema() -> dict[str, Any]:
-    """JSON schema of scenario files."""
+def json_schema(owned: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """JSON schema of scenario files, with the schemas of sections that plugins own."""
     schema = ScenarioModel.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "hcss_twin scenario"
@@ -96,6 +97,11 @@ def json_schema() -> dict[str, Any]:
             _allow_quantity(name, entry)
     # Part of a file for `hcss sweep`, which checks it.
     schema["properties"]["sweep"] = {"type": "object", "description": "Keys with many values (docs/how-to/sweeps.md)."}
+    for name, each in (owned or {}).items():
+        schema["$defs"].update(each.pop("$defs", {}))
+        for key, entry in each.get("properties", {}).items():
+            _allow_quantity(key, entry)
+        schema["properties"][name] = each
     layer = schema["$defs"]["Layer"]["properties"]
     schema["$defs"]["Clouds"]["properties"].update(layer)
     return schema

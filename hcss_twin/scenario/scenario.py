@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
@@ -53,6 +53,7 @@ class Scenario(ScenarioModel):
     _base: Path = PrivateAttr(default_factory=Path.cwd)
     _short: bool = PrivateAttr(default=False)
     _origin: str = PrivateAttr(default="scenario")
+    _sections: dict[str, BaseModel] = PrivateAttr(default_factory=dict)
 
     def __eq__(self, other: object) -> bool:
         """Compare values and base, ignoring whether the cloud layer was written in short form."""
@@ -71,6 +72,11 @@ class Scenario(ScenarioModel):
     def origin(self) -> str:
         """Origin, for messages."""
         return self._origin
+
+    @property
+    def sections(self) -> Mapping[str, BaseModel]:
+        """Sections that plugins own, by name (:mod:`hcss_twin.core.sections`)."""
+        return self._sections
 
     @property
     def coefficients(self) -> str | None:
@@ -135,6 +141,12 @@ class Scenario(ScenarioModel):
         fill_bands(data, catalog)
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
+        sections: dict[str, BaseModel] = {}
+        if any(name not in ScenarioModel.model_fields for name in data):
+            from hcss_twin.scenario.plugin_sections import take_owned  # not for scenarios without such sections
+
+            sections, of_sections = take_owned(data)
+            problems += of_sections
         try:
             scenario = cls.model_validate(data)
         except ValidationError as error:
@@ -156,6 +168,7 @@ class Scenario(ScenarioModel):
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
+        scenario._sections = sections
         return scenario
 
     @classmethod
@@ -178,6 +191,7 @@ class Scenario(ScenarioModel):
         cannot replace them.
         """
         data = as_given(self, self.model_dump(mode="json"))
+        data |= {name: section.model_dump(mode="json", exclude_none=True) for name, section in self._sections.items()}
         for name in ("surfaces", "sensor"):
             if getattr(self, name) is None:
                 del data[name]

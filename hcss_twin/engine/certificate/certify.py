@@ -50,11 +50,11 @@ def certify(
         If a provider breaks its contract.
     """
     names, bands, between = strata_of(plan), len(plan.bands), plan.assembly.between
-    reasons = REASONS if plan.assembly.elements else REASONS[:-1]
+    reasons = REASONS if plan.imager is not None else REASONS[:3] if plan.assembly.elements else REASONS[:2]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    one_model = plan.views is None and plan.surfaces is None and plan.tops is None
+    one_model = plan.views is None and plan.imager is None and plan.surfaces is None and plan.tops is None
     suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
     references = References(suns, from_curves and one_model)
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
@@ -130,10 +130,10 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
         return _over_surfaces(plan, quantities, pixels, thickness, points, references)
     if plan.tops is not None:
         return _over_tops(plan, quantities, pixels, thickness, points, references)
-    if plan.views is None:
+    if plan.views is None and plan.imager is None:
         return _means(plan, quantities, thickness, points, pixels.time_s, references)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
-    views = image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    views = _views(plan, pixels.time_s, rows.tolist(), columns.tolist())
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
         [nothing]
@@ -142,6 +142,12 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
             for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
         ]
     )
+
+
+def _views(plan: Plan, time_s: float, rows: list[int], columns: list[int]) -> list[View]:
+    if plan.imager is not None:
+        return plan.imager.views_of_pixels(time_s, rows, columns)
+    return image_views(plan).of_pixels(rows, columns)
 
 
 def _means(
@@ -158,13 +164,14 @@ def _over_surfaces(
     plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int, references: References
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
-    from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
+    from hcss_twin.engine.tables.over_surfaces import plan_over, surface_stage  # not for scenes of sea alone
 
-    stage = SurfaceStage(plan, None)
+    stage = surface_stage(plan, None)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     places = list(zip(rows.tolist(), columns.tolist(), strict=True))
     groups: dict[tuple[SurfaceState, View | None], list[int]] = {}
-    views = [None] * len(places) if plan.views is None else image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    one = plan.views is None and plan.imager is None
+    views = [None] * len(places) if one else _views(plan, pixels.time_s, rows.tolist(), columns.tolist())
     for pixel, ((row, column), view) in enumerate(zip(places, views, strict=True)):
         ground = stage.at(pixels.time_s, (slice(row, row + 1), slice(column, column + 1)))
         for point, state in enumerate(stage.states(ground)):

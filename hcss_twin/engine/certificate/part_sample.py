@@ -90,7 +90,7 @@ def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 Counts = NDArray[np.int64]
 
-REASONS = ("in the shadow of clouds", "with drawn waves", "with elements")
+REASONS = ("in the shadow of clouds", "with drawn waves", "with elements", "beyond the ground that is computed")
 """Why the reference cannot compute a pixel; the first that applies counts."""
 
 LOOKED_AT_FIRST = 64
@@ -160,6 +160,7 @@ class PartSample:
         elements: NDArray[np.bool_] | None = None,
         surface: NDArray[np.uint8] | None = None,
         over_sea: Sequence[Thickness] | None = None,
+        unseen: NDArray[np.bool_] | None = None,
     ) -> None:
         """Draw from a window.
 
@@ -177,6 +178,8 @@ class PartSample:
             Class of the surface at most points of each pixel.
         over_sea : sequence of ndarray or None
             ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
+        unseen : ndarray of bool (window rows, window columns) or None
+            Pixels of an imager that do not see the ground, or see it at a larger zenith than is computed.
         """
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
@@ -185,7 +188,7 @@ class PartSample:
             stratum = stratum + np.int8(len(stratum_names(len(self._plan.layers)))) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
         wavy = None if self._plan.waves is None else _clear_in_part(over_sea or thickness_m, shape, samples)
-        for number, mask in enumerate((shaded, wavy, elements)):
+        for number, mask in enumerate((shaded, wavy, elements, unseen)):
             if mask is not None:
                 self._left_out[number] += self._count_of(stratum[free & mask])
                 free &= ~mask

@@ -40,12 +40,16 @@ class LookUp:
         Table with at most two layers.
     before : LookUp, optional
         Of another instant; its guides are reused if the tables share their nodes.
+
+    Attributes
+    ----------
+    table : DenseTable
     """
 
     def __init__(self, table: DenseTable, before: LookUp | None = None) -> None:
-        self._table = table
+        self.table = table
         self._guides: list[tuple[NDArray[np.int32], int, int]]
-        if before is not None and before._table.nodes_m is table.nodes_m:
+        if before is not None and before.table.nodes_m is table.nodes_m:
             self._guides = before._guides
         else:
             self._guides = [_guide(nodes) for nodes in table.nodes_m]
@@ -78,7 +82,7 @@ class LookUp:
         ProviderError
             If a thickness is outside its layer's table.
         """
-        table, (row, column) = self._table, corner
+        table, (row, column) = self.table, corner
         layers = [np.ascontiguousarray(each) for each in thickness_m]
         if not layers:
             radiance[:] = table.clear[:, None, None]

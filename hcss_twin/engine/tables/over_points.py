@@ -51,7 +51,7 @@ class PointLookUp(ABC):
     def __init__(self, plan: Plan) -> None:
         self._bands = len(plan.bands)
         self._views = None if plan.views is None else plan.views.weights(plan.grid)
-        self._extent: Window = slice(0, plan.grid.rows), slice(0, plan.grid.columns)
+        self._extent: Window = slice(0, plan.image.rows), slice(0, plan.image.columns)
 
     @abstractmethod
     def _groups(self, window: Window, samples: int) -> Iterator[Group]:

@@ -130,6 +130,14 @@ class SurfaceStage:
         return [self._classes[number].at(kelvin) for number, kelvin in pairs]
 
 
+def surface_stage(plan: Plan, tables: RadianceTables | None) -> SurfaceStage:
+    """Return the surfaces of a scene at the points of its frames, or at those of its imager."""
+    if plan.imager is None:
+        return SurfaceStage(plan, tables)
+    stage: SurfaceStage = plan.imager.surface_stage(plan, tables)
+    return stage
+
+
 class SurfaceLookUp(PointLookUp):
     """Look-up at one instant in the tables of each point's surface.
 

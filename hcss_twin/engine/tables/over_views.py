@@ -12,16 +12,24 @@ from numpy.typing import NDArray
 from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
+from hcss_twin.plan.imager import Views
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import ImageViews, ViewAxis, views_over_image
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Grid
 
 
-def image_views(plan: Plan) -> ImageViews:
-    """Return the views over the image of a plan whose view or air varies over the image."""
+def table_views(plan: Plan) -> Views:
+    """Return the views with tables of a plan whose view or air varies over the image."""
     views = views_over_image(plan.assembly)
     assert views is not None
+    return views
+
+
+def image_views(plan: Plan) -> ImageViews:
+    """Return the same for the grid on the ground, with the view of each pixel."""
+    views = table_views(plan)
+    assert isinstance(views, ImageViews)
     return views
 
 
@@ -33,7 +41,7 @@ def plans_over_views(plan: Plan) -> Iterator[Plan]:
     if plan.views is None:
         yield plan
         return
-    for view in image_views(plan).at(plan.views.places):
+    for view in table_views(plan).at(plan.views.places):
         yield plan.toward(view)
 
 

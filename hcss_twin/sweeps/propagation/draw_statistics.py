@@ -80,6 +80,7 @@ class _Classes:
         elements: NDArray[np.bool_] | None = None,
         surface: NDArray[np.uint8] | None = None,
         over_sea: Sequence[Thickness] | None = None,
+        unseen: NDArray[np.bool_] | None = None,
     ) -> None:
         """Process a window, in pixels of the computed part, which here is the whole image."""
         shape = length(window[0]), length(window[1])

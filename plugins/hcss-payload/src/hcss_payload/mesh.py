@@ -69,16 +69,7 @@ class Mesh:
         of : callable
             Returns smooth values (N, K) at positions (N, 3).
         """
-        rows, columns = self._nodes
-        nodes = _where_met(of, self._rays[::2, ::2])
-        (up, down, y), (left, right, x) = _weights(rows, self.shape[0]), _weights(columns, self.shape[1])
-        lines = nodes[up] + y[:, None, None] * (nodes[down] - nodes[up])
-        result = lines[:, left] + x[:, None] * (lines[:, right] - lines[:, left])
-        exact = self._exact[np.ix_(up, left)]
-        row, column = np.nonzero(exact)
-        if row.size:
-            result[row, column] = _where_met(of, self.exact_m(row.astype(np.float64), column.astype(np.float64)))
-        return result
+        return MeshValues(self, of).window(slice(0, self.shape[0]), slice(0, self.shape[1]))
 
     @property
     def exact_share(self) -> float:
@@ -127,6 +118,39 @@ class Mesh:
         moved = position_m + error_m - np.sum(error_m * up, axis=-1, keepdims=True) * up
         places = [self.camera.pixels(self.pose.to_body(each - self.pose.position_m)) for each in (position_m, moved)]
         return np.hypot(places[1][0] - places[0][0], places[1][1] - places[0][1])
+
+
+class MeshValues:
+    """Values along the lines of sight of a mesh, for windows of points; a point has the same bits in every window.
+
+    Parameters
+    ----------
+    of : callable
+        Returns smooth values (N, K) at positions (N, 3).
+    """
+
+    def __init__(self, mesh: Mesh, of: Values) -> None:
+        self._mesh, self._of = mesh, of
+        self.at_nodes = _where_met(of, mesh._rays[::2, ::2])
+
+    def window(self, rows: slice, columns: slice) -> Array:
+        """Return the values (y, x, K) at the points of a window; NaN in space. Outside the image all rays are exact."""
+        mesh = self._mesh
+        height, width = mesh.shape
+        if rows.start < 0 or columns.start < 0 or rows.stop > height or columns.stop > width:
+            row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in (rows, columns))
+            return _where_met(self._of, mesh.exact_m(row[:, None], column[None, :]))
+        of_rows, of_columns = mesh._nodes
+        up, down, y = (each[rows] for each in _weights(of_rows, height))
+        left, right, x = (each[columns] for each in _weights(of_columns, width))
+        nodes = self.at_nodes
+        lines = nodes[up] + y[:, None, None] * (nodes[down] - nodes[up])
+        result = lines[:, left] + x[:, None] * (lines[:, right] - lines[:, left])
+        row, column = np.nonzero(mesh._exact[np.ix_(up, left)])
+        if row.size:
+            exact = mesh.exact_m((row + rows.start).astype(np.float64), (column + columns.start).astype(np.float64))
+            result[row, column] = _where_met(self._of, exact)
+        return result
 
 
 def _where_met(of: Values, position_m: Array) -> Array:

@@ -90,6 +90,42 @@ class Circular:
         require_within("trajectory.node_longitude_deg", self.node_longitude_deg, -360.0, 360.0, "deg")
         require_within("trajectory.argument_deg", self.argument_deg, -360.0, 360.0, "deg")
 
+    @classmethod
+    def above(
+        cls,
+        altitude_m: float,
+        inclination_deg: float,
+        latitude_deg: float,
+        longitude_deg: float,
+        time_s: float = 0.0,
+        ascending: bool = True,
+    ) -> Circular:
+        """Return the orbit that passes above a place at a time.
+
+        Raises
+        ------
+        PayloadError
+            If the place is farther from the equator than the orbit reaches.
+        """
+        require_within("trajectory.above", latitude_deg, -90.0, 90.0, "deg")
+        require_within("trajectory.above", longitude_deg, -180.0, 360.0, "deg")
+        place = to_earth_centred(np.float64(latitude_deg), np.float64(longitude_deg), altitude_m)  # type: ignore[arg-type]
+        # The place at this altitude on the ray from the centre: the plane of the orbit contains it.
+        sine, tilt = place[2] / np.linalg.norm(place), np.radians(inclination_deg)
+        if abs(sine) > np.sin(tilt):
+            most = min(inclination_deg, 180.0 - inclination_deg)
+            raise PayloadError(
+                f"trajectory.above: latitude {latitude_deg:g} deg with inclination {inclination_deg:g} deg; allowed: up "
+                f"to {most:g} deg"
+            )
+        along = np.arcsin(sine / np.sin(tilt)) if np.sin(tilt) > 0.0 else 0.0
+        along = along if ascending else np.pi - along
+        east = np.arctan2(np.sin(along) * np.cos(tilt), np.cos(along))
+        radius = SEMI_MAJOR_AXIS_M + altitude_m
+        start = along - np.sqrt(EARTH_M3_S2 / radius**3) * time_s
+        node = np.radians(longitude_deg) - east + EARTH_RATE_RAD_S * time_s
+        return cls(altitude_m, inclination_deg, float(np.degrees(node)) % 360.0, float(np.degrees(start)) % 360.0)
+
     def at(self, time_s: float) -> Array:
         """Return the position."""
         radius = SEMI_MAJOR_AXIS_M + self.altitude_m

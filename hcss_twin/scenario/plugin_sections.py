@@ -1,0 +1,49 @@
+"""Sections of a scenario that plugins own: their keys are checked by the plugin's models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from hcss_twin.core.errors import Problem
+from hcss_twin.core.sections import missing_owner, plugin_sections
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.problems import problems_from
+
+OwnedSections = Mapping[str, BaseModel]
+
+
+def take_owned(data: dict[str, Any]) -> tuple[dict[str, BaseModel], list[Problem]]:
+    """Remove the sections of plugins from a raw scenario; return them validated, and all problems.
+
+    Raises
+    ------
+    ProviderError
+        If a plugin with sections is broken.
+    """
+    unknown = [name for name in data if name not in ScenarioModel.model_fields]
+    sections: dict[str, BaseModel] = {}
+    problems: list[Problem] = []
+    owners = plugin_sections()
+    for name in unknown:
+        if name in owners:
+            raw = data.pop(name)
+            model: type[BaseModel] = owners[name].load(owners[name].spec.model)
+            try:
+                sections[name] = model.model_validate(raw)
+            except ValidationError as error:
+                problems += problems_from(error, model, prefix=name, raw=raw)
+        elif message := missing_owner(name):
+            del data[name]
+            problems.append(Problem(name, message))
+    return sections, problems
+
+
+def owned_schemas() -> dict[str, Any]:
+    """Return the JSON schemas of the sections of installed plugins, by name."""
+    return {
+        name: owner.load(owner.spec.model).model_json_schema() | {"description": owner.spec.summary}
+        for name, owner in plugin_sections().items()
+    }

@@ -1,0 +1,206 @@
+"""Camera, trajectory, attitude and jitter from the sections of a scenario."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC
+from typing import Any, TypeVar
+
+import numpy as np
+
+from hcss_payload.attitude import Attitude, AttitudeTable, Nadir, PushBroom, Track
+from hcss_payload.camera import Camera
+from hcss_payload.ccsds import read_aem, read_oem
+from hcss_payload.checks import PayloadError
+from hcss_payload.earth_rotation import EarthOrientation
+from hcss_payload.jitter import Jitter, JitterLine
+from hcss_payload.pose import Pose, pose_at
+from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection, OrbitSection
+from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory, TwoLineElements
+from hcss_twin import Scenario
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import HcssError, Problem, ScenarioError, choose_from
+from hcss_twin.core.plugins import FAILURES, describe
+
+ORBITS, ATTITUDES = "hcss_payload.orbits", "hcss_payload.attitudes"
+"""Entry point groups of other packages: functions ``(parameters, scenario, catalog)`` that return a trajectory, and
+``(parameters, trajectory, scenario, catalog)`` that return an attitude."""
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A camera, and where it is and looks at any time.
+
+    Attributes
+    ----------
+    section : CameraSection
+        The keys of the camera.
+    """
+
+    section: CameraSection
+    camera: Camera
+    trajectory: Trajectory
+    attitude: Attitude
+    jitter: Jitter | None
+
+    def pose(self, time_s: float) -> Pose:
+        """Return the pose at a time."""
+        return pose_at(time_s, self.trajectory, self.attitude, self.jitter)
+
+    def nominal_pose(self, time_s: float) -> Pose:
+        """Return the pose without jitter."""
+        return pose_at(time_s, self.trajectory, self.attitude)
+
+
+def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
+    """Build the payload of a scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If a section is missing or invalid; names the field.
+    """
+    sections = scenario.sections
+    for name in ("camera", "orbit"):
+        if name not in sections:
+            given = ", ".join(f"[{each}]" for each in sections)
+            raise ScenarioError([Problem(name, f"is missing; {given} needs [camera] and [orbit]")])
+    camera, orbit = sections["camera"], sections["orbit"]
+    attitude, jitter = sections.get("attitude", AttitudeSection()), sections.get("jitter")
+    assert isinstance(camera, CameraSection)
+    assert isinstance(orbit, OrbitSection)
+    assert isinstance(attitude, AttitudeSection)
+    optics = _named("camera", lambda: _camera(camera))
+    trajectory = _named("orbit", lambda: _trajectory(orbit, scenario, catalog))
+    toward = _named("attitude", lambda: _attitude(attitude, trajectory, scenario, catalog))
+    shaken = None
+    if jitter is not None:
+        assert isinstance(jitter, JitterSection)
+        shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
+    return Payload(camera, optics, trajectory, toward, shaken)
+
+
+def _named(section: str, make: Callable[[], _T]) -> _T:
+    """Call a function; its errors name the section."""
+    try:
+        return make()
+    except ScenarioError:
+        raise
+    except HcssError as error:
+        field, _, message = str(error).partition(": ")
+        known = field.startswith((f"{section}.", "trajectory."))
+        name = f"{section}.{field.partition('.')[2]}" if known else section
+        raise ScenarioError([Problem(name, message if known else str(error))]) from error
+
+
+def _camera(section: CameraSection) -> Camera:
+    return Camera(
+        section.rows,
+        section.columns,
+        section.focal_length,
+        section.detector_pitch,
+        section.principal_point,
+        section.radial,
+        section.tangential,
+        section.mounting,
+    )
+
+
+def _trajectory(section: OrbitSection, scenario: Scenario, catalog: Catalog) -> Trajectory:
+    start = scenario.time.astimezone(UTC)
+    earth = EarthOrientation(section.dut1 or 0.0, section.pole or (0.0, 0.0))
+    match section.provider:
+        case "circular":
+            return _circular(section)
+        case "geostationary":
+            return Geostationary(float(section.longitude or 0.0))
+        case "tle":
+            lines = section.lines or _two_lines(catalog, str(section.file))
+            return TwoLineElements(*lines, start, earth)
+        case "oem":
+            return read_oem(catalog.file(str(section.file)), start, earth)
+        case "table":
+            table = _table(catalog, "orbit.file", str(section.file), ("time_s", "x_m", "y_m", "z_m"))
+            return PositionTable(table[:, 0], table[:, 1:])
+    made: Trajectory = _of_package(ORBITS, "orbit", section.provider)(section.parameters or {}, scenario, catalog)
+    return made
+
+
+def _circular(section: OrbitSection) -> Circular:
+    altitude, inclination = float(section.altitude or 0.0), float(section.inclination or 0.0)
+    if section.above is None:
+        return Circular(altitude, inclination, section.node_longitude or 0.0, section.argument or 0.0)
+    rising = section.direction != "descending"
+    return Circular.above(altitude, inclination, *section.above, section.above_time or 0.0, rising)
+
+
+def _attitude(section: AttitudeSection, trajectory: Trajectory, scenario: Scenario, catalog: Catalog) -> Attitude:
+    match section.provider:
+        case "nadir":
+            return Nadir(trajectory)
+        case "track":
+            place = scenario.place
+            latitude = place.latitude if section.latitude is None else section.latitude
+            longitude = place.longitude if section.longitude is None else section.longitude
+            return Track(trajectory, latitude, longitude, section.altitude or 0.0)
+        case "push-broom":
+            return PushBroom(trajectory, section.roll or 0.0, section.pitch or 0.0)
+        case "aem":
+            return read_aem(catalog.file(str(section.file)), scenario.time.astimezone(UTC))
+        case "table":
+            table = _table(catalog, "attitude.file", str(section.file), ("time_s", "x", "y", "z", "w"))
+            return AttitudeTable(table[:, 0], table[:, 1:])
+    maker = _of_package(ATTITUDES, "attitude", section.provider)
+    made: Attitude = maker(section.parameters or {}, trajectory, scenario, catalog)
+    return made
+
+
+def _jitter(section: JitterSection, seed: int) -> Jitter:
+    lines = tuple(
+        JitterLine(line.frequency, _radians(line.amplitude), float(np.radians(line.phase))) for line in section.lines
+    )
+    own = seed if section.seed is None else section.seed
+    return Jitter(_radians(section.rms), section.lowest, section.highest, section.exponent, lines, own)
+
+
+def _radians(degrees: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = np.radians(degrees).tolist()
+    return x, y, z
+
+
+def _two_lines(catalog: Catalog, name: str) -> tuple[str, str]:
+    """Return the two lines of a file, which may begin with the name of the satellite."""
+    try:
+        text = catalog.file(name).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise PayloadError(f"orbit.file: {name} cannot be read as text: {error}") from error
+    lines = [line.rstrip() for line in text.splitlines() if line.strip()]
+    if len(lines) not in (2, 3):
+        raise PayloadError(f"orbit.file: {name} has {len(lines)} lines; allowed: two, or three with a name before")
+    return lines[-2], lines[-1]
+
+
+def _table(catalog: Catalog, field: str, name: str, columns: tuple[str, ...]) -> Any:
+    table = catalog.columns(catalog.file(name))
+    missing = [each for each in columns if each not in table]
+    if missing:
+        raise PayloadError(f"{field}: {name} lacks the columns {', '.join(missing)}; allowed: {', '.join(columns)}")
+    return np.stack([table[each] for each in columns], axis=1)
+
+
+def _of_package(group: str, section: str, name: str) -> Callable[..., Any]:
+    """Return the function of another package; raises :class:`PayloadError`."""
+    own = ("circular", "geostationary", "tle", "oem", "table")
+    own = own if section == "orbit" else ("nadir", "track", "push-broom", "aem", "table")
+    known = {entry.name: entry for entry in importlib.metadata.entry_points(group=group)}
+    if name not in known:
+        raise PayloadError(f"{section}.provider: no provider is called '{name}'; {choose_from(name, (*own, *known))}")
+    try:
+        function: Callable[..., Any] = known[name].load()
+    except FAILURES as error:
+        raise PayloadError(f"{section}.provider: '{name}' cannot be imported: {describe(error)}") from error
+    return function

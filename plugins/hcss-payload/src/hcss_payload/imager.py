@@ -1,0 +1,293 @@
+"""The image geometry of a camera in orbit, through which ``hcss run`` writes cubes in focal-plane coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.build import Payload, payload_of
+from hcss_payload.checks import PayloadError
+from hcss_payload.directions import directions_around, view_of
+from hcss_payload.pose import Pose
+from hcss_payload.ray_clouds import RayClouds, require_in_reach
+from hcss_payload.ray_elements import RayElementStage
+from hcss_payload.ray_geometry import GROUND, LARGEST_ZENITH_DEG, SPACE, FrameGeometry
+from hcss_payload.ray_look_up import FrameViews, RayLookUp, frame_views
+from hcss_payload.ray_surfaces import RaySurfaceStage
+from hcss_twin import Scenario
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.cube.header import ImageLayout
+from hcss_twin.cube.variables import FRAME, VariableSpec, flags
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window
+from hcss_twin.providers import View
+
+TIMES, FIELD = 33, 9
+"""Times of the pass, and points along each side of the detector, at which directions and extent are sampled."""
+
+MOST_POINTS = 8
+"""Largest number of points along a pixel that is chosen without being asked for."""
+
+NOTES = (
+    "camera: lines of sight are geometric, without aberration and refraction; pixels are points of the focal plane, "
+    "without optics, detector and smear",
+    "camera: clouds are met at the height of each layer's flat side; each pixel has its own view, but the sun and the "
+    "profile of [place]",
+)
+
+
+def make_imager(scenario: Scenario, catalog: Catalog) -> CameraImager:
+    """Return the imager of a scenario with ``[camera]`` and ``[orbit]``.
+
+    Raises
+    ------
+    ScenarioError
+        If a section is invalid, contradicts other keys, or the camera looks beyond what is computed.
+    """
+    _require_no_other_view(scenario)
+    return CameraImager(scenario, payload_of(scenario, catalog))
+
+
+def _require_no_other_view(scenario: Scenario) -> None:
+    view, platform, motion = scenario.view, scenario.platform, scenario.motion
+    given = {
+        "view.zenith": view.zenith != 0.0,
+        "view.azimuth": view.azimuth != 0.0,
+        "motion.platform_speed": motion.platform_speed != 0.0,
+        "image.window": scenario.image.window is not None,
+        "slant.parallax": scenario.slant.parallax,
+        "slant.shadows": scenario.slant.shadows,
+        "output.derived": bool(scenario.output.derived),
+        **{f"platform.{name}": getattr(platform, name) is not None for name in type(platform).model_fields},
+    }
+    problems = [
+        Problem(name, "given together with [camera]; allowed: without it (the camera has its own view and parallax, and "
+                "cannot show shadows or derived variables)")
+        for name, present in given.items()
+        if present
+    ]
+    if scenario.sea.waves == "resolved":
+        problems.append(Problem("sea.waves", "'resolved' with [camera]; allowed: 'averaged'; closest is 'averaged'"))
+    if problems:
+        raise ScenarioError(problems)
+
+
+class CameraImager:
+    """Image geometry of a camera in orbit; implements :class:`hcss_twin.plan.imager.Imager`."""
+
+    def __init__(self, scenario: Scenario, payload: Payload) -> None:
+        self._payload, self._scenario = payload, scenario
+        self.camera = payload.camera
+        self.rows, self.columns = self.camera.rows, self.camera.columns
+        self._centre = scenario.place.latitude, scenario.place.longitude
+        frames = scenario.frames
+        first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
+        self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
+        self._last: tuple[float, FrameGeometry] | None = None
+        self._last_views: tuple[float, FrameViews] | None = None
+        # The same times for every list of frames between the same ends: tables depend on them.
+        times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
+        toward, places, footprints = self._along(times)
+        self.views = directions_around(toward)
+        middle = self._geometry(float(times[times.size // 2])).nodes()
+        self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(toward[len(toward) // 2])
+        self._extent = (*_range(places[:, 0]), *_range(places[:, 1]))
+        self.pixel_size_m = float(np.median(footprints))
+        point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
+        own = min(max(1, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
+        self.points = payload.section.points or own
+        self.notes: tuple[str, ...] = (
+            *NOTES,
+            f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
+            f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
+        )
+
+    def _along(self, times_s: Array) -> tuple[Array, Array, Array]:
+        """Return directions (N, 3), places (N, 2) and sizes (N,) of sampled pixels of the ground, over the pass."""
+        row = np.linspace(-0.5, self.rows - 0.5, FIELD)[:, None]
+        column = np.linspace(-0.5, self.columns - 0.5, FIELD)[None, :]
+        toward, places, footprints = [], [], []
+        for time_s in times_s.tolist():
+            geometry = self._geometry(time_s)
+            rays = geometry.exact(row, column)
+            self._require_ground(rays.kind, geometry, time_s)
+            ground = rays.kind == GROUND
+            if not ground.any():
+                continue
+            toward.append(rays.toward[ground])
+            places.append(np.stack(geometry.place(rays), axis=-1)[ground])
+            distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
+            # The geometric mean of the sides of a footprint.
+            footprints.append(distance * self.camera.pixel_rad / np.sqrt(rays.toward[ground][:, 2]))
+        if not toward:
+            raise ScenarioError(
+                [Problem("attitude", f"no pixel of any frame sees the ground below zenith {LARGEST_ZENITH_DEG:g} deg; "
+                         "allowed: passes that do")]
+            )
+        return np.concatenate(toward), np.concatenate(places), np.concatenate(footprints)
+
+    def _require_ground(self, kind: NDArray[np.uint8], geometry: FrameGeometry, time_s: float) -> None:
+        if self._payload.section.beyond == "missing" or np.all(kind == GROUND):
+            return
+        share = 100.0 * float(np.mean(kind != GROUND))
+        message = (
+            f"'refuse', and at time {time_s:g} s {share:.3g} % of the image see the Earth beyond zenith "
+            f"{LARGEST_ZENITH_DEG:g} deg, its limb or space; allowed: a pass or field without, or 'missing'"
+        )
+        raise ScenarioError([Problem("camera.beyond", message)])
+
+    def _geometry(self, time_s: float) -> FrameGeometry:
+        if self._last is None or self._last[0] != time_s:
+            try:
+                pose = self._payload.pose(time_s)
+            except PayloadError as error:
+                name, _, message = str(error).partition(": ")
+                field = name.replace("trajectory", "orbit").partition(".")[0]
+                raise ScenarioError([Problem(field, message)]) from error
+            self._last = time_s, FrameGeometry(self.camera, pose, self._centre)
+        return self._last[1]
+
+    def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
+        """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
+        kept = (spec for spec in requested if spec.kind != "geometry")
+        if self._payload.section.beyond == "missing":
+            kept = (
+                replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
+                for spec in kept
+            )
+        return (*kept, *PIXEL_VARIABLES)
+
+    def require_supported(self, plan: Plan) -> None:
+        """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
+        problems = []
+        for number, (layer, generator) in enumerate(zip(plan.layers, plan.assembly.generators, strict=True)):
+            if not 0.0 < layer.coverage < 1.0 or getattr(generator, "image_coverage", None) is not None:
+                continue
+            if layer.coverage_mode == "frame":
+                field = self._scenario.field_as_typed(f"clouds.layers[{number}].coverage_mode")
+                message = "'frame' with [camera]: the image moves over the clouds; allowed: 'field'; closest is 'field'"
+                problems.append(Problem(field, message))
+        if plan.tops is not None:
+            problems.append(Problem("clouds", "tops of their own with [camera]; allowed: tops of the layer"))
+        if plan.assembly.air_over_field is not None:
+            problems.append(Problem("atmosphere.profile", "several profiles with [camera]; allowed: one"))
+        if problems:
+            raise ScenarioError(problems)
+        try:
+            for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
+                clouds = self.clouds(plan, float(time_s))
+                for layer_number in range(len(plan.layers)):
+                    below = clouds.below(layer_number)
+                    if below is not None:
+                        require_in_reach(plan, layer_number, below, float(time_s))
+        except PayloadError as error:
+            raise ScenarioError([Problem("image", str(error))]) from error
+
+    def layout(self, plan: Plan) -> ImageLayout:
+        """Return rows, columns and poses, and the extent of the ground that the frames show."""
+        poses = [self._payload.pose(float(time_s)) for time_s in self._times_s]
+        return ImageLayout(_coordinates(self.rows, self.columns, poses), *self._extent)
+
+    def clouds(self, plan: Plan, time_s: float) -> RayClouds:
+        """Return the clouds of a frame."""
+        return RayClouds(plan, self.camera, self._geometry(time_s).pose)
+
+    def look_up(self, plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> RayLookUp:
+        """Return the look-up of a frame."""
+        assert plan.views is not None
+        geometry = self._geometry(time_s)
+        views = frame_views(plan.views, self.views, geometry, [each.table for each in look_ups])
+        return RayLookUp(views, look_ups, self.views, geometry)
+
+    def surface_stage(self, plan: Plan, tables: Any) -> RaySurfaceStage:
+        """Return the surfaces at the points of the frames."""
+        return RaySurfaceStage(plan, tables, self._geometry, self.views)
+
+    def element_stage(self, plan: Plan) -> RayElementStage:
+        """Return the elements as the camera sees them."""
+        return RayElementStage(plan, self._geometry)
+
+    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
+        """Return the exact view of pixels."""
+        row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
+        return [view_of(toward) for toward in self._geometry(time_s).exact(row, column).toward]
+
+    def unseen(self, time_s: float, window: Window) -> NDArray[np.bool_] | None:
+        """Return which pixels of a window do not show the ground that is computed."""
+        geometry = self._geometry(time_s)
+        kind = geometry.window(*window).kind
+        self._require_ground(kind, geometry, time_s)
+        beyond: NDArray[np.bool_] = kind != GROUND
+        return beyond if beyond.any() else None
+
+    def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
+        """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
+        geometry = self._geometry(time_s)
+        rays = geometry.window(*extent)
+        beyond = self.unseen(time_s, extent)
+        if beyond is not None:
+            for values in frame.values():
+                if values.dtype.kind == "f":
+                    values[..., beyond] = np.nan
+                    values[..., rays.kind == SPACE] = 0.0
+        latitude, longitude = geometry.place(rays)
+        zenith, azimuth = geometry.angles_deg(rays)
+        distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
+        for spec, values in zip(PIXEL_VARIABLES, (latitude, longitude, zenith, azimuth, distance, rays.kind), strict=True):
+            frame[spec.name] = np.ascontiguousarray(values, dtype=spec.dtype)
+
+
+def _pixel(name: str, units: str, long_name: str, text: str, standard: str | None, dtype: str) -> VariableSpec:
+    return VariableSpec(name, units, long_name, "geometry", text, FRAME, dtype, standard, may_be_missing=dtype != "uint8")
+
+
+PIXEL_VARIABLES = (
+    _pixel("pixel_latitude", "degrees_north", "latitude of the pixel",
+        "Geodetic latitude (WGS 84) where the line of sight of the pixel's centre meets the ellipsoid.", "latitude",
+        "float64"),
+    _pixel("pixel_longitude", "degrees_east", "longitude of the pixel",
+        "Longitude of that place, within 180 degrees of the scene's.", "longitude", "float64"),
+    _pixel("pixel_view_zenith", "degree", "zenith angle of the sensor at the pixel",
+        "Angle at that place between the ellipsoid's normal and the camera.", "sensor_zenith_angle", "float32"),
+    _pixel("pixel_view_azimuth", "degree", "azimuth angle of the sensor at the pixel",
+        "Bearing from that place toward the camera, clockwise from north.", "sensor_azimuth_angle", "float32"),
+    _pixel("pixel_slant_range", "m", "distance from the pixel to the sensor", "Distance from that place to the camera.",
+        None, "float32"),
+    replace(
+        _pixel("pixel_kind", "1", "what the pixel sees",
+            f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees and limb, whose radiance is missing; or "
+            "space above 100 km, whose radiance is 0.", None, "uint8"),
+        attributes=flags("ground slant_ground limb space"),
+    ),
+)  # fmt: skip
+"""Coordinates of the pixels of each frame."""
+
+
+def _coordinates(rows: int, columns: int, poses: Sequence[Pose]) -> tuple[tuple[VariableSpec, NDArray[Any]], ...]:
+    def spec(name: str, dims: tuple[str, ...], units: str, long_name: str, text: str, dtype: str) -> VariableSpec:
+        return VariableSpec(name, units, long_name, "coordinate", text, dims, dtype)
+
+    return (
+        (spec("row", ("row",), "1", "row of the detector", "From 0; the first row is the upper one.", "int32"),
+         np.arange(rows, dtype=np.int32)),
+        (spec("column", ("column",), "1", "column of the detector", "From 0, left to right.", "int32"),
+         np.arange(columns, dtype=np.int32)),
+        (spec("platform_position", ("time", "earth_axis"), "m", "position of the camera",
+              "Earth-fixed (ITRF, WGS 84): toward 0 N 0 E, 0 N 90 E and the north pole.", "float64"),
+         np.array([pose.position_m for pose in poses])),
+        (spec("platform_quaternion", ("time", "quaternion_component"), "1", "orientation of the camera's body",
+              "x, y, z, w; turns vectors of the body (z ahead, x along columns, y along rows) into Earth-fixed ones.",
+              "float64"),
+         np.array([pose.quaternion for pose in poses])),
+    )  # fmt: skip
+
+
+def _range(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())

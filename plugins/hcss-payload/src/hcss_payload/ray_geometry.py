@@ -1,0 +1,120 @@
+"""Geometry of a frame: where each pixel sees the Earth, and the direction from there to the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.camera import Camera
+from hcss_payload.mesh import Mesh, MeshValues
+from hcss_payload.pose import Pose
+from hcss_payload.rays import meet
+from hcss_payload.scene_plane import surface_place, toward_camera
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED
+
+LARGEST_ZENITH_DEG = 75.0
+"""Beyond, refraction matters and ground pixels are many times longer than wide."""
+
+ATMOSPHERE_M = 100e3
+"""Altitude above which rays see space."""
+
+GROUND, SLANT, LIMB, SPACE = range(4)
+"""Kinds of pixels: of the ground up to the largest zenith, beyond it, of the atmosphere at the limb, and of space."""
+
+
+@dataclass(frozen=True, eq=False)
+class PixelRays:
+    """Lines of sight of a window of pixels (y, x); NaN where they miss the ground.
+
+    Attributes
+    ----------
+    position_m : ndarray (y, x, 3)
+        Where the pixels see the ellipsoid, Earth-fixed.
+    toward : ndarray (y, x, 3)
+        Direction to the camera along the axes of the scene's plane.
+    kind : ndarray of uint8 (y, x)
+    """
+
+    position_m: Array
+    toward: Array
+    kind: NDArray[np.uint8]
+
+
+class FrameGeometry:
+    """Lines of sight of a camera at a pose.
+
+    Parameters
+    ----------
+    centre : (float, float)
+        Latitude and longitude of the centre of the scene's plane.
+    """
+
+    def __init__(self, camera: Camera, pose: Pose, centre: tuple[float, float]) -> None:
+        self.camera, self.pose, self._centre = camera, pose, centre
+        self.mesh = Mesh(camera, pose)
+        self._values = MeshValues(self.mesh, self._of)
+        self._last: tuple[tuple[int, ...], PixelRays] | None = None
+
+    def window(self, rows: slice, columns: slice) -> PixelRays:
+        """Return the lines of sight of a window of pixels; the last one is kept."""
+        key = rows.start, rows.stop, columns.start, columns.stop
+        if self._last is None or self._last[0] != key:
+            values = self._values.window(rows, columns)
+            row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in (rows, columns))
+            self._last = key, self._rays(values, row[:, None], column[None, :])
+        return self._last[1]
+
+    def exact(self, row: Array, column: Array) -> PixelRays:
+        """Return the exact lines of sight of points (...) of the image."""
+        position = self.mesh.exact_m(row, column)
+        values = np.full((*position.shape[:-1], 6), np.nan)
+        met = ~np.isnan(position[..., 0])
+        values[met] = self._of(position[met])
+        return self._rays(values, row, column)
+
+    def nodes(self) -> Array:
+        """Return the directions (N, 3) to the camera at the nodes of the mesh that see the ground."""
+        toward = self._values.at_nodes[..., 3:].reshape(-1, 3)
+        return toward[~np.isnan(toward[:, 0])]
+
+    def angles_deg(self, rays: PixelRays) -> tuple[Array, Array]:
+        """Return zenith and azimuth (clockwise from north) of the camera."""
+        x, y, z = np.moveaxis(rays.position_m, -1, 0)
+        up = np.stack((x, y, z / (1.0 - ECCENTRICITY_SQUARED)), axis=-1)
+        up /= np.linalg.norm(up, axis=-1, keepdims=True)
+        ray = self.pose.position_m - rays.position_m
+        across = np.maximum(np.hypot(x, y), 1e-9)  # at a pole, the meridian of Greenwich is north
+        east = (ray[..., 1] * x - ray[..., 0] * y) / across
+        height = np.sum(ray * up, axis=-1)
+        flat = ray - height[..., None] * up
+        north = (flat[..., 2] * across - (flat[..., 0] * x + flat[..., 1] * y) / across * z) / np.hypot(across, z)
+        # The axis toward north lies in the meridian: its component here is that of the horizontal part.
+        ahead = np.copysign(np.sqrt(np.maximum(np.sum(flat * flat, axis=-1) - east**2, 0.0)), north)
+        zenith = np.degrees(np.arctan2(np.hypot(east, ahead), height))
+        return zenith, np.degrees(np.arctan2(east, ahead)) % 360.0
+
+    def _of(self, position_m: Array) -> Array:
+        return np.concatenate((position_m, toward_camera(position_m, self.pose.position_m, self._centre)), axis=-1)
+
+    def _rays(self, values: Array, row: Array, column: Array) -> PixelRays:
+        position, toward = values[..., :3], values[..., 3:]
+        with np.errstate(invalid="ignore"):
+            steep = np.hypot(toward[..., 0], toward[..., 1]) > np.tan(np.radians(LARGEST_ZENITH_DEG)) * toward[..., 2]
+        missed = np.isnan(position[..., 0])
+        # Places too far from the scene for its plane have no direction.
+        kind = np.where(steep | np.isnan(toward[..., 0]), SLANT, GROUND).astype(np.uint8)
+        if missed.any():
+            at_row, at_column = (np.broadcast_to(each, missed.shape)[missed] for each in (row, column))
+            ray = self.pose.to_earth(self.camera.directions(at_row, at_column))
+            above = np.isnan(meet(self.pose.position_m, ray, ATMOSPHERE_M)[..., 0])
+            kind[missed] = np.where(above, SPACE, LIMB)
+        return PixelRays(position, toward, kind)
+
+    def place(self, rays: PixelRays) -> tuple[Array, Array]:
+        """Return latitude and longitude (deg), within 180 of the scene's centre."""
+        latitude, longitude = surface_place(rays.position_m)
+        middle = self._centre[1]
+        return latitude, middle + (longitude - middle + 180.0) % 360.0 - 180.0

@@ -1,0 +1,189 @@
+"""Radiance of the pixels of a frame, each toward its own direction, from tables toward few directions.
+
+The tables of a pass lie at the nodes of polynomials over its rectangle of directions. A frame covers a small part of
+the rectangle, where polynomials of lower order do: their tables are combinations of those of the pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.directions import Directions, require_inside
+from hcss_payload.ray_geometry import GROUND, FrameGeometry
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.physics import quadrature
+from hcss_twin.plan.views import ViewAxis
+from hcss_twin.plan.windows import Window, points_of
+
+Thickness = NDArray[np.float32]
+
+LOST = 1e-5
+"""Largest relative error of the polynomials of a frame, relative to those of the pass."""
+
+VALUES_AT_ONCE = 2**20
+"""Maximum pixels times channels that are summed together."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameViews:
+    """Nodes of the directions of one frame.
+
+    Attributes
+    ----------
+    middle, half : (float, float)
+        Of the frame's rectangle, in coordinates of the pass.
+    orders : (int, int)
+        Polynomial order along x and y.
+    of_pass : ndarray (N, M) or None
+        Weight of the M tables of the pass at the N nodes; None: the nodes are those of the pass.
+    """
+
+    middle: tuple[float, float]
+    half: tuple[float, float]
+    orders: tuple[int, int]
+    of_pass: Array | None
+
+    def weights(self, x: Array, y: Array) -> Array:
+        """Return the weights (N, n) of the nodes at positions x and y (n,) of the pass."""
+        (at_x, at_y), (half_x, half_y) = self.middle, self.half
+        across = quadrature.weights(self.orders[0], (x - at_x) / half_x)
+        up = quadrature.weights(self.orders[1], (y - at_y) / half_y)
+        product: Array = (up[:, :, None] * across[:, None, :]).reshape(x.size, -1).T
+        return product
+
+    def look_ups(self, of_pass: Sequence[LookUp]) -> list[LookUp]:
+        """Return the look-ups at the nodes."""
+        if self.of_pass is None:
+            return list(of_pass)
+        tables = [each.table for each in of_pass]
+        # Between the nodes of all of them every table is linear.
+        nodes = tuple(_union([table.nodes_m[layer] for table in tables]) for layer in range(len(tables[0].nodes_m)))
+        alone = [
+            np.stack([_at(nodes[layer], table.nodes_m[layer], table.alone[layer]) for table in tables])
+            for layer in range(len(nodes))
+        ]
+        clear = np.stack([table.clear for table in tables])
+        made: list[LookUp] = []
+        for weight in self.of_pass:
+            own = tuple(np.tensordot(weight, each, 1) for each in alone)
+            made.append(LookUp(DenseTable(weight @ clear, nodes, own, None), made[0] if made else None))
+        return made
+
+
+def frame_views(axis: ViewAxis, directions: Directions, geometry: FrameGeometry, tables: Sequence[DenseTable]) -> FrameViews:
+    """Return the nodes of a frame: the fewest whose polynomials equal those of the pass within ``LOST``.
+
+    Tables with clouds in two layers are not combined.
+    """
+    orders = axis.order_x, axis.order_y
+    whole = FrameViews((0.0, 0.0), (1.0, 1.0), orders, None)
+    toward = geometry.nodes()
+    if max(orders) == 0 or not toward.size or any(table.both is not None for table in tables):
+        return whole
+    places = [np.clip(each, -1.0, 1.0) for each in directions.places(toward)]
+    middle = tuple(float(0.5 * (each.min() + each.max())) for each in places)
+    half = tuple(max(float(0.5 * (each.max() - each.min())), 1e-9) for each in places)
+    sample = np.stack([np.concatenate((table.clear, *(each[[0, -1]].ravel() for each in table.alone if each.size))) for table in tables])
+    test = np.linspace(-1.0, 1.0, 7)
+    x, y = (each.ravel() for each in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
+    true = whole.weights(x, y).T @ sample
+    scale = np.maximum(np.abs(true), 1e-6 * np.max(np.abs(true), axis=0, initial=0.0) + 1e-300)
+    for least in range(max(orders)):
+        few = min(least, orders[0]), min(least, orders[1])
+        if (few[0] + 1) * (few[1] + 1) >= (orders[0] + 1) * (orders[1] + 1):
+            break
+        at_x = middle[0] + half[0] * quadrature.nodes(few[0])
+        at_y = middle[1] + half[1] * quadrature.nodes(few[1])
+        node_x, node_y = (each.ravel() for each in np.meshgrid(at_x, at_y))
+        guess = FrameViews((middle[0], middle[1]), (half[0], half[1]), few, whole.weights(node_x, node_y).T)
+        assert guess.of_pass is not None
+        if np.max(np.abs(guess.weights(x, y).T @ (guess.of_pass @ sample) - true) / scale) <= LOST:
+            return guess
+    return whole
+
+
+class RayLookUp:
+    """Look-up of a frame with the direction of each pixel."""
+
+    def __init__(self, views: FrameViews, look_ups: Sequence[LookUp], directions: Directions, geometry: FrameGeometry) -> None:
+        self._views, self._look_ups = views, views.look_ups(look_ups)
+        self._directions, self._geometry = directions, geometry
+        camera = geometry.camera
+        self._extent: Window = slice(0, camera.rows), slice(0, camera.columns)
+
+    def of_part(self, extent: Window) -> RayLookUp:
+        """Return the look-up of some rows and columns, counted from the first of this one."""
+        part = copy(self)
+        part._extent = self._moved(extent)
+        return part
+
+    def fill(
+        self,
+        radiance: NDArray[np.float32],
+        thickness_m: Sequence[Thickness],
+        samples: int = 1,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Write the radiance of a window like :meth:`hcss_twin.engine.tables.look_up.LookUp.fill`."""
+        if thickness_m:
+            rows, columns = (size // samples for size in thickness_m[0].shape)
+        else:
+            (rows, columns), corner = (each.stop - each.start for each in self._extent), (0, 0)
+        step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns))
+        for first in range(0, rows, step):
+            strip = slice(first, min(first + step, rows))
+            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
+            x = slice(corner[1], corner[1] + columns)
+            points = [np.ascontiguousarray(each[points_of(strip, samples)]) for each in thickness_m]
+            shape = strip.stop - first, columns
+            weights = self._weights(self._moved((y, x))).reshape(-1, *shape)
+            sums = np.zeros((radiance.shape[0], *shape))
+            part = np.empty(sums.shape, dtype=np.float32)
+            for weight, look_up in zip(weights, self._look_ups, strict=True):
+                look_up.fill(part, points, samples)
+                sums += weight * part
+            # A vanishing term can become negative between nodes.
+            radiance[:, y, x] = np.maximum(sums, 0.0)
+
+    def _weights(self, window: Window) -> Array:
+        return pixel_weights(self._views, self._directions, self._geometry, window)
+
+    def _moved(self, window: Window) -> Window:
+        rows, columns = (
+            slice(pixels.start + whole.start, pixels.stop + whole.start)
+            for pixels, whole in zip(window, self._extent, strict=True)
+        )
+        return rows, columns
+
+
+def pixel_weights(views: FrameViews, directions: Directions, geometry: FrameGeometry, window: Window) -> Array:
+    """Return the weights (N, pixels) of the nodes for the pixels of a window; those of the middle off the ground."""
+    rays = geometry.window(*window)
+    ground = rays.kind == GROUND
+    x, y = (np.where(ground, each, middle) for each, middle in zip(directions.places(np.where(ground[..., None], rays.toward, 1.0)), views.middle, strict=True))
+    require_inside(x, y)
+    return views.weights(x.ravel(), y.ravel())
+
+
+def _union(nodes: Sequence[Array]) -> Array:
+    first = nodes[0]
+    if all(each.size == first.size and np.array_equal(each, first) for each in nodes):
+        return first
+    return np.unique(np.concatenate(nodes))
+
+
+def _at(nodes: Array, own: Array, values: Array) -> Array:
+    """Return values (N, C), linear between their own nodes, at others."""
+    if nodes is own or nodes.size == 0:
+        return values
+    place = np.clip(np.searchsorted(own, nodes, side="right") - 1, 0, own.size - 2)
+    share = np.clip((nodes - own[place]) / (own[place + 1] - own[place]), 0.0, 1.0)
+    result: Array = values[place] + share[:, None] * (values[place + 1] - values[place])
+    return result

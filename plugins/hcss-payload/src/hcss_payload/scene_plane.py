@@ -1,0 +1,75 @@
+"""Between the Earth and the plane of the scene, in which clouds, surfaces and elements are defined."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geodesy import (
+    ECCENTRICITY_SQUARED,
+    MEAN_EARTH_RADIUS_M,
+    east_north_up,
+    to_earth_centred,
+    to_geographic_with_turn,
+)
+
+FARTHEST_DEG = 85.0
+"""Greatest angle from the centre of the plane, at which it is stretched across by half."""
+
+_PLACED_M, _ITERATIONS = 1e-4, 30
+
+
+def surface_place(position_m: Array) -> tuple[Array, Array]:
+    """Return geodetic latitude and longitude (deg) of positions (..., 3) on the ellipsoid.
+
+    Exact on it; at an altitude h of some metres the latitude is off by e^2 h / R sin(latitude) cos(latitude).
+    """
+    x, y, z = np.moveaxis(position_m, -1, 0)
+    across = np.hypot(x, y) * (1.0 - ECCENTRICITY_SQUARED)
+    return np.degrees(np.arctan2(z, across)), np.degrees(np.arctan2(y, x))
+
+
+def to_scene(
+    latitude_deg: Array, longitude_deg: Array, centre: tuple[float, float]
+) -> tuple[Array, Array, Array]:
+    """Return x and y (m) of places in the plane centred on a place, and the bearing (deg) of its y axis there.
+
+    The iteration of :func:`hcss_twin.physics.geodesy.to_plane`, begun on the sphere: it converges on the whole
+    hemisphere. Places farther than ``FARTHEST_DEG`` from the centre are NaN.
+    """
+    latitude, longitude = centre
+    target = to_earth_centred(latitude_deg, longitude_deg)
+    east, north, up = (axis for axis in east_north_up(np.float64(latitude), np.float64(longitude)))  # type: ignore[arg-type]
+    toward = np.stack(east_north_up(latitude_deg, longitude_deg)[2:], axis=0)[0]
+    right, ahead = toward @ east, toward @ north
+    angle = np.arctan2(np.hypot(right, ahead), toward @ up)
+    far = angle > np.radians(FARTHEST_DEG)
+    scale = MEAN_EARTH_RADIUS_M * angle / np.maximum(np.hypot(right, ahead), 1e-300)
+    x, y = np.where(far, 0.0, right * scale), np.where(far, 0.0, ahead * scale)
+    for _ in range(_ITERATIONS):
+        at_latitude, at_longitude, turn = to_geographic_with_turn(x, y, latitude, longitude)
+        rest = target - to_earth_centred(at_latitude, at_longitude)
+        toward_east, toward_north, _ = east_north_up(at_latitude, at_longitude)
+        right, ahead = np.sum(rest * toward_east, axis=-1), np.sum(rest * toward_north, axis=-1)
+        sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
+        moved = np.where(far, 0.0, np.hypot(right, ahead))
+        x, y = x + right * cosine - ahead * sine, y + right * sine + ahead * cosine
+        if np.all(moved < _PLACED_M):
+            break
+        x, y = np.where(far, 0.0, x), np.where(far, 0.0, y)
+    nothing = np.where(far, np.nan, 0.0)
+    return x + nothing, y + nothing, turn + nothing
+
+
+def toward_camera(position_m: Array, camera_m: Array, centre: tuple[float, float]) -> Array:
+    """Return directions (..., 3) from positions (..., 3) on the ellipsoid to the camera, along the scene's axes.
+
+    Azimuths count from the plane's y axis, as those of the sun and the wind at its centre.
+    """
+    latitude, longitude = surface_place(position_m)
+    _, _, turn = to_scene(latitude, longitude, centre)
+    ray = camera_m - position_m
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    east, north, up = (np.sum(axis * ray, axis=-1) for axis in east_north_up(latitude, longitude))
+    sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
+    return np.stack((east * cosine - north * sine, east * sine + north * cosine, up), axis=-1)

@@ -1,0 +1,202 @@
+"""Scenario sections ``[camera]``, ``[orbit]``, ``[attitude]`` and ``[jitter]``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.core.errors import closest
+from hcss_twin.scenario.section_types import ScenarioSection
+from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
+
+_SMALL = {"mrad": 1e-3, "urad": 1e-6}
+
+
+def _small_angle(value: object) -> object:
+    """Convert text in mrad or urad to text in rad."""
+    if isinstance(value, str):
+        for unit, factor in _SMALL.items():
+            number = value.strip().removesuffix(unit).strip()
+            if value.strip().endswith(unit):
+                try:
+                    return f"{float(number) * factor!r} rad"
+                except ValueError:
+                    return value
+    return value
+
+
+SmallAngle = Annotated[Angle, BeforeValidator(_small_angle)]
+"""An angle in degrees, or text in deg, rad, mrad or urad."""
+
+Pair = tuple[Number, Number]
+Quaternion = tuple[Number, Number, Number, Number]
+
+
+class CameraSection(ScenarioSection):
+    """Detector and lens of a camera."""
+
+    rows: Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
+    columns: Whole = Field(ge=1, le=16384, description="Columns of the detector.")
+    focal_length: InstrumentLength = Field(ge=1e-4, le=1000, description="Focal length, m.")
+    detector_pitch: InstrumentLength = Field(ge=1e-7, le=0.01, description="Distance between detectors, m.")
+    principal_point: Pair | None = Field(
+        None, description="[row, column] of the optical axis; default: the middle of the detector."
+    )
+    radial: Pair = Field((0.0, 0.0), description="Radial distortion k1, k2 (Brown).")
+    tangential: Pair = Field((0.0, 0.0), description="Tangential distortion p1, p2.")
+    mounting: Quaternion = Field(
+        (0.0, 0.0, 0.0, 1.0), description="Quaternion x, y, z, w that turns vectors of the camera into the body's."
+    )
+    points: Whole | None = Field(
+        None,
+        ge=1,
+        le=16,
+        description="n: a pixel is the mean of n x n points; default: as many as its footprint has points of the scene "
+        "(image.pixel_size), up to 8.",
+    )
+    beyond: Literal["refuse", "missing"] = Field(
+        "refuse",
+        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", or "missing" values. '
+        "Space above the atmosphere has radiance 0.",
+    )
+
+
+class _ByProvider(ScenarioSection):
+    """A section whose keys depend on its provider."""
+
+    def _check(self, keys: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]) -> None:
+        provider: str = self.provider  # type: ignore[attr-defined]
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None} - {"provider"}
+        if provider not in keys:
+            if given - {"parameters"}:
+                guess = closest(provider, list(keys))
+                hint = f"; closest valid choice is '{guess}'" if guess else ""
+                names = ", ".join(keys)
+                raise PydanticCustomError(
+                    "provider",
+                    f"provider '{provider}' with {', '.join(sorted(given))}; allowed: {names}{hint}; a provider of "
+                    "another package has its keys in parameters",
+                )
+            return
+        required, optional = keys[provider]
+        missing = [name for name in required if name not in given]
+        if missing:
+            raise PydanticCustomError("provider", f"'{provider}' needs {', '.join(missing)}")
+        extra = sorted(given - {*required, *optional})
+        if extra:
+            allowed = ", ".join((*required, *optional)) or "none"
+            raise PydanticCustomError(
+                "provider", f"{', '.join(extra)} given with provider '{provider}'; its keys are {allowed}"
+            )
+
+
+class OrbitSection(_ByProvider):
+    """Trajectory of the camera."""
+
+    provider: str = Field(
+        "circular", description='"circular", "geostationary", "tle", "oem", "table", or one of another package.'
+    )
+    altitude: Length | None = Field(None, ge=1e5, le=1e8, description="circular: above the equatorial radius, m.")
+    inclination: Angle | None = Field(None, ge=0, le=180, description="circular: inclination, degrees.")
+    node_longitude: Angle | None = Field(
+        None, ge=-360, le=360, description="circular: longitude of the ascending node at the start, degrees."
+    )
+    argument: Angle | None = Field(
+        None, ge=-360, le=360, description="circular: angle from the node along the orbit at the start, degrees."
+    )
+    above: Pair | None = Field(
+        None, description="circular: [latitude, longitude] that the orbit passes, in place of node and argument."
+    )
+    above_time: Duration | None = Field(None, ge=-1e6, le=1e6, description="circular: when it does so, s; default 0.")
+    direction: Literal["ascending", "descending"] | None = Field(
+        None, description='circular: of the pass above that place; default "ascending".'
+    )
+    longitude: Angle | None = Field(None, ge=-180, le=360, description="geostationary: of the satellite, degrees east.")
+    lines: tuple[str, str] | None = Field(None, description="tle: the two lines of the elements.")
+    file: str | None = Field(
+        None, description="tle: file with two lines; oem: CCSDS message; table: CSV with time_s, x_m, y_m, z_m (ITRF)."
+    )
+    dut1: Duration | None = Field(None, ge=-1, le=1, description="tle, oem in TEME: UT1 - UTC, s; default 0.")
+    pole: Pair | None = Field(None, description="tle, oem in TEME: coordinates x, y of the pole, arc seconds; default 0.")
+    parameters: dict[str, Any] | None = Field(None, description="Parameters of a provider of another package.")
+
+    @model_validator(mode="after")
+    def _keys(self) -> Self:
+        earth = ("dut1", "pole")
+        self._check(
+            {
+                "circular": (
+                    ("altitude", "inclination"),
+                    ("node_longitude", "argument", "above", "above_time", "direction"),
+                ),
+                "geostationary": (("longitude",), ()),
+                "tle": ((), ("lines", "file", *earth)),
+                "oem": (("file",), earth),
+                "table": (("file",), ()),
+            }
+        )
+        if self.provider == "tle" and (self.lines is None) == (self.file is None):
+            raise PydanticCustomError("provider", "'tle' needs lines or file; allowed: one of them")
+        if self.above is None and (self.above_time is not None or self.direction is not None):
+            raise PydanticCustomError("provider", "above_time or direction without above; allowed: with it")
+        if self.above is not None and (self.node_longitude is not None or self.argument is not None):
+            raise PydanticCustomError("provider", "above together with node_longitude or argument; allowed: one way")
+        return self
+
+
+class AttitudeSection(_ByProvider):
+    """Orientation of the camera's body."""
+
+    provider: str = Field(
+        "nadir", description='"nadir", "track", "push-broom", "aem", "table", or one of another package.'
+    )
+    latitude: Angle | None = Field(
+        None, ge=-90, le=90, description="track: of the place, degrees north; default: that of [place]."
+    )
+    longitude: Angle | None = Field(
+        None, ge=-180, le=360, description="track: of the place, degrees east; default: that of [place]."
+    )
+    altitude: Length | None = Field(None, ge=-500, le=1e5, description="track: of the place, m; default 0.")
+    roll: Angle | None = Field(None, ge=-180, le=180, description="push-broom: positive looks to the right, degrees.")
+    pitch: Angle | None = Field(None, ge=-180, le=180, description="push-broom: toward the motion, degrees.")
+    file: str | None = Field(
+        None, description="aem: CCSDS message; table: CSV with time_s, x, y, z, w from the body to ITRF."
+    )
+    parameters: dict[str, Any] | None = Field(None, description="Parameters of a provider of another package.")
+
+    @model_validator(mode="after")
+    def _keys(self) -> Self:
+        self._check(
+            {
+                "nadir": ((), ()),
+                "track": ((), ("latitude", "longitude", "altitude")),
+                "push-broom": ((), ("roll", "pitch")),
+                "aem": (("file",), ()),
+                "table": (("file",), ()),
+            }
+        )
+        return self
+
+
+class JitterLineSection(ScenarioSection):
+    """One vibration."""
+
+    frequency: Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
+    amplitude: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(description="Around x, y and z of the body, degrees.")
+    phase: Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
+
+
+class JitterSection(ScenarioSection):
+    """Small turns of the body: a power-law spectrum and lines."""
+
+    rms: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(
+        (0.0, 0.0, 0.0), description='Root mean square around x, y and z, degrees or text ("20 urad"), without lines.'
+    )
+    lowest: Number = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
+    highest: Number = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
+    exponent: Number = Field(2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent.")
+    lines: tuple[JitterLineSection, ...] = Field((), max_length=100, description="Vibrations of single frequencies.")
+    seed: Whole | None = Field(None, ge=0, lt=2**63, description="Seed of the phases; default: that of the scenario.")
