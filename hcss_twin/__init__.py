@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
     from hcss_twin.engine.sense import sense
     from hcss_twin.engine.simulate import simulate
+    from hcss_twin.engine.twin import Twin
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
     from hcss_twin.reports.report import report
@@ -57,6 +58,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SweepError",
+    "Twin",
     "__version__",
     "column_spectra",
     "export_cube",
@@ -89,6 +91,7 @@ def __getattr__(name: str) -> Any:
         "ScenarioError": "core.errors",
         "SweepError": "core.errors",
         "ProviderSpec": "providers.registry.specs",
+        "Twin": "engine.twin",
         "column_spectra": "engine.column_spectra",
         "export_cube": "cube.export.cube_export",
         "fit": "analysis.uncertainty.fit",

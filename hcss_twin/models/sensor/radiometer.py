@@ -25,6 +25,9 @@ from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, SensorBand, SensorDeclaration, SensorInputs
 
 
+_TYPES = {"radiance": np.float32, "photon_rate": np.float32, "digital_number": np.int32, "saturated": np.uint8}
+
+
 class Radiometer:
     """Blur, smear, photons, noise, fixed pattern, saturation and quantisation (docs/how-to/sensors.md)."""
 
@@ -65,15 +68,24 @@ class Radiometer:
         )
 
     def _by_rows(self, clean: NDArray[np.float32], frame: int) -> Measured:
-        found: dict[str, NDArray[Any]] = {"radiance": np.empty_like(clean)}
-        types = {"photon_rate": np.float32, "digital_number": np.int32, "saturated": np.uint8}
-        found |= {name: np.empty(clean.shape, types[name]) for name in self.variables}
-        none = {name: np.empty((0, 0), dtype) for name, dtype in types.items()}
-        for index, channel in enumerate(self._channels):
+        found = self.arrays(clean.shape)
+        self.measure_into(clean, frame, found)
+        return Measured(**found)
+
+    def arrays(self, shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
+        """Return arrays for the measurement of frames of a shape (B, y, x)."""
+        return {name: np.empty(shape, _TYPES[name]) for name in ("radiance", *self.variables)}
+
+    def measure_into(
+        self, clean: NDArray[np.float32], frame: int, found: Mapping[str, NDArray[Any]], bands: slice = slice(None)
+    ) -> None:
+        """Write the measurement by rows of ``clean`` (B, y, x), or of some of its bands, into :meth:`arrays`."""
+        none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
+        for index in range(len(self._channels))[bands]:
+            channel = self._channels[index]
             image, weights = self._blur.by_rows(clean[index], channel.band)
             results = {name: each[index] for name, each in found.items()}
             channel.measure_rows(image, weights, frame, {**none, **results})
-        return Measured(**found)
 
 
 @dataclass(frozen=True)

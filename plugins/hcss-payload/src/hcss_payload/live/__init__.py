@@ -1,0 +1,5 @@
+"""Live frames: images of a scene from poses that are known only when they are needed, many a second."""
+
+from hcss_payload.live.twin import LiveFrame, LiveTwin, PointTarget, PreparedPass
+
+__all__ = ["LiveFrame", "LiveTwin", "PointTarget", "PreparedPass"]

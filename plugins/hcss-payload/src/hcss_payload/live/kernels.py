@@ -1,0 +1,260 @@
+"""Compiled loops of live frames: rays at the nodes of a mesh, and the look-up of the sky and its radiance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.kernels import inner, kernel
+
+TILE, BORDER = 256, 1
+"""Points along each side of a tile, and those it shares with the next."""
+
+WIDE = TILE + BORDER
+
+VALUE_STEP = np.float32(2e-4)
+"""Step of the field in a tile of 16 bits, which ends 6.55 standard deviations from 0."""
+
+
+CHUNK_PIXELS = 512
+"""Neighbouring pixels that are computed together; a multiple of any step of the mesh."""
+
+TABLE_PER_VALUE, TABLE_HALF = 100.0, 700
+"""Intervals of the table of radiance per standard deviation of the field, and those below the cloud's edge."""
+
+
+@kernel(error_model="numpy")
+def node_places(directions: Any, turn: Any, origin: Any, axes: Any, frame: Any, powers: Any, fit: Any, out: Any) -> Any:
+    """Write the places that the nodes of a mesh see; return the number of nodes beyond the limb.
+
+    Parameters
+    ----------
+    directions : ndarray (N, M, 3)
+        Unit vectors in the body.
+    turn : ndarray (3, 3)
+        From the body to the Earth.
+    origin : ndarray (3,)
+        Earth-fixed position of the camera.
+    axes : ndarray (3,)
+        Semi-axes of the surface.
+    frame : ndarray (3, 3)
+        Rows: centre, and east and north of the plane of the fit, over its size.
+    powers, fit : ndarray (K, 2), (K, 2)
+        Exponents of east and north, and coefficients of x and y.
+    out : ndarray (N, M, 2)
+        x and y in the plane of the scene; NaN beyond the limb or the fit.
+    """
+    missed = 0
+    most = 0
+    for k in range(powers.shape[0]):
+        most = max(most, powers[k, 0], powers[k, 1])
+    east_powers, north_powers = np.ones(most + 1), np.ones(most + 1)
+    sx, sy, sz = origin[0] / axes[0], origin[1] / axes[1], origin[2] / axes[2]
+    for i in range(directions.shape[0]):
+        for j in range(directions.shape[1]):
+            a, b, c = directions[i, j, 0], directions[i, j, 1], directions[i, j, 2]
+            dx = turn[0, 0] * a + turn[0, 1] * b + turn[0, 2] * c
+            dy = turn[1, 0] * a + turn[1, 1] * b + turn[1, 2] * c
+            dz = turn[2, 0] * a + turn[2, 1] * b + turn[2, 2] * c
+            # As hcss_payload.rays.meet: the point closest to the centre decides.
+            px, py, pz = dx / axes[0], dy / axes[1], dz / axes[2]
+            square = px * px + py * py + pz * pz
+            along = -(sx * px + sy * py + sz * pz) / square
+            cx, cy, cz = sx + along * px, sy + along * py, sz + along * pz
+            inside = (1.0 - (cx * cx + cy * cy + cz * cz)) / square
+            distance = along - np.sqrt(max(inside, 0.0))
+            if inside < 0.0 or distance <= 0.0:
+                missed += 1
+                out[i, j, 0], out[i, j, 1] = np.nan, np.nan
+                continue
+            x = origin[0] + distance * dx - frame[0, 0]
+            y = origin[1] + distance * dy - frame[0, 1]
+            z = origin[2] + distance * dz - frame[0, 2]
+            east = frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z
+            north = frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z
+            if not (abs(east) <= 1.0 and abs(north) <= 1.0):
+                missed += 1
+                out[i, j, 0], out[i, j, 1] = np.nan, np.nan
+                continue
+            for k in range(most):
+                east_powers[k + 1] = east_powers[k] * east
+                north_powers[k + 1] = north_powers[k] * north
+            u, v = 0.0, 0.0
+            for k in range(powers.shape[0]):
+                both = east_powers[powers[k, 0]] * north_powers[powers[k, 1]]
+                u += fit[k, 0] * both
+                v += fit[k, 1] * both
+            out[i, j, 0], out[i, j, 1] = u, v
+    return missed
+
+
+@kernel(error_model="numpy")
+def reach_of(points: Any) -> Any:
+    """Return the smallest x and y, and the largest ones, of points (N, M, 2)."""
+    low_x, low_y = points[0, 0, 0], points[0, 0, 1]
+    high_x, high_y = low_x, low_y
+    for i in range(points.shape[0]):
+        for j in range(points.shape[1]):
+            x, y = points[i, j, 0], points[i, j, 1]
+            low_x, high_x = min(low_x, x), max(high_x, x)
+            low_y, high_y = min(low_y, y), max(high_y, y)
+    return low_x, low_y, high_x, high_y
+
+
+@kernel(error_model="numpy")
+def pack(first: Any, second: Any, tile: Any) -> None:
+    """Write two keyframes (WIDE, WIDE) of the field into a tile (WIDE, WIDE, 2) of 16 bits."""
+    per = np.float32(1.0) / VALUE_STEP
+    for y in range(first.shape[0]):
+        for x in range(first.shape[1]):
+            a = min(max(np.rint(first[y, x] * per), np.float32(-32767)), np.float32(32767))
+            b = min(max(np.rint(second[y, x] * per), np.float32(-32767)), np.float32(32767))
+            tile[y, x, 0], tile[y, x, 1] = np.int16(a), np.int16(b)
+
+
+@inner(error_model="numpy", inline="always")
+def _place_points(
+    nodes: Any,
+    by: Any,
+    bx: Any,
+    part: Any,
+    step: Any,
+    slots: Any,
+    first: Any,
+    start: Any,
+    places: Any,
+    across: Any,
+    down: Any,
+) -> None:
+    """Write the upper left points in the pool, and the places after them, of a row of a block."""
+    f, size = np.float32, WIDE * WIDE
+    # Places relative to a whole point near the block, which only the block decides.
+    u, v = nodes[by, bx, 0], nodes[by, bx, 1]
+    u01, v01 = nodes[by, bx + 1, 0] - u, nodes[by, bx + 1, 1] - v
+    u10, v10 = nodes[by + 1, bx, 0] - u, nodes[by + 1, bx, 1] - v
+    u11, v11 = nodes[by + 1, bx + 1, 0] - u, nodes[by + 1, bx + 1, 1] - v
+    corner_x = np.int64(np.floor(u + min(min(0.0, u01), min(u10, u11)))) - 1
+    corner_y = np.int64(np.floor(v + min(min(0.0, v01), min(v10, v11)))) - 1
+    du, dv = u - corner_x, v - corner_y
+    reach_x = du + max(max(0.0, u01), max(u10, u11))
+    reach_y = dv + max(max(0.0, v01), max(v10, v11))
+    tile_x, tile_y = corner_x // TILE, corner_y // TILE
+    in_x, in_y = corner_x - tile_x * TILE, corner_y - tile_y * TILE
+    x0, x1 = f(du + part * u10), f(du + u01 + part * (u11 - u01))
+    y0, y1 = f(dv + part * v10), f(dv + v01 + part * (v11 - v01))
+    step_x, step_y = (x1 - x0) / f(step), (y1 - y0) / f(step)
+    if in_x + reach_x + 1.0 < TILE and in_y + reach_y + 1.0 < TILE:
+        base = np.int32(slots[tile_y - first[0], tile_x - first[1]] * size + in_y * WIDE + in_x)
+        for x in range(step):
+            place_x, place_y = x0 + f(x) * step_x, y0 + f(x) * step_y
+            whole_x, whole_y = np.int32(place_x), np.int32(place_y)
+            across[start + x], down[start + x] = place_x - f(whole_x), place_y - f(whole_y)
+            places[start + x] = np.uint32(base + whole_y * np.int32(WIDE) + whole_x)
+    else:
+        for x in range(step):
+            place_x, place_y = x0 + f(x) * step_x, y0 + f(x) * step_y
+            whole_x, whole_y = np.int32(place_x), np.int32(place_y)
+            across[start + x], down[start + x] = place_x - f(whole_x), place_y - f(whole_y)
+            more_x, more_y = (in_x + whole_x) // TILE, (in_y + whole_y) // TILE
+            slot = slots[tile_y + more_y - first[0], tile_x + more_x - first[1]]
+            rest = (in_y + whole_y - more_y * TILE) * WIDE + in_x + whole_x - more_x * TILE
+            places[start + x] = np.uint32(slot * size + rest)
+
+
+@inner(error_model="numpy")
+def _look_up_points(pool: Any, places: Any, across: Any, down: Any, later: Any, field: Any) -> None:
+    """Write the field, in steps, between four points of the pool for each pixel of a row.
+
+    ``places`` are those of the upper left points; a number of the pool holds both keyframes, the first in its lower
+    half.
+    """
+    f, i = np.float32, np.int32
+    low = np.int32(16)
+    one, line, both = np.uint32(1), np.uint32(WIDE), np.uint32(WIDE + 1)
+    for x in range(field.size):
+        k = places[x]
+        p, q, r, s = pool[k], pool[k + one], pool[k + line], pool[k + both]
+        a, b = f(i(p << low) >> low), f(i(q << low) >> low)
+        c, d = f(i(r << low) >> low), f(i(s << low) >> low)
+        a += later * (f(p >> low) - a)
+        b += later * (f(q >> low) - b)
+        c += later * (f(r >> low) - c)
+        d += later * (f(s >> low) - d)
+        top = a + across[x] * (b - a)
+        bottom = c + across[x] * (d - c)
+        field[x] = top + down[x] * (bottom - top)
+
+
+@inner(error_model="numpy")
+def _look_up_radiance(
+    field: Any, table: Any, per: Any, middle: Any, most: Any, band: Any, bands: Any, row: Any
+) -> None:
+    """Write the radiance of a band of a row; ``table`` is flat."""
+    f, two, step = np.float32, np.uint32(2 * band), np.uint32(2 * bands)
+    for x in range(field.size):
+        at = field[x] * per + middle
+        at = at if at > f(0.0) else f(0.0)
+        at = at if at < most else most
+        interval = np.uint32(np.int32(at))
+        k = interval * step + two
+        row[x] = table[k] + (at - f(np.int32(interval))) * table[k + np.uint32(1)]
+
+
+@kernel(error_model="numpy")
+def sky_rows(
+    nodes: Any,
+    step: Any,
+    rows: Any,
+    pool: Any,
+    slots: Any,
+    first: Any,
+    later: Any,
+    table: Any,
+    middle: Any,
+    radiance: Any,
+) -> None:
+    """Write the radiance of the rows of a strip of blocks.
+
+    Parameters
+    ----------
+    nodes : ndarray (N, M, 2)
+        Places of the nodes in the sky, x and y in points of the tiles.
+    step : int
+        Pixels between nodes.
+    rows : (int, int)
+        First block row and the one after the last.
+    pool : ndarray of int32 (S x WIDE x WIDE)
+        Tiles, flat; both keyframes of a point in one number.
+    slots : ndarray of int64 (Y, X)
+        Position of each tile in the pool.
+    first : (int, int)
+        Row and column of the first tile in ``slots``.
+    later : float32
+        Weight of the second keyframe.
+    table : ndarray of float32 (I x B x 2)
+        Flat: radiance at the start of each interval of the field, and its change over it.
+    middle : float32
+        Position of the field's value 0 in the table, in intervals.
+    radiance : ndarray of float32 (B, rows, columns)
+    """
+    f = np.float32
+    bands, height, width = radiance.shape
+    blocks = nodes.shape[1] - 1
+    per, most = f(TABLE_PER_VALUE) * VALUE_STEP, f(table.size // (2 * bands) - 1)
+    # A chunk of blocks is small enough for the cache, whatever the direction of the rows in the sky.
+    chunk = CHUNK_PIXELS // step
+    places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
+    across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
+    for by in range(rows[0], rows[1]):
+        for left in range(0, blocks, chunk):
+            right = min(left + chunk, blocks)
+            count = min(right * step, width) - left * step
+            for y in range(by * step, min((by + 1) * step, height)):
+                part = (y - by * step) / step
+                for bx in range(left, right):
+                    _place_points(nodes, by, bx, part, step, slots, first, (bx - left) * step, places, across, down)
+                _look_up_points(pool, places[:count], across[:count], down[:count], later, field[:count])
+                for c in range(bands):
+                    row = radiance[c, y, left * step : left * step + count]
+                    _look_up_radiance(field[:count], table, per, middle, most, c, bands, row)

@@ -1,0 +1,167 @@
+"""Radiance of live frames: tables along the pass, as a function of the field that a pixel sees.
+
+The field in a pixel is its mean plus a normal number with the variance that the footprint has removed, so the radiance
+of a pixel is that of the field blurred by this normal number. Along the pass tables stand at times close enough that
+the radiance between them, tested in the middle, is interpolated within the scenario's accuracy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from hcss_payload.live.kernels import TABLE_HALF, TABLE_PER_VALUE
+from hcss_payload.live.octaves import shape_of
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import TableReader
+from hcss_twin.models.clouds.thickness import field_thickness
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import View
+
+SMALLEST_SIGMA = 0.02
+"""Below, the cloud's edge is sharp: an interval of the table would be as wide as the blur."""
+
+_FINE = 4
+"""Cells in which the radiance is averaged, per interval of the table."""
+
+_REACH = 6.0
+"""Standard deviations of the blur beyond which nothing contributes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """Tables at one time.
+
+    Attributes
+    ----------
+    time_s : float
+    radiance : ndarray of float32 (I, B, 2)
+        At the start of each interval of the field, and the change over it.
+    """
+
+    time_s: float
+    radiance: NDArray[np.float32]
+
+
+class FieldRadiance:
+    """Radiance as a function of the field, at any time of a pass.
+
+    Parameters
+    ----------
+    view_at, sigma_at : callable
+        The view of the optical axis, and the standard deviation of the field inside a pixel, at a time in s.
+    tolerance : float
+        Largest relative error between tables.
+
+    Attributes
+    ----------
+    error : float
+        Largest relative error of the interpolation in time, measured in the middle between tables.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        view_at: Callable[[float], View],
+        sigma_at: Callable[[float], float],
+        start_s: float,
+        end_s: float,
+        tolerance: float,
+    ) -> None:
+        self._plan, self._view_at, self._sigma_at = plan, view_at, sigma_at
+        layer = plan.layers[0]
+        self.edge = edge_of(layer.coverage)
+        self.middle = np.float32(TABLE_HALF - self.edge * TABLE_PER_VALUE)
+        self.error = 0.0
+        moments = [self._moment(start_s)]
+        if end_s > start_s:
+            moments.append(self._moment(end_s))
+            moments = self._refined(moments, tolerance)
+        self._times = np.array([each.time_s for each in moments])
+        self._tables = [each.radiance for each in moments]
+        self._now = np.empty_like(self._tables[0])
+        self._part = np.empty_like(self._tables[0])
+
+    @property
+    def times_s(self) -> Array:
+        """Times of the tables."""
+        return self._times
+
+    def at(self, time_s: float) -> NDArray[np.float32]:
+        """Return the table (I, B, 2) at a time; valid until the next call."""
+        if len(self._tables) == 1:
+            return self._tables[0]
+        index = int(np.clip(np.searchsorted(self._times, time_s, side="right") - 1, 0, self._times.size - 2))
+        weight = np.float32((time_s - self._times[index]) / (self._times[index + 1] - self._times[index]))
+        np.multiply(self._tables[index], np.float32(1.0) - weight, out=self._now)
+        np.multiply(self._tables[index + 1], weight, out=self._part)
+        self._now += self._part
+        return self._now
+
+    def _refined(self, moments: list[Moment], tolerance: float) -> list[Moment]:
+        """Add tables in the middle until the interpolation there is accurate."""
+        before, after = moments
+        middle = self._moment(0.5 * (before.time_s + after.time_s))
+        between = 0.5 * (before.radiance[..., 0].astype(np.float64) + after.radiance[..., 0])
+        error = float(np.max(np.abs(between / middle.radiance[..., 0] - 1.0)))
+        left, right = [before, middle], [middle, after]
+        # The error of either half is a quarter of that of both.
+        if error > 4.0 * tolerance and after.time_s - before.time_s > 1e-3:
+            left, right = self._refined(left, tolerance), self._refined(right, tolerance)
+        else:
+            self.error = max(self.error, 0.25 * error)
+        return [*left, *right[1:]]
+
+    def _moment(self, time_s: float) -> Moment:
+        table = TableReader(tables_of(self._plan.toward(self._view_at(time_s)))).at(time_s)
+        look_up, layer = LookUp(table), self._plan.layers[0]
+        exponent = shape_of(self._plan).brightness_exponent
+
+        def radiance(field: Array) -> Array:
+            thickness = field_thickness(field[None].astype(np.float32), layer, exponent)
+            values = np.empty((table.clear.size, 1, field.size), np.float32)
+            look_up.fill(values, [thickness])
+            return values[: len(self._plan.bands), 0].astype(np.float64)
+
+        start, end = intervals(radiance, self.edge, self._sigma_at(time_s))
+        return Moment(time_s, np.ascontiguousarray(np.stack((start, end - start), axis=-1).swapaxes(0, 1), np.float32))
+
+
+def edge_of(coverage: float) -> float:
+    """Return the value of the field at the edges of clouds; 0 for a sky without edges."""
+    return -NormalDist().inv_cdf(coverage) if 0.0 < coverage < 1.0 else 0.0
+
+
+def intervals(radiance: Callable[[Array], Array], edge: float, sigma: float) -> tuple[Array, Array]:
+    """Return the radiance (B, I) at the start and at the end of the intervals of a table.
+
+    Parameters
+    ----------
+    radiance : callable
+        Radiance (B, N) of values (N,) of the field, which may jump at ``edge``.
+    sigma : float
+        Standard deviation of the normal number over which it is averaged.
+    """
+    value = edge + (np.arange(2 * TABLE_HALF + 1) - TABLE_HALF) / TABLE_PER_VALUE
+    if sigma < SMALLEST_SIGMA:
+        start, end = value[:-1].copy(), value[1:].copy()
+        end[TABLE_HALF - 1] = np.nextafter(np.float32(edge), np.float32(-np.inf))
+        start[TABLE_HALF] = np.nextafter(np.float32(edge), np.float32(np.inf))
+        return radiance(start), radiance(end)
+    # Cells whose middles are a whole number of cells and a half from every value of the table.
+    cell = 1.0 / (TABLE_PER_VALUE * _FINE)
+    reach = math.ceil(_REACH * sigma / cell)
+    middle = value[0] + cell * (np.arange(-reach, _FINE * 2 * TABLE_HALF + reach) + 0.5)
+    weight = np.diff(ndtr(cell * np.arange(-reach, reach + 1) / sigma))
+    weight /= weight.sum()
+    fine = np.stack([np.convolve(each, weight, mode="valid") for each in radiance(middle)])
+    nodes = fine[:, ::_FINE]
+    return nodes[:, :-1], nodes[:, 1:]

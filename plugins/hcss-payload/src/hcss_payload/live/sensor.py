@@ -1,0 +1,85 @@
+"""The scenario's sensor on live frames: blur, noise, fixed pattern and converter in one pass over the rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.camera import Camera
+from hcss_payload.checks import PayloadError
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor_stages import build_stages
+from hcss_twin.providers import Grid, SensorInputs
+from hcss_twin.scenario.bands import sensor_bands
+
+Each = Callable[[Callable[[tuple[int, int]], None], list[tuple[int, int]]], None]
+
+TICKS_PER_S = 1e6
+"""Noise is numbered by the time in microseconds: frames at the same microsecond have the same noise."""
+
+
+class LiveSensor:
+    """The sensor of a scenario behind the pixels of a camera.
+
+    Smear is that of a platform over the ground, whose speed is 0 here: live frames are instantaneous.
+
+    Parameters
+    ----------
+    plan : Plan
+        With one stage of the model ``radiometer``, computed by rows.
+
+    Attributes
+    ----------
+    scene : ndarray of float32 (B, rows, columns)
+        Where the radiance that it measures is written.
+
+    Raises
+    ------
+    PayloadError
+        If the scenario has another sensor.
+    """
+
+    def __init__(self, plan: Plan, camera: Camera) -> None:
+        section = plan.scenario.sensor
+        assert section is not None
+        inputs = SensorInputs(
+            bands=sensor_bands(plan.bands),
+            grid=Grid(camera.rows, camera.columns, 1.0),
+            platform_speed_m_s=0.0,
+            frame_interval_s=plan.assembly.motion.frame_interval_s,
+            seed=plan.scenario.seed,
+            catalog=plan.catalog,
+        )
+        stages = build_stages(section, inputs)
+        self._sensor: Any
+        self._sensor = sensor = _unchecked(stages[0].provider)
+        by_rows = hasattr(sensor, "measure_into") and sensor.single_precision
+        if len(stages) > 1 or not by_rows:
+            raise PayloadError(
+                f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one 'radiometer' with "
+                'method = "rows", for live frames'
+            )
+        self.scene = np.zeros((len(plan.bands), camera.rows, camera.columns), np.float32)
+        self._bands = [(number, number + 1) for number in range(len(plan.bands))]
+        self._results = {name: each for name, each in sensor.arrays(self.scene.shape).items() if name != "radiance"}
+
+    def measure(self, time_s: float, radiance: NDArray[np.float32], each: Each) -> NDArray[np.int32] | None:
+        """Measure ``scene``: write the radiance, and return the digital numbers, which the next call overwrites.
+
+        Parameters
+        ----------
+        each : callable
+            Runs work for each of several pairs, here of the bands.
+        """
+        number = round(time_s * TICKS_PER_S)
+        results = {**self._results, "radiance": radiance}
+        each(lambda band: self._sensor.measure_into(self.scene, number, results, slice(*band)), self._bands)
+        return results.get("digital_number")
+
+
+def _unchecked(sensor: object) -> Any:
+    """Return a sensor as one with more members than the contract knows."""
+    return sensor

@@ -1,0 +1,132 @@
+"""Lines of sight of live frames: nodes of the mesh in the plane of the scene, footprints, and the view of the axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from hcss_payload.camera import Camera
+from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.live.kernels import node_places
+from hcss_payload.live.plane import PlaneFit
+from hcss_payload.mesh import Mesh
+from hcss_payload.pose import Pose
+from hcss_payload.rays import geographic, meet
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geodesy import east_north_up, to_geographic_with_turn, to_plane
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import View
+
+LARGEST_ZENITH_DEG = 75.0
+"""Beyond, refraction matters and ground pixels are many times longer than wide."""
+
+_STRAIGHT_DEG = 1e-6
+
+_STEPS = (8, 4, 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """Lines of sight of a camera onto the layer of clouds.
+
+    Parameters
+    ----------
+    step : int
+        Pixels between the nodes.
+    """
+
+    camera: Camera
+    fit: PlaneFit
+    step: int
+
+    @cached_property
+    def directions(self) -> Array:
+        """Unit vectors (N, M, 3) of the nodes in the body; the last ones are beyond the detector."""
+        rows, columns = (self.step * np.arange(-(-size // self.step) + 1, dtype=np.float64) for size in self.shape)
+        return np.ascontiguousarray(self.camera.directions(rows[:, None], columns[None, :]))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the detector."""
+        return self.camera.rows, self.camera.columns
+
+    def places(self, pose: Pose, out: Array | None = None, directions: Array | None = None) -> Array:
+        """Return where nodes meet the layer, x and y (N, M, 2) in m in the plane of the scene.
+
+        Raises
+        ------
+        PayloadError
+            If some look beyond the limb or the region of the prepared pass.
+        """
+        directions = self.directions if directions is None else directions
+        out = np.empty((*directions.shape[:2], 2)) if out is None else out
+        fit = self.fit
+        turn = Rotation.from_quat(pose.quaternion).as_matrix()
+        missed = node_places(directions, turn, pose.position_m, fit.axes, fit.frame, fit.powers, fit.coefficients, out)
+        if missed:
+            raise PayloadError(
+                f"pose: at time {pose.time_s:g} s {missed} of {directions[..., 0].size} lines of sight are beyond the "
+                "limb or far from what the prepared pass sees; allowed: poses near those of the pass"
+            )
+        return out
+
+    def widths_m(self, pose: Pose) -> tuple[float, float]:
+        """Return the widths of the footprint of the pixel on the axis, along x and y of the sky.
+
+        Those of the square pixel: the root of the sum of squares of what its two sides extend along an axis.
+        """
+        row, column = self.camera.centre
+        around = self.camera.directions(
+            np.array([row - 0.5, row + 0.5])[:, None], np.array([column - 0.5, column + 0.5])
+        )
+        place = self.places(pose, directions=np.ascontiguousarray(around))
+        along = 0.5 * (place[0, 1] - place[0, 0] + place[1, 1] - place[1, 0])
+        down = 0.5 * (place[1, 0] - place[0, 0] + place[1, 1] - place[0, 1])
+        width = np.hypot(along, down)
+        return float(width[0]), float(width[1])
+
+
+def mesh_step(camera: Camera, poses: list[Pose], altitude_m: float) -> int:
+    """Return the largest distance of nodes for which no pixel of some poses needs a ray of its own."""
+    for step in _STEPS:
+        if all(Mesh(camera, pose, altitude_m, step=step).exact_share == 0.0 for pose in poses):
+            return step
+    raise PayloadError(
+        f"camera: lines of sight {_STEPS[-1]} pixels apart are too curved between each other; allowed: less "
+        "distortion, and views farther from the limb"
+    )
+
+
+def seen_m(camera: Camera, pose: Pose, altitude_m: float) -> NDArray[np.float64]:
+    """Return Earth-fixed positions (N, 3) along the border of the image, on the surface at an altitude."""
+    rows, columns = (np.linspace(-0.5, size + 7.5, 9) for size in (camera.rows, camera.columns))
+    directions = pose.to_earth(camera.directions(rows[:, None], columns[None, :]))
+    met = meet(pose.position_m, directions, altitude_m).reshape(-1, 3)
+    if np.isnan(met).any():
+        raise PayloadError(
+            f"camera: looks beyond the limb at time {pose.time_s:g} s; allowed: the Earth in every pixel"
+        )
+    return met
+
+
+def view_of_axis(plan: Plan, camera: Camera, pose: Pose) -> View:
+    """Return the direction toward the camera from the sea on its optical axis, in the plane of the scene."""
+    row, column = (np.array(each) for each in camera.centre)
+    met = meet(pose.position_m, pose.to_earth(camera.directions(row, column)))
+    if np.isnan(met).any():
+        raise PayloadError(f"attitude: the optical axis misses the Earth at time {pose.time_s:g} s; allowed: the sea")
+    latitude, longitude, _ = geographic(met)
+    place = plan.scenario.place
+    x, y = (each[0] for each in to_plane(latitude[None], longitude[None], place.latitude, place.longitude))
+    _, _, turn = to_geographic_with_turn(x, y, place.latitude, place.longitude)
+    ray = pose.position_m - met
+    east, north, up = (float(axis @ ray) for axis in east_north_up(latitude, longitude))
+    zenith = float(np.degrees(np.arctan2(np.hypot(east, north), up)))
+    require_within(f"attitude: view zenith at time {pose.time_s:g} s", zenith, 0.0, LARGEST_ZENITH_DEG, "deg")
+    if zenith < _STRAIGHT_DEG:  # where rounding decides over the azimuth
+        return View(0.0, 0.0)
+    return View(zenith, float((np.degrees(np.arctan2(east, north)) - turn) % 360.0))

@@ -1,0 +1,153 @@
+"""A point source in live frames: its light through air and clouds, on the pixels that see it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.camera import Camera
+from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.live.octaves import shape_of
+from hcss_payload.pose import Pose
+from hcss_payload.rays import meet
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.element_paths import ElementPaths
+from hcss_twin.models.clouds.thickness import field_thickness
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import View
+
+FieldAt = Callable[[Array], float]
+
+_VALUES, _REACH = 256, 7.0
+"""Values of the field above the edge of clouds for which transmission is tabulated, and their range."""
+
+_TOUCH_M = 100.0
+"""Distance by which the surface must be in front of a target to hide it; a ship is on it."""
+
+
+@dataclass(frozen=True)
+class PointTarget:
+    """A source smaller than a pixel, which hides nothing.
+
+    Parameters
+    ----------
+    latitude_deg, longitude_deg, altitude_m : float
+        Where it is at the start.
+    intensity : tuple of float (B,)
+        Radiant intensity in each band, W sr-1.
+    velocity_m_s : (float, float, float)
+        Toward east, north and up at the start; it moves straight on in the Earth-fixed frame.
+    temperature_K : float, optional
+        Colour of its light in a band, that of a black body; by default none.
+    """
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    intensity: tuple[float, ...]
+    velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    temperature_K: float | None = None
+
+    def __post_init__(self) -> None:
+        require_within("target.latitude_deg", self.latitude_deg, -90.0, 90.0, "deg")
+        require_within("target.longitude_deg", self.longitude_deg, -360.0, 360.0, "deg")
+        require_within("target.altitude_m", self.altitude_m, 0.0, 100e3, "m")
+        for value in self.intensity:
+            require_within("target.intensity", value, 0.0, 1e12, "W sr-1")
+
+    def position_m(self, time_s: float) -> Array:
+        """Return the Earth-fixed position at a time."""
+        latitude, longitude = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
+        start = to_earth_centred(latitude, longitude, self.altitude_m)  # type: ignore[arg-type]
+        toward = np.stack(east_north_up(latitude, longitude))  # type: ignore[arg-type]
+        position: Array = start + time_s * (np.array(self.velocity_m_s) @ toward)
+        return position
+
+
+class TargetLight:
+    """The light of a target that arrives along a pass.
+
+    Parameters
+    ----------
+    views : sequence of (float, View)
+        Times of the pass and the views of its optical axis.
+    edge : float
+        Value of the field at the edges of clouds.
+    """
+
+    def __init__(
+        self, plan: Plan, camera: Camera, target: PointTarget, views: Sequence[tuple[float, View]], edge: float
+    ) -> None:
+        if len(target.intensity) != len(plan.bands):
+            raise PayloadError(
+                f"target.intensity: {len(target.intensity)} values; allowed: {len(plan.bands)}, one a band"
+            )
+        self._camera, self._target = camera, target
+        self._intensity, self._edge = np.array(target.intensity), edge
+        self._has_gaps = plan.layers[0].coverage < 1.0
+        self._field = edge + np.linspace(0.0 if self._has_gaps else -_REACH, _REACH, _VALUES)
+        self._times = np.array([time for time, _ in views])
+        self._arriving = np.stack([self._shares(plan, view.zenith_deg) for _, view in views])
+
+    def add(self, time_s: float, pose: Pose, radiance: NDArray[np.float32], field_at: FieldAt) -> None:
+        """Add the target to the pixels (B, rows, columns) whose middles are around it.
+
+        The four pixels share its light like a source as wide as a pixel.
+
+        Parameters
+        ----------
+        field_at : callable
+            The field that a direction (3,) of the body meets.
+        """
+        ray = self._target.position_m(time_s) - pose.position_m
+        distance = float(np.linalg.norm(ray))
+        toward = pose.to_body(ray / distance)
+        row, column = (float(each) for each in self._camera.pixels(toward))
+        rows, columns = radiance.shape[1:]
+        if not (-1.0 < row < rows and -1.0 < column < columns) or self._is_hidden(pose, ray, distance):
+            return
+        share = self._share(time_s, field_at(toward))
+        # The solid angle of a pixel falls with the third power of the cosine of its distance from the axis.
+        across = self._camera.directions(*(np.array(each) for each in (row, column)))
+        axis = self._camera.directions(*(np.array(each) for each in self._camera.centre))
+        solid_angle = self._camera.pixel_rad**2 * float(across @ axis) ** 3
+        light = share * self._intensity / (distance**2 * solid_angle)
+        y, x = math.floor(row), math.floor(column)
+        for i, down in ((y, y + 1 - row), (y + 1, row - y)):
+            for j, along in ((x, x + 1 - column), (x + 1, column - x)):
+                if 0 <= i < rows and 0 <= j < columns:
+                    radiance[:, i, j] += (down * along * light).astype(np.float32)
+
+    def _share(self, time_s: float, field: float) -> Array:
+        """Return the share (B,) of the light that arrives through the cloud of a value of the field."""
+        place = float(np.interp(time_s, self._times, np.arange(self._times.size)))
+        before = min(int(place), max(0, self._times.size - 2))
+        after = min(before + 1, self._times.size - 1)
+        table = self._arriving[before] + (place - before) * (self._arriving[after] - self._arriving[before])
+        if self._has_gaps and field < self._edge:
+            clear: Array = table[0]
+            return clear
+        share: Array = np.array([np.interp(field, self._field, each) for each in table[1:].T])
+        return share
+
+    def _shares(self, plan: Plan, zenith_deg: float) -> Array:
+        """Return the shares (1 + N, B) in the clear, and at the values of the field."""
+        paths, layer, altitude = ElementPaths(plan), plan.layers[0], self._target.altitude_m
+        exponent = shape_of(plan).brightness_exponent
+        thickness = field_thickness(self._field[None].astype(np.float32), layer, exponent)[0]
+        thickness[0] = max(thickness[0], np.float32(layer.thickness_min_m))
+        air = paths.air(altitude, zenith_deg)
+        heights = paths.heights_above([thickness], altitude)
+        clouds = [paths.through_cloud(heights[:, n : n + 1], zenith_deg) for n in range(thickness.size)]
+        arriving = [air, *(air * each for each in clouds)]
+        return np.stack([paths.band_mean(each, self._target.temperature_K) for each in arriving])
+
+    def _is_hidden(self, pose: Pose, ray: Array, distance: float) -> bool:
+        """Return whether the Earth is in front of the target."""
+        met = meet(pose.position_m, ray / distance)
+        return bool(np.linalg.norm(met - pose.position_m) < distance - _TOUCH_M)

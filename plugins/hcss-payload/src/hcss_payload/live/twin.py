@@ -1,0 +1,383 @@
+"""Images of a scenario from poses that are known only when they are needed."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.attitude import Attitude
+from hcss_payload.camera import Camera
+from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.jitter import Jitter
+from hcss_payload.live.kernels import TILE, reach_of, sky_rows
+from hcss_payload.live.octaves import SeenOctaves, keyframe_interval_s, seen_octaves, shape_of
+from hcss_payload.live.plane import fit_plane
+from hcss_payload.live.radiance import FieldRadiance
+from hcss_payload.live.sensor import LiveSensor
+from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
+from hcss_payload.live.sky import Sky, Tiles
+from hcss_payload.live.target import PointTarget, TargetLight
+from hcss_payload.pose import Pose, pose_at
+from hcss_payload.trajectory import Trajectory
+from hcss_twin import Scenario, make_plan
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
+from hcss_twin.plan.clouds import layer_seed
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.providers import View
+
+__all__ = ["LiveFrame", "LiveTwin", "PointTarget", "PreparedPass"]
+
+FINENESS = 2.0
+"""Points of a tile per width of the smallest footprint of a pass."""
+
+_POSES = 33
+"""Times of a pass at which footprints are determined."""
+
+_POINT_STEPS = 4
+"""Steps of the distance of points for a factor of 2."""
+
+_AHEAD_S = 3.0
+"""Time ahead of a frame for which tiles are made."""
+
+_STRIPS_PER_THREAD = 4
+
+
+@dataclass(frozen=True, eq=False)
+class LiveFrame:
+    """What the camera sees at one pose.
+
+    Attributes
+    ----------
+    pose : Pose
+        With the time.
+    radiance : ndarray of float32 (B, rows, columns)
+        Band radiance, W m-2 sr-1, mean over the pixel's footprint; as measured, if the scenario has a sensor. The first
+        row is the northern one if north is up.
+    digital_number : ndarray of int32 (B, rows, columns) or None
+        With a sensor that has a converter.
+    """
+
+    pose: Pose
+    radiance: NDArray[np.float32]
+    digital_number: NDArray[np.int32] | None = None
+
+
+class LiveTwin:
+    """A scenario and a camera, ready to be prepared for passes.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With one layer of fractal clouds with ``coverage_mode = "field"``, and a platform that does not move. Its
+        sensor, if any, is applied to the pixels of the camera.
+    threads : int
+        Threads that compute a frame; frames do not depend on it.
+    fineness : float
+        Points of the sky per width of a pixel's footprint.
+
+    Raises
+    ------
+    PayloadError
+        If the scenario has what live frames cannot show.
+    """
+
+    def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
+        require_within("threads", threads, 1, 64)
+        require_within("fineness", fineness, 1.0, 16.0)
+        self.plan, self.camera = make_plan(scenario), camera
+        self.threads, self.fineness = threads, fineness
+        _require_supported(self.plan)
+
+    def prepare(
+        self,
+        trajectory: Trajectory,
+        attitude: Attitude,
+        start_s: float,
+        end_s: float,
+        jitter: Jitter | None = None,
+        target: PointTarget | None = None,
+    ) -> PreparedPass:
+        """Compile the tables of a pass, and make the sky below its start.
+
+        Parameters
+        ----------
+        trajectory, attitude
+            Of the nominal pass. Frames may have other poses near those of the pass; view, footprint and sun are those
+            of the pass at the time of the frame.
+        start_s, end_s : float
+            Within the scenario's frames.
+        jitter : Jitter, optional
+            Of poses that :meth:`PreparedPass.frame` makes itself.
+        target : PointTarget, optional
+            A source in the scene.
+
+        Raises
+        ------
+        PayloadError
+            If the camera looks beyond the limb or 75 degrees, or the pass is too long.
+        """
+        first, last = float(self.plan.frame_times_s[0]), float(self.plan.frame_times_s[-1])
+        if not first <= start_s <= end_s <= last:
+            raise PayloadError(
+                f"start_s, end_s: {start_s:g} to {end_s:g} s; allowed: within {first:g} to {last:g} s, the frames of "
+                "the scenario"
+            )
+        return PreparedPass(self, trajectory, attitude, start_s, end_s, jitter, target)
+
+
+class PreparedPass:
+    """A pass whose frames are computed on demand; close it, or use it in a ``with`` block.
+
+    Frames of the same pose and time have the same bits, whatever was computed before. One thread at a time may call.
+
+    Attributes
+    ----------
+    errors : dict of str to float
+        Measured in preparation: ``tables`` relative, between the tables along the pass; ``place_m`` of the plane.
+    removed : (float, float)
+        Smallest and largest share of the field's variance that is inside pixels.
+    """
+
+    def __init__(
+        self,
+        twin: LiveTwin,
+        trajectory: Trajectory,
+        attitude: Attitude,
+        start_s: float,
+        end_s: float,
+        jitter: Jitter | None,
+        target: PointTarget | None,
+    ) -> None:
+        plan, camera = twin.plan, twin.camera
+        self._plan, self._camera, self._threads = plan, camera, twin.threads
+        self._trajectory, self._attitude, self._jitter = trajectory, attitude, jitter
+        self._start_s, self._end_s = start_s, end_s
+        times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
+        poses = [pose_at(float(time), trajectory, attitude) for time in times]
+        height = reference_height_m(plan.layers[0])
+        seen = np.concatenate([seen_m(camera, pose, height) for pose in poses])
+        step = mesh_step(camera, poses[:: max(1, len(poses) // 4)], height)
+        fit = fit_plane(
+            seen,
+            height,
+            plan.scenario.place.latitude,
+            plan.scenario.place.longitude,
+            0.02 * _shortest(camera, poses),
+            0.3,
+        )
+        self._sight = Sight(camera, fit, step)
+        self._times, self._widths = times, np.array([self._sight.widths_m(pose) for pose in poses])
+        self._fineness = twin.fineness
+        every = [self._seen(float(time), None) for time in times]
+        self.removed = min(each.removed for each in every), max(each.removed for each in every)
+        self.interval_s = min(keyframe_interval_s(each.octaves) for each in every)
+        motion = plan.assembly.motion
+        self._drift = np.array([motion.platform_speed_m_s, 0.0]) - np.array(motion.cloud_velocity_m_s)
+        self._radiance = FieldRadiance(
+            plan,
+            self._view,
+            lambda time: float(np.sqrt(max(0.0, self._seen(time, None).removed))),
+            start_s,
+            end_s,
+            plan.accuracy.relative,
+        )
+        self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
+        self._target: TargetLight | None = None
+        if target is not None:
+            views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
+            self._target = TargetLight(plan, camera, target, views, self._radiance.edge)
+        self._nodes = np.empty((*self._sight.directions.shape[:2], 2))
+        footprints = [
+            self._tiles(float(time), self._sight.places(pose)) for time, pose in zip(times, poses, strict=True)
+        ]
+        self._corners = np.ascontiguousarray(self._sight.directions[[0, -1]][:, [0, -1]])
+        # Those of a frame, of two keyframes and moved by what is seen ahead.
+        capacity = 16 + 3 * max(
+            (each.end_row - each.row + 2) * (each.end_column - each.column + 2) for each in footprints
+        )
+        self.sky = Sky(
+            layer_seed(plan.scenario.seed, 0),
+            lambda time, keyframe: self._seen(time, self._point_m(keyframe)),
+            self.interval_s,
+            capacity,
+            self._ahead,
+        )
+        self.sky.require(footprints[0])
+        self.sky.stalls = 0
+        self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
+        self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="live") if self._threads > 1 else None
+        blocks = self._nodes.shape[0] - 1
+        count = min(blocks, 1 if self._pool is None else _STRIPS_PER_THREAD * self._threads)
+        bounds = [blocks * index // count for index in range(count + 1)]
+        self._strips = list(itertools.pairwise(bounds))
+
+    @property
+    def stalls(self) -> int:
+        """Tiles of the sky that frames had to wait for."""
+        return self.sky.stalls
+
+    def frame(self, time_s: float, pose: Pose | None = None, out: NDArray[np.float32] | None = None) -> LiveFrame:
+        """Return the frame of a pose.
+
+        Parameters
+        ----------
+        time_s : float
+            Within the pass.
+        pose : Pose, optional
+            Of the same time; by default that of the pass, with its jitter.
+        out : ndarray of float32 (B, rows, columns), optional
+            Where the radiance is written; by default a new array.
+
+        Raises
+        ------
+        PayloadError
+            If the time is not within the pass, or the camera looks far from what the pass sees.
+        """
+        if not self._start_s <= time_s <= self._end_s:
+            raise PayloadError(f"time_s: {time_s:g} s; allowed: {self._start_s:g} to {self._end_s:g} s, the pass")
+        pose = pose_at(time_s, self._trajectory, self._attitude, self._jitter) if pose is None else pose
+        if pose.time_s != time_s:
+            raise PayloadError(f"pose.time_s: {pose.time_s!r} s; allowed: {time_s!r} s, the time of the frame")
+        shape = len(self._plan.bands), self._camera.rows, self._camera.columns
+        radiance = np.empty(shape, np.float32) if out is None else out
+        if radiance.shape != shape or radiance.dtype != np.float32 or not radiance.flags.c_contiguous:
+            raise PayloadError(f"out: {radiance.dtype} {radiance.shape}; allowed: contiguous float32 of shape {shape}")
+        scene = radiance if self._sensor is None else self._sensor.scene
+        self._fill(time_s, pose, scene)
+        if self._target is not None:
+            self._target.add(time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
+        number = None if self._sensor is None else self._sensor.measure(time_s, radiance, self._each)
+        return LiveFrame(pose, radiance, number)
+
+    def close(self) -> None:
+        """End the threads."""
+        self.sky.close()
+        if self._pool is not None:
+            self._pool.shutdown()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _fill(self, time_s: float, pose: Pose, radiance: NDArray[np.float32]) -> None:
+        nodes = self._sight.places(pose, self._nodes)
+        _, later = self.sky.keyframe(time_s)
+        tiles = self._tiles(time_s, nodes)
+        slots = self.sky.require(tiles)
+        self.sky.look_ahead(time_s)
+        table, corner = self._radiance.at(time_s).reshape(-1), (tiles.row, tiles.column)
+
+        def strip(rows: tuple[int, int]) -> None:
+            sky_rows(
+                nodes,
+                self._sight.step,
+                rows,
+                self.sky.pool,
+                slots,
+                corner,
+                later,
+                table,
+                self._radiance.middle,
+                radiance,
+            )
+
+        self._each(strip, self._strips)
+
+    def _each(self, work: Callable[[tuple[int, int]], None], parts: list[tuple[int, int]]) -> None:
+        if self._pool is None:
+            for part in parts:
+                work(part)
+        else:
+            for _ in self._pool.map(work, parts):
+                pass
+
+    def _field(self, time_s: float, pose: Pose, direction: Array) -> float:
+        """Return the field in a direction (3,) of the body within the image of the last frame."""
+        place = self._sight.places(pose, directions=direction.reshape(1, 1, 3))
+        tiles = self._tiles(time_s, place)
+        return self.sky.value(place[0, 0], tiles, self.sky.require(tiles), float(self.sky.keyframe(time_s)[1]))
+
+    def _view(self, time_s: float) -> View:
+        """Return the nominal view of the optical axis."""
+        return view_of_axis(self._plan, self._camera, pose_at(time_s, self._trajectory, self._attitude))
+
+    def _seen(self, time_s: float, point_m: float | None) -> SeenOctaves:
+        """Return the octaves that the footprint of the pass at a time leaves, at points of some distance."""
+        width = self._width_m(time_s)
+        point_m = width[0] / self._fineness if point_m is None else point_m
+        return seen_octaves(shape_of(self._plan), self._plan.assembly.motion, point_m, width)
+
+    def _width_m(self, time_s: float) -> tuple[float, float]:
+        x, y = (float(np.interp(time_s, self._times, self._widths[:, axis])) for axis in (0, 1))
+        return x, y
+
+    def _point_m(self, keyframe: int) -> float:
+        """Return the distance of the points of tiles: in steps of a factor, so that most keyframes share it."""
+        x, y = self._width_m(keyframe * self.interval_s)
+        return float(2.0 ** (np.round(_POINT_STEPS * np.log2(np.sqrt(x * y) / self._fineness)) / _POINT_STEPS))
+
+    def _tiles(self, time_s: float, places: Array) -> Tiles:
+        """Turn places in the plane into points of the sky, which drifts, in the same array; return their tiles."""
+        keyframe = int(np.floor(time_s / self.interval_s))
+        places += self._drift * time_s
+        places /= self._point_m(keyframe)
+        return tiles_around(places, keyframe)
+
+    def _ahead(self, time_s: float) -> Iterator[Tiles]:
+        """Yield the tiles that frames soon after a time need."""
+        for later in (0.25 * _AHEAD_S, _AHEAD_S, self.interval_s):
+            at = min(time_s + later, self._end_s)
+            pose = pose_at(at, self._trajectory, self._attitude)
+            tiles = self._tiles(at, self._sight.places(pose, directions=self._corners))
+            yield Tiles(tiles.row - 1, tiles.column - 1, tiles.end_row + 1, tiles.end_column + 1, tiles.keyframe)
+
+
+def tiles_around(points: Array, keyframe: int) -> Tiles:
+    """Return the tiles that hold points (N, M, 2) of the sky; blocks begin up to two points before their nodes."""
+    low_x, low_y, high_x, high_y = (float(each) for each in reach_of(points))
+    left, bottom = math.floor(low_x - 2.0) // TILE, math.floor(low_y - 2.0) // TILE
+    right, top = math.floor(high_x + 2.0) // TILE, math.floor(high_y + 2.0) // TILE
+    return Tiles(bottom, left, top + 1, right + 1, keyframe)
+
+
+def _shortest(camera: Camera, poses: list[Pose]) -> float:
+    """Return about the smallest width of a pixel on the ground, m: at the altitude of the camera."""
+    return camera.pixel_rad * min(float(np.linalg.norm(pose.position_m)) - SEMI_MAJOR_AXIS_M for pose in poses)
+
+
+def _require_supported(plan: Plan) -> None:
+    """Reject by name what live frames cannot show."""
+    scenario = plan.scenario
+    generators = plan.assembly.generators
+    unsupported = {
+        "clouds: not one layer": len(plan.layers) != 1,
+        "clouds: no coverage": not any(plan.assembly.cloudy_layers),
+        "clouds.generator other than 'fractal'": any(not hasattr(each, "octaves") for each in generators),
+        "clouds.coverage_mode = 'frame', which has no meaning for a moving camera": any(
+            layer.coverage_mode != "field" for layer in plan.layers
+        ),
+        "clouds: tops of their own": plan.tops is not None,
+        "sea.waves: resolved waves": plan.waves is not None,
+        "surfaces": plan.surfaces is not None,
+        "elements: live frames have a target of their own": bool(plan.assembly.elements),
+        "slant.shadows": scenario.slant.shadows,
+        "slant.parallax: the camera has its own": scenario.slant.parallax,
+        "motion.platform_speed: the trajectory moves the camera": scenario.motion.platform_speed != 0.0,
+    }
+    names = [name for name, present in unsupported.items() if present]
+    if names:
+        raise PayloadError(f"scenario: {'; '.join(names)}; allowed: scenarios without, for live frames")

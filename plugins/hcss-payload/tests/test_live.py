@@ -1,0 +1,232 @@
+"""Live frames against cubes, frames from poses and closed forms."""
+
+import numpy as np
+import pytest
+from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, PositionTable, Track, pose_at
+from hcss_payload.frames import frames
+from hcss_payload.live import LiveTwin, PointTarget
+from hcss_payload.live.octaves import between, mean_variance
+from hcss_payload.live.radiance import TABLE_HALF, TABLE_PER_VALUE, intervals
+from scipy.special import ndtr
+
+import hcss_twin
+from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.physics.geodesy import to_earth_centred
+
+SIZE = 96
+FAST = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
+SENSOR = {
+    "model": "radiometer",
+    "parameters": {
+        "method": "rows",
+        "psf": "gaussian",
+        "psf_sigma": 0.5,
+        "noise": "photon",
+        "aperture_diameter": 0.1,
+        "pixel_angle": 1e-4,
+        "integration_time": 1e-3,
+        "transmission": 0.7,
+        "quantum_efficiency": 0.6,
+        "read_noise": 100.0,
+        "well_depth": 1e8,
+        "bits": 14,
+    },
+}
+
+
+def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
+    scenario = {
+        "seed": 1,
+        "time": "2024-04-20T02:30:00Z",
+        "bands": ["lwir", "mwir"],
+        "place": {"latitude": 30.0, "longitude": 150.0},
+        "view": {"zenith": 0.0, "azimuth": 0.0},
+        "image": {"rows": pixels, "columns": pixels, "pixel_size": pixel_m, "samples_per_pixel": samples},
+        "frames": {"count": 2, "interval": 30.0},
+        "motion": {"platform_speed": 0.0, "wind_speed": 10.0, "wind_from": 250.0},
+        "clouds": {"type": kind, "coverage": 0.5, "coverage_mode": "field"},
+        "sea": {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk"},
+        "output": {"certificate": 0},
+    }
+    return hcss_twin.Scenario.model_validate(scenario | FAST | overrides)
+
+
+def above(height=36e6):
+    position = to_earth_centred(np.float64(30.0), np.float64(150.0), height)
+    return PositionTable([-100.0, 100.0], [position, position])
+
+
+def of_orbit(size=64, pixel_m=300.0):
+    """A camera that stares at the place from low orbit."""
+    orbit = Circular(altitude_m=700e3, inclination_deg=98.2, node_longitude_deg=156.0, argument_deg=26.5)
+    return Camera(size, size, 1.0, pixel_m / 700e3), orbit, Track(orbit, 30.0, 150.0)
+
+
+def neighbour_contrast(image):
+    return np.sqrt(np.mean(np.diff(image, axis=0) ** 2) + np.mean(np.diff(image, axis=1) ** 2))
+
+
+@pytest.mark.parametrize("kind", ["stratus", "cumulus"])
+def test_pixels_are_the_means_over_their_footprint(kind):
+    cube = hcss_twin.simulate(scene(kind, samples=6))["radiance"].values[:, :, ::-1].astype(float)
+    trajectory = above()
+    with LiveTwin(scene(kind), Camera(SIZE, SIZE, 1.0, 100.0 / 36e6)).prepare(
+        trajectory, Nadir(trajectory), 0.0, 30.0
+    ) as live:
+        for time_s, exact in zip((0.0, 30.0), cube, strict=True):
+            for own, expected in zip(live.frame(time_s).radiance.astype(float), exact, strict=True):
+                assert own.mean() == pytest.approx(expected.mean(), rel=1e-3)
+                assert own.std() == pytest.approx(expected.std(), rel=0.02)
+                assert neighbour_contrast(own) == pytest.approx(neighbour_contrast(expected), rel=0.05)
+                assert np.std(own - expected) < 0.12 * expected.std()
+
+
+def test_poses_of_an_orbit_see_the_clouds_of_frames():
+    camera, orbit, track = of_orbit()
+    jitter = Jitter((3e-3, 3e-3, 1e-2), seed=3)
+    times = [3.0, 17.0, 29.0]
+    fine = scene(pixels=800, pixel_m=50.0)
+    with LiveTwin(scene(), camera).prepare(orbit, track, 0.0, 30.0, jitter) as live:
+        for exact in frames(fine, camera, orbit, track, times, jitter, points=8):
+            own = live.frame(exact.pose.time_s).radiance
+            for mine, expected in zip(own.astype(float), exact.radiance.astype(float), strict=True):
+                assert mine.mean() == pytest.approx(expected.mean(), rel=2e-3)
+                assert np.std(mine - expected) < 0.33 * expected.std()
+                inner, around = expected[1:-1, 1:-1], [(0, 1), (2, 1), (1, 0), (1, 2)]
+                moved = [np.corrcoef(mine[i : i + 62, j : j + 62].ravel(), inner.ravel())[0, 1] for i, j in around]
+                assert np.corrcoef(mine[1:-1, 1:-1].ravel(), inner.ravel())[0, 1] > max(0.95, *moved)
+        assert live.errors["tables"] < 1e-3
+
+
+def test_the_same_pose_gives_the_same_bits_whatever_came_before():
+    camera, orbit, track = of_orbit(48)
+    times = [0.0, 0.5, 9.25, 30.0]
+    jitter = Jitter((2e-3, 2e-3, 1e-3))
+    noisy = scene(sensor=SENSOR)
+    with LiveTwin(noisy, camera, threads=1).prepare(orbit, track, 0.0, 30.0, jitter) as live:
+        first = [live.frame(time).digital_number.copy() for time in times]
+    with LiveTwin(noisy, camera, threads=3).prepare(orbit, track, 0.0, 30.0, jitter) as live:
+        for time in np.linspace(0.0, 30.0, 23):
+            live.frame(float(time))
+        for time, before in reversed(list(zip(times, first, strict=True))):
+            assert np.array_equal(live.frame(time).digital_number, before)
+        given = live.frame(9.25, pose_at(9.25, orbit, track, jitter), out=np.empty((2, 48, 48), np.float32))
+        assert np.array_equal(given.digital_number, first[2])
+        assert not np.array_equal(first[0], first[1])
+
+
+def test_numbers_of_the_sensor_give_the_radiance_back():
+    trajectory = above()
+    clear = scene(clouds={"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}, sensor=SENSOR)
+    with LiveTwin(clear, Camera(SIZE, SIZE, 1.0, 1e-5)).prepare(trajectory, Nadir(trajectory), 0.0, 1.0) as live:
+        frame = live.frame(0.25)
+        own = live._sensor.scene[:, 0, 0]
+        worked_out = live._sensor._sensor.worked_out["bands"]
+    checked = []
+    for band, radiance, number, name in zip(frame.radiance, own, frame.digital_number, ("lwir", "mwir"), strict=True):
+        per, step = worked_out[name]["electrons_per_radiance"], worked_out[name]["signal_per_number"]
+        noise = float(np.sqrt(radiance * per + 100.0**2 + step**2 / 12.0))
+        electrons = number.astype(float) * step
+        if noise > step:  # otherwise all pixels may have one number
+            assert electrons.mean() == pytest.approx(float(radiance * per), abs=5.0 * noise / SIZE)
+            assert electrons.std() == pytest.approx(noise, rel=0.05)
+            checked.append(name)
+        assert electrons.mean() == pytest.approx(float(radiance * per), abs=step)
+        assert np.allclose(band * per, electrons, rtol=1e-5)
+    assert checked == ["lwir"]
+
+
+def test_a_target_above_the_air_has_its_intensity_over_the_squared_distance():
+    trajectory, camera = above(700e3), Camera(33, 33, 1.0, 1e-4)
+    target = PointTarget(30.003, 150.002, 99e3, (1e4, 2e4))
+    live_twin = LiveTwin(scene(), camera)
+    with live_twin.prepare(trajectory, Nadir(trajectory), 0.0, 1.0) as live:
+        without = live.frame(0.0).radiance.astype(float)
+    with live_twin.prepare(trajectory, Nadir(trajectory), 0.0, 1.0, target=target) as live:
+        added = live.frame(0.0).radiance - without
+    distance = np.linalg.norm(target.position_m(0.0) - trajectory.at(0.0))
+    expected = np.array(target.intensity) / (distance**2 * 1e-8)
+    assert added.sum(axis=(1, 2)) == pytest.approx(expected, rel=2e-4)
+    row, column = np.indices((33, 33))
+    middle = (added[0] * row).sum() / added[0].sum(), (added[0] * column).sum() / added[0].sum()
+    pose = pose_at(0.0, trajectory, Nadir(trajectory))
+    seen = camera.pixels(pose.to_body((target.position_m(0.0) - pose.position_m) / distance))
+    assert middle == pytest.approx([float(each) for each in seen], abs=1e-3)
+
+
+def test_cloud_weakens_a_target_below_by_its_optical_thickness():
+    trajectory, camera = above(), Camera(33, 33, 1.0, 100.0 / 36e6)
+    target = PointTarget(30.0, 150.0, 0.0, (1e9, 1e9))
+    sky, light = {"type": "stratus", "coverage_mode": "field"}, {}
+    for coverage in (1.0, 1e-9):
+        with LiveTwin(scene(clouds=sky | {"coverage": coverage}), camera).prepare(
+            trajectory, Nadir(trajectory), 0.0, 1.0, target=target
+        ) as live:
+            with_target = live.frame(0.0).radiance.astype(float)
+            live._target = None
+            light[coverage] = (with_target - live.frame(0.0).radiance).sum(axis=(1, 2))
+    output = {"certificate": 0, "variables": ["cloud_optical_thickness"]}
+    cube = hcss_twin.simulate(scene(clouds=sky | {"coverage": 1.0}, pixels=33, samples=5, output=output))
+    depth = cube["cloud_optical_thickness"].values[0][..., 16, 16]
+    assert -np.log(light[1.0] / light[1e-9]) == pytest.approx(depth.ravel(), rel=0.1)
+
+
+def test_variance_of_means_and_between_points_is_that_of_the_field():
+    step = 1.0 / 16.0
+    octave = Octave(0, 1.0, AxisScale(step, False), AxisScale(step, False), AxisScale(0.0, False), False)
+    field = FractalField(5, (octave,), 1).window(0.0, PixelWindow(0, 1600, 0.0), PixelWindow(0, 1600, 0.0))
+    for cells in (0.5, 1.5):
+        points = int(16 * cells)
+        sums = np.cumsum(np.cumsum(np.pad(field.astype(float), ((1, 0), (1, 0))), axis=0), axis=1)
+        means = sums[points:, points:] - sums[:-points, points:] - sums[points:, :-points] + sums[:-points, :-points]
+        assert np.var(means / points**2) == pytest.approx(mean_variance(cells) ** 2 * np.var(field), rel=0.02)
+    shares = np.linspace(0.0, 1.0, 33)[:, None, None]
+    blended = (1.0 - shares) * field[:, :-12:4] + shares * field[:, 12::4]
+    weight = np.full(33, 1.0)
+    weight[[0, -1]] = 0.5
+    assert np.average(np.mean(blended**2, axis=(1, 2)), weights=weight) == pytest.approx(
+        between(0.75) * np.var(field), rel=0.02
+    )
+    assert between(100.0) == pytest.approx(2.0 / 3.0)
+    assert mean_variance(0.0) == 1.0
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.7])
+def test_tables_of_a_step_are_the_normal_distribution(sigma):
+    edge = 0.3
+
+    def step(field):
+        return np.where(np.float32(field) >= np.float32(edge), 2.0, 1.0)[None]
+
+    start, end = intervals(step, edge, sigma)
+    value = edge + (np.arange(2 * TABLE_HALF + 1) - TABLE_HALF) / TABLE_PER_VALUE
+    if sigma == 0.0:
+        assert np.all(start[0] == np.where(np.arange(2 * TABLE_HALF) >= TABLE_HALF, 2.0, 1.0))
+        assert np.array_equal(start, end)
+    else:
+        exact = 1.0 + ndtr((value - edge) / sigma)
+        assert start[0] == pytest.approx(exact[:-1], abs=1e-4)
+        assert end[0] == pytest.approx(exact[1:], abs=1e-4)
+
+
+def test_what_live_frames_cannot_show_is_refused_by_name():
+    camera, orbit, track = of_orbit(16)
+    with pytest.raises(PayloadError, match="coverage_mode = 'frame', which has no meaning"):
+        LiveTwin(scene(clouds={"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"}), camera)
+    with pytest.raises(PayloadError, match="start_s, end_s: 0 to 31 s; allowed: within 0 to 30 s"):
+        LiveTwin(scene(), camera).prepare(orbit, track, 0.0, 31.0)
+    with pytest.raises(PayloadError, match="hold several cells of the coarsest octave"):
+        LiveTwin(scene("cumulus"), of_orbit(4, 3000.0)[0]).prepare(orbit, track, 0.0, 1.0)
+    with LiveTwin(scene(), camera).prepare(orbit, track, 0.0, 1.0) as live:
+        with pytest.raises(PayloadError, match="time_s: 2 s; allowed: 0 to 1 s"):
+            live.frame(2.0)
+        with pytest.raises(PayloadError, match=r"out: float64 \(2, 16, 16\); allowed: contiguous float32"):
+            live.frame(0.5, out=np.empty((2, 16, 16)))
+        pose = pose_at(0.5, orbit, track)
+        with pytest.raises(PayloadError, match=r"pose.time_s: 0.5 s; allowed: 0.25 s"):
+            live.frame(0.25, pose)
+        astray = Pose(0.5, pose.position_m, pose_at(0.5, orbit, Track(orbit, 33.0, 150.0)).quaternion)
+        with pytest.raises(PayloadError, match="lines of sight are beyond the limb or far from"):
+            live.frame(0.5, astray)
+        assert live.frame(0.5).radiance.shape == (2, 16, 16)
