@@ -123,7 +123,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     computed = computed_variables(scenario, assembly, waves is not None, variables)
     land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
-    return Plan(
+    plan = Plan(
         scenario=scenario,
         catalog=catalog,
         assembly=assembly,
@@ -160,6 +160,11 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         land_share=land,
         probes=probes,
     )
+    if (scenario.radiance.light, scenario.radiance.light_profile) == ("columns", "uniform"):
+        return plan
+    from hcss_twin.plan.choose_light import with_light  # not for independent columns
+
+    return with_light(plan)
 
 
 def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:

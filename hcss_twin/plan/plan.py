@@ -28,6 +28,7 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
+    from hcss_twin.plan.light import PlannedLight
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
 
@@ -89,6 +90,8 @@ class Plan:
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
         How the providers of other packages fared with the laws of their kinds.
+    light : PlannedLight or None
+        Light between columns of cloud; None for independent columns.
     """
 
     scenario: Scenario
@@ -121,6 +124,7 @@ class Plan:
     tops: CloudTops | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
+    light: PlannedLight | None = None
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
