@@ -235,6 +235,8 @@ def table_key(plan: Plan) -> str:
     """Return a hash of everything the tables of a plan depend on."""
     scenario, assembly = json.loads(plan.scenario.to_json()), plan.assembly
     independent = (*INDEPENDENT, *plan.scenario.sections)
+    for key in ("light", "light_profile", "light_accuracy"):  # what is added to the tables
+        scenario["radiance"].pop(key)
     parts: dict[str, Any] = {
         "scenario": {name: value for name, value in scenario.items() if name not in independent},
         "accuracy": plan.accuracy.relative,

@@ -28,6 +28,7 @@ from hcss_twin.providers import CloudGenerator, Grid
 if TYPE_CHECKING:
     from hcss_twin.engine.derived import DerivedStage
     from hcss_twin.engine.elements import ElementStage
+    from hcss_twin.engine.light import LightStage
     from hcss_twin.engine.tables.over_points import AnyLookUp
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage
     from hcss_twin.engine.tables.over_tops import TopStage
@@ -218,6 +219,11 @@ class PartMaker:
             from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
 
             self._elements = ElementStage(plan) if plan.imager is None else plan.imager.element_stage(plan)
+        self._light: LightStage | None = None
+        if plan.light is not None and tables is not None:
+            from hcss_twin.engine.light import LightStage  # not for independent columns
+
+            self._light = LightStage(plan, tables)
         self._derived: DerivedStage | None = None
         if plan.assembly.derived:
             from hcss_twin.engine.derived import DerivedStage  # not for scenes without such variables
@@ -247,7 +253,8 @@ class PartMaker:
     ) -> tuple[Frame, NDArray[np.float32]]:
         """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as stored in the cube.
 
-        The result for a pixel is bit-identical in every part.
+        With light between columns the second is that of independent columns, which the certificate checks. The result
+        for a pixel is bit-identical in every part.
 
         Parameters
         ----------
@@ -275,6 +282,7 @@ class PartMaker:
         elements = None if self._elements is None else self._elements.at(index, time_s, clouds, look_up)
         size = length(extent[0]), length(extent[1])
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
+        shown = radiance if self._light is None else np.empty_like(radiance)
         added = np.zeros((bands if ELEMENT_RADIANCE in self._names else 0, *size), dtype=np.float32)
         self._truth.start(*size)
         for number, window in enumerate(windows(plan.image, plan.samples_per_pixel, inside=extent)):
@@ -285,6 +293,8 @@ class PartMaker:
             if look_up is not None and (thickness or number == 0):
                 corner = place[0].start, place[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+            if self._light is not None:
+                self._light.fill(shown, window, place, time_s, clouds, look_up)
             ground = None if self._surfaces is None else self._surfaces.at(time_s, window)
             over_sea, surface = thickness, None
             if self._surfaces is not None and ground is not None:
@@ -312,7 +322,7 @@ class PartMaker:
         if imager is not None:
             imager.complete(frame, time_s, extent)
         for number, name in enumerate(self._quantities):
-            values = radiance[number * bands : (number + 1) * bands]
+            values = shown[number * bands : (number + 1) * bands]
             frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
         if ELEMENT_RADIANCE in self._names:
             frame[ELEMENT_RADIANCE] = added

@@ -69,6 +69,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "provider_costs": [vars(each) for each in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],
         **_against_the_world(plan),
+        **({} if plan.light is None else {"light": plan.light.as_dict()}),
         **({} if plan.surfaces is None else {"surfaces": _surfaces(plan.surfaces)}),
         **({} if plan.sensor is None else {"sensor": plan.sensor.as_dict()}),
     }

@@ -174,7 +174,11 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     )
     if imager is not None:
         imager.require_supported(plan)
-    return plan
+    if (scenario.radiance.light, scenario.radiance.light_profile) == ("columns", "uniform"):
+        return plan
+    from hcss_twin.plan.choose_light import with_light  # not for independent columns
+
+    return with_light(plan)
 
 
 def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:

@@ -29,6 +29,7 @@ from hcss_twin.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.imager import Imager
+    from hcss_twin.plan.light import PlannedLight
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
 
@@ -93,6 +94,8 @@ class Plan:
     imager : Imager or None
         Image geometry of a plugin, to which ``samples_per_pixel``, ``extent`` and ``variables`` then belong; None for
         the grid on the ground.
+    light : PlannedLight or None
+        Light between columns of cloud; None for independent columns.
     """
 
     scenario: Scenario
@@ -126,6 +129,7 @@ class Plan:
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
     imager: Imager | None = None
+    light: PlannedLight | None = None
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""

@@ -1,0 +1,104 @@
+"""Light in clouds that are not columns: an extension that replaces the look-up of independent columns.
+
+A package names a class in the entry point group ``hcss_twin.light``; the name of the entry point is the value of
+``radiance.light`` that selects it. The class is called with :class:`LightInputs` and has the members of
+:class:`LightTransport`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers.atmosphere import TransmittanceProvider
+from hcss_twin.providers.clouds import CloudLayer
+from hcss_twin.providers.optics import Optics
+from hcss_twin.providers.radiance import SolarIrradiance, Sun, View
+
+
+@dataclass(frozen=True)
+class LightInputs:
+    """Inputs of a light transport: geometry of one cloud layer, and the scene's providers.
+
+    Attributes
+    ----------
+    layer : CloudLayer
+        The only layer; columns of cloud extend from its anchor by their thickness.
+    shape : {"uniform", "adiabatic"}
+        Extinction within a column: the same at all heights, or growing as the power 2/3 of the height above its base.
+    view : View
+        Direction toward the sensor, the same for all pixels.
+    sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
+        The sun at the frames in which it is up and matters.
+    reference_m : float
+        Altitude at which the line of sight of a pixel meets the column of cloud that has its row and column.
+    point_m : float
+        Distance between columns.
+    wavenumber_cm1 : ndarray (V,)
+        Weighted wavenumbers of the radiance tables.
+    weights_cm1 : ndarray (B, V)
+        Their weights in each band.
+    profile : Profile
+        The air.
+    transmittance : TransmittanceProvider
+    optics : Optics
+    solar_irradiance : SolarIrradiance
+    sea_temperature_K : float
+    """
+
+    layer: CloudLayer
+    shape: Literal["uniform", "adiabatic"]
+    view: View
+    sun_zenith_deg: Array
+    sun_azimuth_deg: Array
+    reference_m: float
+    point_m: float
+    wavenumber_cm1: Array
+    weights_cm1: Array
+    profile: Profile
+    transmittance: TransmittanceProvider
+    optics: Optics
+    solar_irradiance: SolarIrradiance
+    sea_temperature_K: float
+
+
+class InstantLight(Protocol):
+    """Light at one instant."""
+
+    def correct(self, thickness_m: NDArray[np.float32]) -> tuple[Array, Array]:
+        """Return how the radiance of points differs from that of their columns.
+
+        Parameters
+        ----------
+        thickness_m : ndarray of float32 (y, x)
+            Cloud of points and of those within ``reach`` around them; rows go north, columns east.
+
+        Returns
+        -------
+        amount_m : ndarray (y, x)
+            Thickness at which the tables are read, 0 to the layer's greatest; below its least they are linear.
+        change : ndarray (B, y, x)
+            Radiance to add, W m-2 sr-1. Values of the points around are not used.
+        """
+        ...
+
+
+class LightTransport(Protocol):
+    """Light in broken clouds.
+
+    Attributes
+    ----------
+    reach : ((int, int), (int, int))
+        How many rows, and columns, of points before and after those asked for matter.
+    """
+
+    reach: tuple[tuple[int, int], tuple[int, int]]
+
+    def at(self, sun: Sun | None) -> InstantLight:
+        """Return the light under a sun; None at night."""
+        ...

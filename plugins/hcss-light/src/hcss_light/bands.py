@@ -1,0 +1,119 @@
+"""Clouds and light of each band, for a few groups of wavenumbers, as they reach the sensor.
+
+All radiance is counted at the sensor: a body at altitude z counts as its Planck radiance times the transmittance of the
+gas above, plus the emission of that gas. Scattering keeps such sums in proportion, so clouds can be solved without gas.
+Gas between the parts of one cloud layer is left out except for its emission along the view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_light.source import Particles, Surroundings
+from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import Array, Sun
+from hcss_twin.providers.light import LightInputs
+
+SPREAD, MOST_GROUPS = 0.02, 4
+"""Standard deviation of the single-scattering albedo for which one more group is used, and how many at most."""
+
+HEIGHTS = 9
+"""Altitudes at which the gas is asked; linear in between."""
+
+SUN_SHARE = 0.1
+"""Share of sunlight that counts as radiance in the means over a band."""
+
+DIFFUSE_DEG = 53.0
+"""Zenith angle that stands for the hemisphere."""
+
+SEA_EMISSIVITY = 0.985
+LOWEST_SUN_DEG = 88.0
+
+
+@dataclass(frozen=True)
+class Group:
+    """Wavenumbers of a band with similar clouds.
+
+    Attributes
+    ----------
+    particles : Particles
+        Means over the wavenumbers.
+    around : Surroundings
+        Integrals over the band's share.
+    """
+
+    particles: Particles
+    around: Surroundings
+
+
+def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> list[list[Group]]:
+    """Return the groups of each band, at the altitudes (Z,) of the slices."""
+    wavenumber, layer = inputs.wavenumber_cm1, inputs.layer
+    cloud = inputs.optics.single_scattering(layer.microphysics, wavenumber)
+    heights = np.linspace(layer.base_m, layer.top_m, HEIGHTS)
+    up = [to_space(float(height), inputs.view.zenith_deg) for height in heights]
+    gas = inputs.transmittance.transmittance(wavenumber, up)
+    air = path_radiance(inputs.transmittance, inputs.profile, wavenumber, heights.tolist(), inputs.view.zenith_deg)
+    kelvin = inputs.profile.temperature_at(heights)
+    if layer.temperature_K is not None:
+        kelvin = np.full_like(heights, layer.temperature_K)
+    black = planck(wavenumber[None], kelvin[:, None])
+    emitted = black * gas + air
+    sky = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [layer.top_m], DIFFUSE_DEG)[0]
+    sky = sky * gas[-1] + air[-1]
+    (through,) = inputs.transmittance.transmittance(wavenumber, [to_space(0.0, inputs.view.zenith_deg)])
+    (whole,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [0.0], inputs.view.zenith_deg)
+    below = SEA_EMISSIVITY * planck(wavenumber, inputs.sea_temperature_K) * through + whole
+    sunlight = np.zeros_like(emitted)
+    if sun is not None and sun.zenith_deg <= LOWEST_SUN_DEG:
+        both = [each + to_space(float(height), sun.zenith_deg) for each, height in zip(up, heights, strict=True)]
+        irradiance = inputs.solar_irradiance(wavenumber) / sun.distance_au**2
+        sunlight = inputs.transmittance.transmittance(wavenumber, both) * irradiance
+    signal = (black * gas + SUN_SHARE * sunlight)[HEIGHTS // 2]
+    result = []
+    for weights in inputs.weights_cm1:
+        own = np.flatnonzero(weights > 0.0)
+        groups = []
+        for some in _grouped(own, (weights * signal)[own], cloud.albedo[own]):
+            share, extinction = (weights * signal)[some], cloud.extinction_m1[some]
+            if not np.any(share > 0.0):
+                share = weights[some]
+            scattered = share * extinction * cloud.albedo[some]
+            particles = Particles(
+                float(np.sum(share * extinction) / np.sum(share)),
+                float(np.sum(scattered) / np.sum(share * extinction)),
+                np.sum(cloud.moments[:, some] * scattered, axis=1) / max(np.sum(scattered), 1e-300),
+            )
+
+            def integral(values: Array, some: NDArray[np.intp] = some, weights: Array = weights) -> Array:
+                result: Array = np.interp(altitude_m, heights, np.sum(values[:, some] * weights[some], axis=1))
+                return result
+
+            around = Surroundings(
+                integral(emitted),
+                float(np.sum(sky[some] * weights[some])),
+                float(np.sum(below[some] * weights[some])),
+                integral(sunlight),
+            )
+            groups.append(Group(particles, around))
+        result.append(groups)
+    return result
+
+
+def _grouped(places: NDArray[np.intp], signal: Array, albedo: Array) -> list[NDArray[np.intp]]:
+    """Divide wavenumbers into groups of similar albedo and equal signal."""
+    total = float(np.sum(signal))
+    if not total > 0.0:
+        return [places]
+    mean = np.sum(signal * albedo) / total
+    spread = float(np.sqrt(np.sum(signal * (albedo - mean) ** 2) / total))
+    count = int(np.clip(round(spread / SPREAD), 1, min(MOST_GROUPS, places.size)))
+    order = np.argsort(albedo, kind="stable")
+    middle = (np.cumsum(signal[order]) - 0.5 * signal[order]) / total
+    number = np.minimum((middle * count).astype(np.intp), count - 1)
+    return [places[np.sort(order[number == each])] for each in range(count) if np.any(number == each)]

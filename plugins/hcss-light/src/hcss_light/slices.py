@@ -1,0 +1,280 @@
+"""Clouds cut into horizontal slices, and their direct light along one direction.
+
+View and sun are constant directions, so a slanted ray is a shift of each slice: no ray is traced. Slices are so thin
+that a ray moves by at most one point within each. All fields are periodic; callers add margins where they are not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_light.voxels import LightError
+from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.providers import Array
+
+Field = NDArray[np.float32]
+Shape = Literal["uniform", "adiabatic"]
+
+LEAST_SLICES, MOST_SLICES = 16, 512
+HIGHEST_SLICE_OPTICAL_THICKNESS = 2.0
+"""Vertical optical thickness of the thickest slice: the source is constant within it."""
+
+DENSEST = 5.0 / 3.0
+"""Extinction at the top of an adiabatic column over its mean."""
+
+
+@dataclass(frozen=True)
+class Slices:
+    """Horizontal slices of one cloud layer.
+
+    Parameters
+    ----------
+    base_m, top_m : float
+        Altitudes of the layer.
+    count : int
+        Number of slices, of equal height.
+    anchor : {"base", "top"}
+        Which end of all columns is flat.
+    point_m : float
+        Distance between columns.
+    """
+
+    base_m: float
+    top_m: float
+    count: int
+    anchor: Literal["base", "top"]
+    point_m: float
+
+    @property
+    def height_m(self) -> float:
+        """Height of a slice."""
+        return (self.top_m - self.base_m) / self.count
+
+    @property
+    def middle_m(self) -> Array:
+        """Altitudes (Z,) of their middles, upward."""
+        middle: Array = self.base_m + self.height_m * (np.arange(self.count) + 0.5)
+        return middle
+
+    def shifts(self, zenith_deg: float, azimuth_deg: float, reference_m: float) -> Array:
+        """Return by how many rows and columns (Z, 2) a ray is displaced at each slice from its place at an altitude.
+
+        The ray goes up toward a direction whose azimuth counts clockwise from north (rows) to east (columns).
+        """
+        away = (self.middle_m - reference_m) * math.tan(math.radians(zenith_deg)) / self.point_m
+        azimuth = math.radians(azimuth_deg)
+        return np.stack((away * math.cos(azimuth), away * math.sin(azimuth)), axis=1)
+
+    def density(self, thickness_m: Field, shape: Shape = "uniform") -> Field:
+        """Return the extinction (Z, y, x) of each slice over the mean extinction of cloud, from the thickness (y, x).
+
+        Parameters
+        ----------
+        shape : {"uniform", "adiabatic"}
+            The extinction grows as the power 2/3 of the height above the column's base if droplets that condense in
+            rising air keep their number; columns keep their optical thickness.
+        """
+        result = np.empty((self.count, *thickness_m.shape), dtype=np.float32)
+        power = 5.0 / 3.0 if shape == "adiabatic" else 1.0
+        hanging = self.anchor == "top"
+        _densities(np.ascontiguousarray(thickness_m, dtype=np.float32), self.height_m, hanging, power, result)
+        return result
+
+
+def slices_of(
+    base_m: float, top_m: float, anchor: Literal["base", "top"], point_m: float, steepest_deg: float, optical: float
+) -> Slices:
+    """Return slices for rays up to a zenith angle through a layer of a vertical optical thickness.
+
+    Raises
+    ------
+    LightError
+        If the rays are so slanted that too many slices are needed.
+    """
+    height = top_m - base_m
+    count = max(
+        LEAST_SLICES,
+        math.ceil(height * math.tan(math.radians(steepest_deg)) / point_m - 1e-9),
+        math.ceil(optical / HIGHEST_SLICE_OPTICAL_THICKNESS),
+    )
+    if count > MOST_SLICES:
+        raise LightError(
+            f"a layer of {height:g} m seen or lit at {steepest_deg:.4g} deg needs {count} slices at {point_m:g} m; "
+            f"allowed: {MOST_SLICES}; larger pixels or a higher sun or sensor need fewer"
+        )
+    return Slices(base_m, top_m, count, anchor, point_m)
+
+
+@kernel()
+def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, result: Any) -> None:
+    count, rows, columns = result.shape
+    for s in range(count):
+        for y in range(rows):
+            for x in range(columns):
+                own = float(thickness[y, x])
+                if own <= 0.0:
+                    result[s, y, x] = 0.0
+                    continue
+                base = count * slice_m - own if hanging else 0.0
+                low = min(max((s * slice_m - base) / own, 0.0), 1.0)
+                high = min(max(((s + 1) * slice_m - base) / own, 0.0), 1.0)
+                result[s, y, x] = (high**power - low**power) * own / slice_m
+
+
+@inner()
+def place(shift: float, size: int) -> Any:
+    """Return the whole part of a shift, within 0 to size - 1, and the rest."""
+    whole = int(np.floor(shift))
+    return whole % size, shift - whole
+
+
+@kernel()
+def march(
+    density: Any, source: Any, of_height: Any, extinction: float, slice_m: float, cosine: float, shifts: Any,
+    below: float, amount: Any, radiance: Any,
+) -> None:  # fmt: skip
+    """Add up emission and scattering toward the view, from the top slice down to the surface.
+
+    Parameters
+    ----------
+    density : ndarray (Z, y, x)
+    source : ndarray (Z, y, x)
+        Source function of each voxel, in addition to that of its height; empty: none.
+    of_height : ndarray (Z,)
+        Source function of each slice.
+    extinction : float
+        1/m where the density is 1.
+    shifts : ndarray (Z, 2)
+    below : float
+        Radiance that comes from below the clouds.
+    amount, radiance : ndarray (y, x), written
+        Path in cloud times cosine, m, and radiance.
+    """
+    count, rows, columns = density.shape
+    has_source = source.shape[0] > 0
+    open_sky = np.ones((rows, columns))
+    amount[:] = 0.0
+    radiance[:] = 0.0
+    for s in range(count - 1, -1, -1):
+        row, down = place(shifts[s, 0], rows)
+        column, right = place(shifts[s, 1], columns)
+        w00, w01 = (1.0 - down) * (1.0 - right), (1.0 - down) * right
+        w10, w11 = down * (1.0 - right), down * right
+        for y in range(rows):
+            y0 = (y + row) % rows
+            y1 = (y0 + 1) % rows
+            for x in range(columns):
+                x0 = x + column
+                if x0 >= columns:
+                    x0 -= columns
+                x1 = x0 + 1 if x0 + 1 < columns else 0
+                a, b = w00 * density[s, y0, x0], w01 * density[s, y0, x1]
+                c, d = w10 * density[s, y1, x0], w11 * density[s, y1, x1]
+                here = a + b + c + d
+                if here <= 0.0:
+                    continue
+                own = of_height[s]
+                if has_source:
+                    own += (
+                        a * source[s, y0, x0] + b * source[s, y0, x1] + c * source[s, y1, x0] + d * source[s, y1, x1]
+                    ) / here
+                kept = np.exp(-extinction * here * slice_m / cosine)
+                amount[y, x] += here * slice_m
+                radiance[y, x] += open_sky[y, x] * (1.0 - kept) * own
+                open_sky[y, x] *= kept
+    for y in range(rows):
+        for x in range(columns):
+            radiance[y, x] += open_sky[y, x] * below
+
+
+@kernel()
+def direct_sunlight(
+    density: Any, extinction: float, slice_m: float, cosine: float, shifts: Any, as_depth: bool, sunlight: Any
+) -> None:
+    """Write the mean direct transmission (Z, y, x) of sunlight in each voxel, or its negative logarithm.
+
+    Transmission is summed along the rays, in a frame that moves with them, so that shadows stay sharp.
+    """
+    count, rows, columns = density.shape
+    above, entering = np.zeros((rows, columns)), np.empty((rows, columns))
+    per = extinction * slice_m / cosine
+    for s in range(count - 1, -1, -1):
+        row, down = place(shifts[s, 0], rows)
+        column, right = place(shifts[s, 1], columns)
+        w00, w01 = (1.0 - down) * (1.0 - right), (1.0 - down) * right
+        w10, w11 = down * (1.0 - right), down * right
+        for y in range(rows):
+            y0 = (y + row) % rows
+            y1 = (y0 + 1) % rows
+            for x in range(columns):
+                x0 = (x + column) % columns
+                x1 = (x0 + 1) % columns
+                entering[y, x] = np.exp(-above[y, x])
+                above[y, x] += per * (
+                    w00 * density[s, y0, x0] + w01 * density[s, y0, x1]
+                    + w10 * density[s, y1, x0] + w11 * density[s, y1, x1]
+                )  # fmt: skip
+        # Back from the frame of the rays to that of the voxels, whose own cloud weakens what enters.
+        for y in range(rows):
+            y1 = (y - row) % rows
+            y0 = (y1 - 1) % rows
+            for x in range(columns):
+                x1 = (x - column) % columns
+                x0 = (x1 - 1) % columns
+                depth = per * density[s, y, x]
+                mean = 1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth
+                mean *= (
+                    w00 * entering[y1, x1] + w01 * entering[y1, x0]
+                    + w10 * entering[y0, x1] + w11 * entering[y0, x0]
+                )  # fmt: skip
+                sunlight[s, y, x] = -np.log(max(mean, 1e-300)) if as_depth else mean
+
+
+@kernel()
+def march_sums(
+    density: Any, sun_depth: Any, sunlight: Any, rates: Any, extinction: float, slice_m: float, cosine: float,
+    shifts: Any, radiance: Any,
+) -> None:  # fmt: skip
+    """Write for each rate c the integral (C, y, x) of sunlight exp(-c (tau_view + tau_sun)) over c tau_view.
+
+    Parameters
+    ----------
+    sun_depth : ndarray (Z, y, x)
+        Optical thickness toward the sun.
+    sunlight : ndarray (Z,)
+        Of each slice.
+    rates : ndarray (C,)
+    """
+    count, rows, columns = density.shape
+    passed = np.zeros((rows, columns))
+    radiance[:] = 0.0
+    for s in range(count - 1, -1, -1):
+        row, down = place(shifts[s, 0], rows)
+        column, right = place(shifts[s, 1], columns)
+        w00, w01 = (1.0 - down) * (1.0 - right), (1.0 - down) * right
+        w10, w11 = down * (1.0 - right), down * right
+        for y in range(rows):
+            y0 = (y + row) % rows
+            y1 = (y0 + 1) % rows
+            for x in range(columns):
+                x0 = (x + column) % columns
+                x1 = (x0 + 1) % columns
+                a, b = w00 * density[s, y0, x0], w01 * density[s, y0, x1]
+                c, d = w10 * density[s, y1, x0], w11 * density[s, y1, x1]
+                here = a + b + c + d
+                if here <= 0.0:
+                    continue
+                to_sun = (
+                    a * sun_depth[s, y0, x0] + b * sun_depth[s, y0, x1]
+                    + c * sun_depth[s, y1, x0] + d * sun_depth[s, y1, x1]
+                ) / here  # fmt: skip
+                own = extinction * here * slice_m / cosine
+                for n in range(rates.size):
+                    reached = sunlight[s] * np.exp(-rates[n] * (passed[y, x] + to_sun))
+                    radiance[n, y, x] -= reached * np.expm1(-rates[n] * own)
+                passed[y, x] += own

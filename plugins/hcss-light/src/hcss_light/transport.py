@@ -1,0 +1,162 @@
+"""Tiers of light for scenarios: how broken clouds differ from columns.
+
+For each point the engine's tables are read at the amount of cloud along its own line of sight, and the difference
+between broken and uniform cloud, both by the same faster method, is added. Uniform cloud thus keeps the radiance of the
+tables, with all its accuracy, and errors that the method makes for broken and uniform cloud alike cancel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hcss_light.bands import Group, groups_of_bands
+from hcss_light.slices import Field, Slices, slices_of
+from hcss_light.source import Direction, Surroundings, absorbed_radiance, sourced_radiance
+from hcss_light.sums import fitted_weights, sun_integrals
+from hcss_twin.providers import Array, Sun
+from hcss_twin.providers.light import LightInputs
+
+NODES_PER_SLICE = 4
+SPREADING = 1.0
+"""Light that clouds scatter and emit is taken from up to so many heights of the layer aside."""
+
+MOST_SPREADING = 24
+"""The same limit in points."""
+
+LOWEST_SUN_DEG = 85.0
+"""Below it sunlight is that of uniform cloud: its rays would cross the whole image."""
+
+
+class SourceLight:
+    """Light in broken clouds, tier ``source``; see :class:`hcss_twin.providers.light.LightTransport`.
+
+    Parameters
+    ----------
+    inputs : LightInputs
+
+    Raises
+    ------
+    LightError
+        If view or sun are so slanted that too many slices are needed.
+    """
+
+    tier = "source"
+
+    def __init__(self, inputs: LightInputs) -> None:
+        self._inputs = inputs
+        layer, view = inputs.layer, inputs.view
+        shone = inputs.sun_zenith_deg <= LOWEST_SUN_DEG
+        zenith, azimuth = inputs.sun_zenith_deg[shone], inputs.sun_azimuth_deg[shone]
+        cloud = inputs.optics.single_scattering(layer.microphysics, inputs.wavenumber_cm1)
+        thickest = float(np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2)))
+        steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
+        self._slices = slices_of(
+            layer.base_m, layer.top_m, layer.anchor, inputs.point_m, steepest, thickest * layer.thickness_max_m
+        )  # fmt: skip
+        height = layer.thickness_max_m / inputs.point_m
+        spread = min(math.ceil(SPREADING * height), MOST_SPREADING) if self.tier == "source" else 0
+        seen = self._slices.shifts(view.zenith_deg, view.azimuth_deg, inputs.reference_m)
+        lit = height * np.tan(np.radians(zenith)) * np.stack((np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))))
+        before, after = (
+            [
+                math.ceil(max(sign * float(limit(own)), 0.0) + max(float(np.max(sign * sun, initial=0.0)), 0.0))
+                for own, sun in zip(seen.T, lit, strict=True)
+            ]
+            for sign, limit in ((-1.0, np.min), (1.0, np.max))
+        )
+        # One point for each of two interpolations.
+        self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
+
+    def at(self, sun: Sun | None) -> InstantLight:
+        """Return the light at one instant."""
+        if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
+            sun = None
+        groups = groups_of_bands(self._inputs, self._slices.middle_m, sun)
+        return InstantLight(self.tier, self._inputs, self._slices, groups, sun)
+
+
+class SlantLight(SourceLight):
+    """The tier ``slant``."""
+
+    tier = "slant"
+
+
+class InstantLight:
+    """Light at one instant; see :class:`hcss_twin.providers.light.InstantLight`."""
+
+    def __init__(
+        self, tier: str, inputs: LightInputs, slices: Slices, groups: list[list[Group]], sun: Sun | None
+    ) -> None:
+        layer = inputs.layer
+        view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
+        to_sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
+        self._slices, self._shape = slices, inputs.shape
+        self._least_m, self._most_m = layer.thickness_min_m, layer.thickness_max_m
+        nodes = np.linspace(0.0, self._most_m, NODES_PER_SLICE * slices.count + 1)
+        # Between no cloud and the thinnest the engine's tables are linear, and so is this one.
+        self._nodes_m = np.concatenate(([0.0, self._least_m], nodes[nodes > self._least_m]))
+        columns = [slices.density(np.full((1, 1), each, dtype=np.float32)) for each in self._nodes_m]
+        lights = [[GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in own] for own in groups]
+        self._lights = lights
+        self._uniform = np.array([sum(each.of_uniform(columns) for each in own) for own in lights])
+
+    def correct(self, thickness_m: Field) -> tuple[Array, Array]:
+        """Return the amount (y, x) at which the tables are read, m, and the radiance (B, y, x) that is added."""
+        density = self._slices.density(thickness_m, self._shape)
+        change = np.empty((len(self._lights), *thickness_m.shape))
+        amount = np.zeros(thickness_m.shape)
+        for band, own in enumerate(self._lights):
+            total = np.zeros(thickness_m.shape)
+            for each in own:
+                amount, radiance = each.radiance(density)
+                total += radiance
+            np.minimum(amount, self._most_m, out=amount)
+            change[band] = total - np.interp(amount, self._nodes_m, self._uniform[band])
+        return amount, change
+
+
+class GroupLight:
+    """Light of one group of wavenumbers in one tier."""
+
+    def __init__(
+        self, tier: str, slices: Slices, group: Group, view: Direction, sun: Direction | None, reference_m: float
+    ) -> None:
+        self._tier, self._slices, self._group, self._view = tier, slices, group, view
+        self._sun = sun if sun is not None and np.any(group.around.sunlight > 0.0) else None
+        self._reference_m = reference_m
+        self._weights: Array | None = None
+
+    def of_uniform(self, columns: Sequence[Field]) -> Array:
+        """Return the radiance (N,) of uniform clouds, to which the sums for sunlight are fitted in the tier slant."""
+        if self._tier == "slant" and self._sun is not None:
+            dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0)
+            integrals = np.array([self._integrals(each)[:, 0, 0] for each in columns]).T
+            self._weights = fitted_weights(
+                integrals, np.array([self._sourced(each, dark)[1].item() for each in columns])
+            )
+        return np.array([self.radiance(each)[1].item() for each in columns])
+
+    def radiance(self, density: Field) -> tuple[Array, Array]:
+        """Return the amount of cloud (m), and the radiance, each (y, x), along the lines of sight."""
+        around = self._group.around
+        if self._tier == "source":
+            return self._sourced(density, around)
+        particles, view = self._group.particles, self._view
+        amount, radiance = absorbed_radiance(self._slices, density, particles, around, view, self._reference_m)
+        if self._weights is not None:
+            for weight, each in zip(self._weights, self._integrals(density), strict=True):
+                radiance += weight * each
+        return amount, radiance
+
+    def _sourced(self, density: Field, around: Surroundings) -> tuple[Array, Array]:
+        particles = self._group.particles
+        return sourced_radiance(self._slices, density, particles, around, self._view, self._sun, self._reference_m)
+
+    def _integrals(self, density: Field) -> Array:
+        assert self._sun is not None
+        particles, sunlight = self._group.particles, self._group.around.sunlight
+        return sun_integrals(self._slices, density, particles, sunlight, self._view, self._sun, self._reference_m)
