@@ -3,10 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from hcss_twin.cli.options import metres
+
+if TYPE_CHECKING:
+    from hcss_skies.missing import Missing
+
+
+def indices(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, int]:
+    """Parse indices such as ``scene=3``."""
+    found: dict[str, int] = {}
+    for text in given:
+        name, _, number = text.partition("=")
+        if not name or not number.isdigit() or name in found:
+            raise click.BadParameter(f"'{text}' given, allowed: each dimension once, with an index, such as scene=3")
+        found[name] = int(number)
+    return found
 
 
 @click.group()
@@ -29,8 +44,30 @@ def list_examples() -> None:
 @skies.command(name="import")
 @click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Example (.nc).")
-@click.option("--variable", help="Brightness temperature near 10.8 um in a file with several images.")
-@click.option("--second", help="Brightness temperature at 12.0 um in the same file: heights of thin clouds.")
+@click.option(
+    "--variable",
+    help="Brightness temperature near 10.8 um in a file with several images; default: the one named like IR_108 "
+    "of SEVIRI or C13 of ABI.",
+)
+@click.option(
+    "--second",
+    help="Brightness temperature at 12.0 um in the same file: heights of thin clouds; default: without --variable, the "
+    "one named like IR_120 or C15.",
+)
+@click.option(
+    "--at",
+    multiple=True,
+    metavar="DIMENSION=INDEX",
+    callback=indices,
+    help="Which image of a NetCDF variable with several, for example scene=3; from 0; repeat for each dimension.",
+)
+@click.option(
+    "--missing",
+    default="auto",
+    type=click.Choice(["auto", "fill", "crop"]),
+    help="Missing pixels. fill: up to 5 %, by interpolation; crop: largest part without them; auto: crop if that costs "
+    "a tenth or less of the pixels, else fill, else crop.",
+)
 @click.option(
     "--pixel-size",
     "pixel_size_m",
@@ -48,6 +85,8 @@ def import_image(
     output: Path,
     variable: str | None,
     second: str | None,
+    at: dict[str, int],
+    missing: Missing,
     pixel_size_m: float | None,
     lapse: float,
     clear: float | None,
@@ -59,25 +98,42 @@ def import_image(
 
     The example belongs into the folder skies/ beside a scenario, which then names it without .nc.
     """
+    from hcss_skies.detail_of_image import EXPONENTS
     from hcss_skies.example import write_example
     from hcss_skies.importing import import_example
     from hcss_twin.errors import CatalogError
 
     if output.exists() and not force:
         raise CatalogError(f"{output} exists; --force replaces it")
-    example = import_example(
+    done = import_example(
         image,
         variable=variable,
         second=second,
+        at=at,
+        missing=missing,
         pixel_size_m=pixel_size_m,
         lapse_K_km=lapse,
         clear_K=clear,
         kind=kind,
         licence=licence,
     )
+    example = done.example
     write_example(output, example)
+    channels = " and ".join(each for each in (done.variable, done.second) if each)
     click.echo(
-        f"{output}: {' x '.join(map(str, example.opaque.shape))} pixels of {example.pixel_size_m:g} m, cloud cover "
-        f"{example.coverage:.2f}."
-        + ("" if second else " One channel: cloud tops above the opaque height are not known.")
+        f"{output}: {' x '.join(map(str, example.opaque.shape))} pixels of {example.pixel_size_m:g} m"
+        + (f" from {channels}" if channels else "")
+        + f", cloud cover {example.coverage:.2f}."
+        + ("" if done.second else " One channel: cloud tops above the opaque height are not known.")
     )
+    if example.detail is None:
+        click.echo("Too little cloud to estimate the detail below the pixel; the generator takes that of other images.")
+    else:
+        click.echo(
+            "Detail below the pixel, extrapolated from octaves of 2 to 8 pixels: "
+            f"strength {example.detail.strength:.2f}, exponent {example.detail.exponent:.2f}"
+            + (" (limit of the extrapolation)" if example.detail.exponent in EXPONENTS else "")
+            + "."
+        )
+    for note in done.notes:
+        click.echo(f"note: {note}")

@@ -21,7 +21,7 @@ from hcss_twin.providers import Array
 MARGIN = 3
 """Cells around a window that the first halving needs: one for its slopes, one for each later one, with room."""
 
-_FLOOR = 0.05
+FLOOR = 0.05
 
 # Relative changes above this are edges, which have no more detail than others.
 _STEEPEST = 2.0
@@ -53,7 +53,7 @@ def deviations(steep: Array, strength: float, exponent: float, halving: int) -> 
     ratio = 2.0 ** (1.0 - exponent)
     # Children lose a quarter of the variance of their numbers to the mean of the cell.
     share = 4.0 / 3.0 * (1.0 - ratio) * ratio**halving
-    result: Array = strength * np.sqrt(share * (steep + _FLOOR))
+    result: Array = strength * np.sqrt(share * (steep + FLOOR))
     return result
 
 

@@ -34,9 +34,20 @@ MIN_SIDE, MAX_SIDE = 4, 4096
 HEIGHT_RANGE_M = -3000.0, 30_000.0
 """Heights that an example may have; negative ones are warmer than the profile at the sea."""
 
+DETAIL_STRENGTHS, DETAIL_EXPONENTS = (0.0, 1.0), (1.2, 4.0)
+"""Allowed values of the detail."""
+
 FORMAT = 1
 
 Bytes = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Detail:
+    """Strength and exponent of detail: see ``ExampleParameters``."""
+
+    strength: float
+    exponent: float
 
 
 @dataclass(frozen=True)
@@ -59,6 +70,8 @@ class Example:
         Kind of clouds, where the example comes from, and the terms of use.
     excess_is_known : bool
         False if x is 0 because the source has one channel.
+    detail : Detail or None
+        Of the image, extrapolated below its pixel; None if not estimated.
     """
 
     opaque: Bytes
@@ -71,6 +84,7 @@ class Example:
     source: str
     licence: str
     excess_is_known: bool = True
+    detail: Detail | None = None
 
     @property
     def coverage(self) -> float:
@@ -87,6 +101,7 @@ def make_example(
     kind: str,
     source: str,
     licence: str,
+    detail: Detail | None = None,
 ) -> Example:
     """Return the example of fields of p and x (rows, columns) in m; without x, it is 0 and flagged as unknown."""
     ranks, table = to_ranks(opaque_m)
@@ -96,7 +111,7 @@ def make_example(
         other, other_table = to_ranks(excess_m, ties=opaque_m)
     return Example(
         ranks, other, table, other_table, float(pixel_size_m), float(clear_m), kind, source, licence,
-        excess_m is not None,
+        excess_m is not None, detail,
     )  # fmt: skip
 
 
@@ -136,6 +151,8 @@ def write_example(path: Path, example: Example) -> None:
                 "clear_m": example.clear_m, "excess_is_known": int(example.excess_is_known),
             }
         )  # fmt: skip
+        if example.detail is not None:
+            file.setncatts({"detail": example.detail.strength, "detail_exponent": example.detail.exponent})
         for name, size in zip(("y", "x", "rank"), (*example.opaque.shape, LEVELS), strict=True):
             file.createDimension(name, size)
         for name, ranks, table, what in (
@@ -173,6 +190,7 @@ def read_example(path: Path) -> Example:
         example = Example(
             opaque, excess, opaque_m, excess_m, float(file.pixel_size_m), float(file.clear_m), str(file.kind),
             str(file.source), str(file.license), bool(file.excess_is_known),
+            Detail(float(file.detail), float(file.detail_exponent)) if "detail" in file.ncattrs() else None,
         )  # fmt: skip
     _check(path, example)
     return example
@@ -195,6 +213,11 @@ def _check(path: Any, example: Example) -> None:
         wrong = f"heights that do not ascend, or outside {low:g} to {high:g} m"
     elif not 1.0 <= example.pixel_size_m <= 1e5:
         wrong = f"pixel_size_m {example.pixel_size_m:g}; allowed: 1 to 100000"
+    elif example.detail is not None and not (
+        DETAIL_STRENGTHS[0] <= example.detail.strength <= DETAIL_STRENGTHS[1]
+        and DETAIL_EXPONENTS[0] <= example.detail.exponent <= DETAIL_EXPONENTS[1]
+    ):
+        wrong = f"{example.detail}; allowed: a strength of 0 to 1 and an exponent of 1.2 to 4"
     elif not low <= example.clear_m <= high:
         wrong = f"clear_m {example.clear_m:g}; allowed: {low:g} to {high:g}"
     if wrong:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcss_skies.blending import blend
 from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, steepness
-from hcss_skies.example import MAX_SCORE, read_example
+from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.flow import OCTAVES, flow_nodes
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
@@ -23,6 +23,9 @@ PATCH_S = 12_000.0
 
 MEASURED_S = 1800.0
 """``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
+
+DETAIL = Detail(0.31, 2.3)
+"""Detail of examples that state none, from SEVIRI and Landsat images."""
 
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
@@ -60,6 +63,11 @@ class ExampleClouds:
     def __init__(self, inputs: CloudInputs, parameters: ExampleParameters) -> None:
         self._inputs, self._of = inputs, parameters
         self.example = example = read_example(find_example(parameters.example, inputs.catalog))
+        of_image = example.detail or DETAIL
+        self._detail = Detail(
+            of_image.strength if parameters.detail is None else parameters.detail,
+            of_image.exponent if parameters.detail_exponent is None else parameters.detail_exponent,
+        )
         self._pixel = inputs.grid.pixel_size_m / example.pixel_size_m
         if not 1e-6 <= self._pixel <= 1e6:
             raise ProviderError(
@@ -102,6 +110,20 @@ class ExampleClouds:
         notes = [f"Example {parameters.example}: {example.kind}, {example.source} ({example.licence})"]
         if not example.excess_is_known:
             notes.append("The example has one channel: all its clouds count as opaque where they are coldest.")
+        if self._halvings:
+            origin = (
+                "from octaves of 2 to 8 pixels of the image, extrapolated"
+                if example.detail is not None and parameters.detail is None and parameters.detail_exponent is None
+                else "given"
+                if parameters.detail is not None and parameters.detail_exponent is not None
+                else "of other images"
+                if example.detail is None
+                else "partly given"
+            )
+            notes.append(
+                f"Detail below {example.pixel_size_m:g} m: strength {self._detail.strength:.3g}, exponent "
+                f"{self._detail.exponent:.3g}, {origin}."
+            )
         self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if changes else frozenset(), evolves=evolves, notes=tuple(notes)
         )
@@ -248,7 +270,7 @@ class ExampleClouds:
             children = np.empty((2 * part.shape[0] - 4, 2 * part.shape[1] - 4))
             cell_m = self.example.pixel_size_m / 2.0 ** (halving + 1)
             halve(
-                children, part, np.array(low), deviations(steep, self._of.detail, self._of.detail_exponent, halving),
+                children, part, np.array(low), deviations(steep, self._detail.strength, self._detail.exponent, halving),
                 root, halving, most, np.uint64(self._key(halving)), time_s * self._rate / lifetime_s(cell_m),
             )  # fmt: skip
             cells, first = children, [2 * (each + 1) for each in low]

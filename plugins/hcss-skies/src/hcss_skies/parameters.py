@@ -14,15 +14,20 @@ class ExampleParameters(BaseModel):
         "open-cells-1",
         description="Name of a shipped example or of one in skies/ beside the scenario (without .nc), or a file.",
     )
-    detail: float = Field(
-        0.31,
+    detail: float | None = Field(
+        None,
         ge=0.0,
         le=1.0,
         description="Strength of the detail below the example's pixel: standard deviation of the logarithm of "
-        "thickness where it changes by itself from one pixel to the next.",
+        "thickness where it changes by itself from one pixel to the next; default: that of the example's file, "
+        "else 0.31.",
     )
-    detail_exponent: float = Field(
-        2.3, ge=1.2, le=4.0, description="Exponent of the power spectrum, along a line, of the detail."
+    detail_exponent: float | None = Field(
+        None,
+        ge=1.2,
+        le=4.0,
+        description="Exponent of the power spectrum, along a line, of the detail; default: that of the example's file, "
+        "else 2.3.",
     )
     tops: Literal["layer", "example"] = Field(
         "layer", description="Cloud tops: those of the layer, or those of the example, for scenes of one layer."

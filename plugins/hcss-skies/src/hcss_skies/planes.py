@@ -1,0 +1,179 @@
+"""Brightness temperature from files of satellite images: choice of the channel, of one image among several, pixel size.
+
+Files with one image per variable are read as ``hcss import`` reads them. NetCDF variables with more dimensions, such as
+scene and time, need the index of one image. If a file has several images, the window channel is chosen by its name or
+its wavelength.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.reading import open_netcdf
+from hcss_twin.errors import CatalogError, choose_from
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.providers import Array
+
+_EARTH_RADIUS_M = 6.371e6
+
+_NETCDF = (b"\x89HDF", b"CDF")
+
+FIRST = r"(ir|bt|tb|cmi|rad|ch)?_?(108|10\.8|c13|103|10\.3)(_?um)?"
+SECOND = r"(ir|bt|tb|cmi|rad|ch)?_?(120|12\.0|c15|123)(_?um)?"
+"""Names of window channels near 10.8 and 12.0 um: of SEVIRI (IR_108), of GOES ABI in files of all bands (CMI_C13)."""
+
+WINDOW_UM = 10.0, 12.6
+"""Wavelengths at which the air is transparent enough for heights of clouds."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Brightness temperature of one image.
+
+    Attributes
+    ----------
+    kelvin : ndarray (rows, columns)
+        North and east last; NaN where missing.
+    pixel_size_m : float or None
+        Square root of a pixel's area; None if the file does not give it.
+    variable, source, rights : str
+        Name in the file; file, variable and time; terms of use, empty if not stated.
+    notes : tuple of str
+        What the user should know.
+    """
+
+    kelvin: Array
+    pixel_size_m: float | None
+    variable: str
+    source: str
+    rights: str
+    notes: tuple[str, ...] = ()
+
+
+def read_plane(path: Path, variable: str | None, at: Mapping[str, int], pattern: str = FIRST) -> Plane:
+    """Read one image.
+
+    Parameters
+    ----------
+    path : Path
+        NetCDF, or another format of ``hcss import``.
+    variable : str, optional
+        Default: the only image, or the one whose name matches ``pattern``.
+    at : mapping of str to int
+        Index along each dimension that is not of the image.
+    pattern : str
+        Regular expression of the whole name, upper or lower case.
+
+    Raises
+    ------
+    CatalogError
+        If there is no such image, or an index is missing or out of range.
+    """
+    with path.open("rb") as file:
+        is_netcdf = file.read(4).startswith(_NETCDF)
+    if not is_netcdf:
+        if at:
+            raise CatalogError(f"{path}: --at {next(iter(at))}: allowed for NetCDF variables of several images only")
+        return _of_image(path, read_image(path, variable))
+    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as dataset:
+        name = variable or window_channel(dataset.variables, pattern)
+        item = None if name is None else dataset.variables.get(name)
+        if item is not None and (at or sum(size > 1 for size in item.shape) > 2):
+            return _of_stack(path, dataset, item, at)
+    if at:
+        raise CatalogError(f"{path}: --at {next(iter(at))}: allowed with a variable of several images; name it")
+    return _of_image(path, read_image(path, name))
+
+
+def window_channel(variables: Mapping[str, Any], pattern: str) -> str | None:
+    """Return the only variable of at least two dimensions whose name matches a pattern; None if there is none."""
+    matching = [
+        name for name, each in variables.items() if each.ndim >= 2 and re.fullmatch(pattern, name, re.IGNORECASE)
+    ]
+    return matching[0] if len(matching) == 1 else None
+
+
+def _of_image(path: Path, image: SatelliteImage) -> Plane:
+    kelvin: Array = image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1]
+    coefficients = planck_coefficients(path) if image.units == UNITS else None
+    if coefficients is not None:
+        kelvin = coefficients.kelvin(kelvin)
+    source = ", ".join(part for part in (image.source, f"{image.long_name} {image.date}".strip()) if part)
+    notes = []
+    if image.pixel_size_is_nominal:
+        notes.append(f"pixels have {image.pixel_size_m:.5g} m below the satellite and are larger elsewhere")
+    wavelength = re.search(r"([\d.]+) um", image.band)
+    if wavelength and not WINDOW_UM[0] <= float(wavelength[1]) <= WINDOW_UM[1]:
+        notes.append(
+            f"{image.band} is no window channel ({WINDOW_UM[0]:g} to {WINDOW_UM[1]:g} um): heights of clouds are wrong"
+        )
+    return Plane(kelvin, image.pixel_size_m, image.variable, source, image.rights, tuple(notes))
+
+
+def _of_stack(path: Path, dataset: Any, item: Any, at: Mapping[str, int]) -> Plane:
+    """Return one image of a variable with several."""
+    others = item.dimensions[:-2]
+    for name in at:
+        if name not in others:
+            raise CatalogError(f"{path}: --at {name}: no such dimension of {item.name}; {choose_from(name, others)}")
+    index, stated = [], []
+    for name, size in zip(others, item.shape, strict=False):
+        if name not in at and size > 1:
+            raise CatalogError(
+                f"{path}: {item.name} has {size} images along {name}; choose one with --at {name}=0 to {size - 1}"
+            )
+        number = at.get(name, 0)
+        if not 0 <= number < size:
+            raise CatalogError(f"{path}: --at {name}={number}; allowed: 0 to {size - 1}")
+        index.append(number)
+        if size > 1:
+            stated.append(f"{name} {number}")
+    kelvin = np.ma.filled(np.ma.asarray(item[tuple(index)]).astype(np.float64), np.nan)
+    if str(getattr(item, "units", "K")).casefold() not in ("k", "kelvin"):
+        raise CatalogError(f"{path}: {item.name} has the unit '{item.units}'; allowed: K")
+    plane = Plane(
+        kelvin, None, item.name, f"{path.name}, {item.name} {', '.join(stated)}".rstrip(),
+        str(getattr(dataset, "license", "") or getattr(dataset, "rights", "")),
+    )  # fmt: skip
+    places = [_coordinate(dataset, name, item.dimensions, index) for name in ("latitude", "longitude")]
+    return plane if any(each is None for each in places) else _located(plane, *places)
+
+
+def _coordinate(dataset: Any, name: str, dimensions: tuple[str, ...], index: list[int]) -> Any:
+    """Return a coordinate of all pixels of an image; None if there is none."""
+    place = dataset.variables.get(name)
+    if place is None or place.dimensions[-2:] != dimensions[-2:]:
+        return None
+    chosen = dict(zip(dimensions[:-2], index, strict=True))
+    if any(each not in chosen for each in place.dimensions[:-2]):
+        return None
+    return np.ma.filled(
+        np.ma.asarray(place[tuple(chosen[each] for each in place.dimensions[:-2])]).astype(np.float64), np.nan
+    )
+
+
+def _located(plane: Plane, latitude: Array, longitude: Array) -> Plane:
+    """Return an image with north and east last, and with the pixel size of its coordinates, in degrees."""
+    kelvin = plane.kelvin
+    if np.nanmean(np.diff(latitude, axis=0)) < 0.0:
+        kelvin, latitude, longitude = (each[::-1] for each in (kelvin, latitude, longitude))
+    if np.nanmean(np.diff(longitude, axis=1)) < 0.0:
+        kelvin, latitude, longitude = (each[:, ::-1] for each in (kelvin, latitude, longitude))
+    sides = []
+    for axis in (0, 1):
+        north, east = (np.radians(np.diff(each, axis=axis)) for each in (latitude, longitude))
+        middle = np.radians(latitude[:-1] if axis == 0 else latitude[:, :-1])
+        sides.append(_EARTH_RADIUS_M * float(np.nanmedian(np.hypot(north, np.cos(middle) * east))))
+    tall, wide = sides
+    notes = plane.notes
+    if max(sides) > 1.1 * min(sides):
+        notes = (*notes, f"pixels of {tall:.4g} m (rows) x {wide:.4g} m: taken as squares of the same area")
+    return replace(plane, kelvin=kelvin, pixel_size_m=float(np.sqrt(tall * wide)), notes=notes)
