@@ -20,6 +20,7 @@ from hcss_twin.scenario.units import (
     Duration,
     Fraction,
     Length,
+    Number,
     Speed,
     Temperature,
     Whole,
@@ -126,6 +127,13 @@ class Sea(ScenarioSection):
         "averaged",
         description='Waves longer than two pixels: "averaged": statistical, the plan bounds the error; "resolved": in '
         'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
+    )
+    temperature_texture: Number = Field(
+        0.0,
+        ge=0,
+        le=3,
+        description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
+        "field with the spectrum of measured sea; 0: one temperature.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
