@@ -215,7 +215,10 @@ TEXTURE = (
 
 
 def _changes_of_air(
-    scenario: Scenario, assembly: Assembly, columns: FewColumns, known: Mapping[tuple[float, Sun | None], Mapping[str, Array]]
+    scenario: Scenario,
+    assembly: Assembly,
+    columns: FewColumns,
+    known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
 ) -> Iterator[Omission]:
     """Yield the neglected changes over the image, and the interpolation error between several profiles.
 
