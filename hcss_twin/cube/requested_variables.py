@@ -20,6 +20,7 @@ _LACKING = {
     "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
     "surfaces": "the scene is sea everywhere; allowed: with a section [surfaces]",
+    "texture": "clear sky has no texture; allowed: with sea.temperature_texture or atmosphere.water_vapour_texture",
     "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
 }
 """Reason why a scene lacks the variables that need a feature."""
@@ -36,6 +37,7 @@ def expand(
     elements: Sequence[Mapping[str, tuple[str, str]]] = (),
     derived: Sequence[Mapping[str, OutputVariable]] = (),
     surfaces: Sequence[str] = (),
+    texture: bool = False,
 ) -> list[VariableSpec]:
     """Return the requested variables, in the order of the table, then terms, those of providers and viewing geometry.
 
@@ -61,6 +63,8 @@ def expand(
         ``variables`` of each variable provider of the scene.
     surfaces : sequence of str
         Names of the surface classes of the scene.
+    texture : bool
+        Whether sea temperature or water vapour have texture.
 
     Raises
     ------
@@ -75,6 +79,7 @@ def expand(
         "altitude": altitude,
         "elements": bool(elements),
         "surfaces": bool(surfaces),
+        "texture": texture,
     }
     lacking = {feature for feature, exists in present.items() if not exists}
     specs = (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hcss_twin.cube.packing import Packing
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
-Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces"]
+Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture"]
 
 FRAME = ("time", "y", "x")
 BAND_FRAME = ("time", "band", "y", "x")
@@ -57,7 +57,7 @@ class VariableSpec:
         Whether NaN is allowed, for pixels where the quantity does not exist.
     significant_bits : int or None
         Explicit mantissa bits to which values are rounded; None: all.
-    needs : {"layers", "shadows", "waves", "altitude", "elements", "surfaces"} or None
+    needs : {"layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture"} or None
         Scene feature that the variable requires.
     packing : Packing or None
         Steps in which values are stored as 16-bit integers; None: values are stored as they are.
@@ -93,6 +93,7 @@ class VariableSpec:
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
 SURFACE_CLASS, SURFACE_TEMPERATURE = "surface_class", "surface_temperature"
+SEA_TEMPERATURE, WATER_VAPOUR_FACTOR = "sea_temperature", "water_vapour_factor"
 ELEMENT, ELEMENT_SHARE, ELEMENT_RADIANCE = "element", "element_share", "element_radiance"
 
 _ON_SCALE = {"units_metadata": "temperature: on_scale"}
@@ -245,6 +246,26 @@ VARIABLES: tuple[VariableSpec, ...] = (
         standard_name="surface_temperature",
         attributes=_ON_SCALE,
         needs="surfaces",
+        lowest=0.0,
+    ),
+    VariableSpec(
+        name=SEA_TEMPERATURE,
+        units="K",
+        long_name="skin temperature of the sea",
+        kind="truth",
+        description="Skin temperature of the sea with its texture, also under clouds; mean over the footprint.",
+        standard_name="sea_surface_skin_temperature",
+        attributes=_ON_SCALE,
+        needs="texture",
+        lowest=0.0,
+    ),
+    VariableSpec(
+        name=WATER_VAPOUR_FACTOR,
+        units="1",
+        long_name="water vapour relative to the profile",
+        kind="truth",
+        description="Factor on the water vapour of the profile at all levels; mean over the footprint.",
+        needs="texture",
         lowest=0.0,
     ),
     VariableSpec(

@@ -19,7 +19,14 @@ from hcss_twin.engine.shadows import compile_shadows
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.engine.tables.over_views import tables_over_views
-from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities, RadianceTables, ShadowTables, WaveTables
+from hcss_twin.engine.tables.radiance_tables import (
+    InstantTable,
+    Quantities,
+    RadianceTables,
+    ShadowTables,
+    TextureTables,
+    WaveTables,
+)
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
 from hcss_twin.engine.tables.views_together import may_compile_together, tables_together
@@ -60,7 +67,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if plan.tops is not None:
         return _over_tops(plan, compile_tables)
     if plan.views is not None:
-        together = tables_together(plan, _time_nodes) if may_compile_together(plan) else None
+        together = tables_together(plan, _time_nodes, _texture) if may_compile_together(plan) else None
         return together or tables_over_views(plan, compile_tables)
     allowed = plan.budget
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
@@ -88,10 +95,12 @@ def compile_tables(plan: Plan) -> RadianceTables:
     drift = allowed.other_instants if len(times) > 1 else 0.0
     first = columns.exact(axes, pair, sun)
     suns = tuple(plan.sun_at(time) for time in times)
-    tables = tuple(
-        columns.table(axes, first if time == placing else columns.exact(axes, pair, other, [first], drift), other)
+    exact = [
+        first if time == placing else columns.exact(axes, pair, other, [first], drift)
         for time, other in zip(times, suns, strict=True)
-    )
+    ]
+    tables = tuple(columns.table(axes, own, other) for own, other in zip(exact, suns, strict=True))
+    texture = None if plan.texture is None else _texture(columns, axes, pair, exact, suns)
     waves = None
     if plan.waves is not None:
         waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
@@ -108,7 +117,13 @@ def compile_tables(plan: Plan) -> RadianceTables:
         other_instants=drift,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
-    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, errors, shadows, waves)
+    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, errors, shadows, waves, texture)
+
+
+def _texture(*columns: Any) -> TextureTables | None:
+    from hcss_twin.engine.tables.texture import compile_texture  # not for scenes without texture
+
+    return compile_texture(*columns)
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
@@ -191,6 +206,7 @@ CLASSES = (
     InstantTable,
     ShadowTables,
     WaveTables,
+    TextureTables,
     Spectrum,
     SpectralNodes,
 )

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hcss_twin.engine.tables.over_points import AnyLookUp
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage
     from hcss_twin.engine.tables.over_tops import TopStage
+    from hcss_twin.engine.tables.texture import TextureStage
 
 Thickness = NDArray[np.float32]
 
@@ -214,6 +215,11 @@ class PartMaker:
             if plan.waves is None
             else WaveStage(plan.waves, _of_sea(plan, tables), plan.scenario.sea.wind_from, plan.samples_per_pixel)
         )
+        self._texture: TextureStage | None = None
+        if plan.texture is not None:
+            from hcss_twin.engine.tables.texture import TextureStage  # not for scenes without texture
+
+            self._texture = TextureStage(plan, plan.texture, tables)
         self._elements: ElementStage | None = None
         if plan.assembly.elements:
             from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
@@ -295,6 +301,12 @@ class PartMaker:
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
             if self._light is not None:
                 self._light.fill(shown, window, place, time_s, clouds, look_up)
+            if self._texture is not None and (thickness or number == 0):
+                filled = place if thickness else (slice(0, size[0]), slice(0, size[1]))
+                columns = None if self._light is None else radiance[:, *filled].copy()
+                self._texture.fill(radiance, self._truth.variables, extent, filled, thickness, time_s)
+                if columns is not None:  # light between columns changes the radiance, not the texture's part of it
+                    shown[:, *filled] = np.maximum(shown[:, *filled] + (radiance[:, *filled] - columns), 0.0)
             ground = None if self._surfaces is None else self._surfaces.at(time_s, window)
             over_sea, surface = thickness, None
             if self._surfaces is not None and ground is not None:

@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import ELEMENT, LAYER, SHADOW_MASK, SURFACE_CLASS, SURFACE_TEMPERATURE
+from hcss_twin.cube.variables import (
+    ELEMENT,
+    LAYER,
+    SEA_TEMPERATURE,
+    SHADOW_MASK,
+    SURFACE_CLASS,
+    SURFACE_TEMPERATURE,
+    WATER_VAPOUR_FACTOR,
+)
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import pixel_sums
@@ -26,8 +34,9 @@ FILLED = (
     "cloud_optical_thickness",
     *TOPS,
     *(SHADOW_MASK, "sea_slope_x", "sea_slope_y", SURFACE_CLASS, SURFACE_TEMPERATURE),
+    *(SEA_TEMPERATURE, WATER_VAPOUR_FACTOR),
 )
-"""Truth variables of which the engine knows the values, besides those of elements; the last five from other stages."""
+"""Truth variables of which the engine knows the values, besides those of elements; the last seven from other stages."""
 
 
 class Truth:

@@ -181,6 +181,14 @@ class Assembly:
         layers = tuple(layer.hanging_from(top_m) for layer in self.layers)
         return replace(self._with_model_inputs(layers=layers), layers=layers)
 
+    def perturbed(self, warmer_K: float, vapour_factor: float) -> Assembly:
+        """Return the same scene over a warmer sea, in air with another amount of water vapour."""
+        kelvin = self.sea_temperature_K + warmer_K
+        sea = self.sea_of(kelvin) if warmer_K else self.sea
+        other = replace(self, sea=sea, sea_temperature_K=kelvin)
+        # Named even where it is 1: these models must not displace those of the scene, which its parts share.
+        return other._with_model_inputs(vapour_factor=vapour_factor)
+
     def with_finer_sunlight(self, steps: int) -> Assembly:
         """Return the same scene with sunlight some levels finer than all else, also at other levels."""
         return self._with_model_inputs(sunlight_steps=steps) if steps else self

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -214,6 +214,21 @@ def assemble_layers(
     return sorted(layers, key=lambda each: each.layer.base_m)
 
 
+def wind_velocity_m_s(speed_m_s: float, from_deg: float) -> tuple[float, float]:
+    """Return the velocity toward east and north of a wind that comes from a bearing."""
+    bearing = math.radians(from_deg + 180.0)
+    return speed_m_s * math.sin(bearing), speed_m_s * math.cos(bearing)
+
+
+def _moving(motion: Motion, section: Layer, scenario: Scenario) -> Motion:
+    """Return the motion of a layer, which may have its own wind."""
+    if section.wind_speed is None and section.wind_from is None:
+        return motion
+    speed = scenario.motion.wind_speed if section.wind_speed is None else section.wind_speed
+    bearing = scenario.motion.wind_from if section.wind_from is None else section.wind_from
+    return replace(motion, cloud_velocity_m_s=wind_velocity_m_s(speed, bearing))
+
+
 def build_generators(
     builder: Builder,
     scenario: Scenario,
@@ -233,7 +248,7 @@ def build_generators(
         inputs = CloudInputs(
             layer,
             enlarged(points, margin),
-            motion,
+            _moving(motion, section, scenario),
             layer_seed(scenario.seed, index),
             catalog,
             each.type_parameters,

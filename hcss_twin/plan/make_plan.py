@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
+    from hcss_twin.plan.texture import Texture
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
@@ -96,6 +97,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     assembly = assemble(scenario, catalog, slant, between)
     if imager is not None:
         assembly = replace(assembly, imager_views=imager.views)
+    texture = _texture(scenario, assembly)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))
@@ -168,6 +170,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         grid_refinement=analysis.spectral_grid,
         surfaces=surfaces,
         tops=tops,
+        texture=texture,
         land_share=land,
         probes=probes,
         imager=imager,
@@ -195,6 +198,14 @@ def _cloud_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccur
 
     sun = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
     return plan_tops(scenario, assembly, accuracy, sun if sun.is_up else None)
+
+
+def _texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
+    if scenario.sea.temperature_texture == scenario.atmosphere.water_vapour_texture == 0.0:
+        return None
+    from hcss_twin.plan.texture import plan_texture  # not for scenes without texture
+
+    return plan_texture(scenario, assembly)
 
 
 def _on_land(share: float) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.light import PlannedLight
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
+    from hcss_twin.plan.texture import Texture
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,8 @@ class Plan:
         States of the surfaces; None for sea everywhere.
     tops : CloudTops or None
         Altitudes of cloud tops; None if they are those of the layers.
+    texture : Texture or None
+        Texture of clear sky; None if sea and air are the same everywhere.
     land_share : float
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
@@ -126,6 +129,7 @@ class Plan:
     views: ViewAxis | None = None
     surfaces: PlannedSurfaces | None = None
     tops: CloudTops | None = None
+    texture: Texture | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
     imager: Imager | None = None

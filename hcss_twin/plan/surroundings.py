@@ -77,6 +77,8 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     if scenario.atmosphere.inversion is not None:
         profile = _with_inversion(scenario, profile, field, climatology, bound, filled)
     profile = _with_gases(scenario, profile, bound, filled)
+    if bound is not None and scenario.atmosphere.water_vapour_texture > 0.0:
+        _refuse_bound(scenario, bound, ["atmosphere.water_vapour_texture"], "water vapour")
 
     def finished(profile: Profile) -> Profile:
         return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])

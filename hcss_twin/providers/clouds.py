@@ -41,12 +41,16 @@ class Motion:
         Time in which the largest structures change; infinity: frozen shapes.
     frame_interval_s : float
         Time between frames.
+    lifetime_s_per_m : float, optional
+        Time in which structures change, per size of a lattice cell, half their wavelength; replaces
+        ``evolution_time_s`` in generators that can. None: not by size.
     """
 
     platform_speed_m_s: float
     cloud_velocity_m_s: tuple[float, float]
     evolution_time_s: float
     frame_interval_s: float
+    lifetime_s_per_m: float | None = None
 
 
 @dataclass(frozen=True)

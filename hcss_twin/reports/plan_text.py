@@ -120,8 +120,13 @@ def _clouds(plan: Plan) -> Rows:
             yield "particles", _particles(layer, plan)
     motion = plan.scenario.motion
     frozen = motion.evolution_time == "frozen" or not any(each.declares.evolves for each in generators)
-    shapes = "shapes are frozen" if frozen else f"shapes change in {motion.evolution_time:g} s"
-    yield "wind", f"moves clouds at {motion.wind_speed:g} m/s from {motion.wind_from:g} deg; {shapes}"
+    by_scale = motion.evolution_time == "by-scale"
+    time = "165 s per km of wavelength" if by_scale else f"{0.0 if frozen else float(motion.evolution_time):g} s"
+    shapes = "shapes are frozen" if frozen else f"shapes change in {time}"
+    sections = plan.scenario.clouds.layers
+    some = any(each.wind_speed is not None or each.wind_from is not None for each in sections)
+    which = "clouds without a wind of their own" if some else "clouds"
+    yield "wind", f"moves {which} at {motion.wind_speed:g} m/s from {motion.wind_from:g} deg; {shapes}"
 
 
 def _particles(layer: CloudLayer, plan: Plan) -> str:

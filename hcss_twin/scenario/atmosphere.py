@@ -84,6 +84,13 @@ class Atmosphere(ScenarioSection):
         le=100,
         description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
     )
+    water_vapour_texture: Fraction = Field(
+        0.0,
+        ge=0,
+        le=0.2,
+        description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
+        "the same at all levels: a random field that drifts with `motion.wind_speed`; 0: one profile.",
+    )
     inversion: InversionSection | None = Field(
         None, description="Table: a trade inversion and the marine boundary layer below it; default: none."
     )

@@ -19,10 +19,12 @@ from hcss_twin.scenario.section_types import (
     with_material,
 )
 from hcss_twin.scenario.units import (
+    Angle,
     Fraction,
     Length,
     Number,
     ParticleRadius,
+    Speed,
     Temperature,
     WaterContent,
     quantity_or_word,
@@ -89,6 +91,15 @@ class Layer(ScenarioSection):
     )
     water_content: WaterContent | None = Field(
         None, gt=0, le=1000.0 * MAX_WATER_KG_M3, description="Mass of particles per volume of cloud, g m-3."
+    )
+    wind_speed: Speed | None = Field(
+        None, ge=0, le=150, description="Wind at this layer, m/s; default: `motion.wind_speed`."
+    )
+    wind_from: Angle | None = Field(
+        None,
+        ge=0,
+        lt=360,
+        description="Bearing the wind at this layer comes from, degrees; default: `motion.wind_from`.",
     )
     optics: OpticsSection | None = Field(
         None, description="Table of keys as in `[optics]`: the optics of this layer; default: those of the scene."

@@ -20,6 +20,7 @@ from hcss_twin.scenario.units import (
     Duration,
     Fraction,
     Length,
+    Number,
     Speed,
     Temperature,
     Whole,
@@ -82,7 +83,8 @@ class Frames(ScenarioSection):
 
 
 EvolutionTime = Annotated[
-    Duration | Literal["frozen"], BeforeValidator(quantity_or_word("duration", 1e-3, 1e12, "frozen", above="'frozen'"))
+    Duration | Literal["frozen", "by-scale"],
+    BeforeValidator(quantity_or_word("duration", 1e-3, 1e12, "frozen", "by-scale", above="'frozen'")),
 ]
 
 
@@ -97,7 +99,9 @@ class MotionSection(ScenarioSection):
     wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
     wind_from: Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind at the clouds comes from, degrees.")
     evolution_time: EvolutionTime = Field(
-        1800.0, description='Time in which the largest cloud structures change, s, 0.001 to 1e12, or "frozen".'
+        1800.0,
+        description='Time in which the largest cloud structures change, s, 0.001 to 1e12, "frozen", or "by-scale": '
+        "fractal clouds change in 165 s per km of wavelength, as measured, others as with 1800 s.",
     )
 
 
@@ -126,6 +130,13 @@ class Sea(ScenarioSection):
         "averaged",
         description='Waves longer than two pixels: "averaged": statistical, the plan bounds the error; "resolved": in '
         'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
+    )
+    temperature_texture: Number = Field(
+        0.0,
+        ge=0,
+        le=3,
+        description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
+        "field with the spectrum of measured sea; 0: one temperature.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 

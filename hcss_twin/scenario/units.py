@@ -57,15 +57,16 @@ def parse_quantity(value: object, dimension: str) -> object:
     return factor * float(number) + offset
 
 
-def quantity_or_word(dimension: str, low: float, high: float, word: str, above: str) -> Callable[[object], object]:
+def quantity_or_word(dimension: str, low: float, high: float, *words: str, above: str) -> Callable[[object], object]:
     """Return a validator for a quantity from ``low`` to ``high`` or a word; for larger values it suggests ``above``."""
     plain = next(iter(UNITS[dimension]))
-    allowed = f'allowed: {low:g} to {high:g} {plain}, or "{word}"'.replace("e+", "e")
+    named = " or ".join(f'"{word}"' for word in words)
+    allowed = f"allowed: {low:g} to {high:g} {plain}, or {named}".replace("e+", "e")
 
     def parse(value: object) -> object:
-        if value == word:
+        if value in words:
             return value
-        if isinstance(value, str) and closest(value, (word,)):
+        if isinstance(value, str) and (word := closest(value, words)):
             raise PydanticCustomError(
                 "quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
             )

@@ -130,16 +130,17 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
         return _over_surfaces(plan, quantities, pixels, thickness, points, references)
     if plan.tops is not None:
         return _over_tops(plan, quantities, pixels, thickness, points, references)
+    places = _perturbations(plan, pixels)
     if plan.views is None and plan.imager is None:
-        return _means(plan, quantities, thickness, points, pixels.time_s, references)
+        return _means(plan, quantities, thickness, points, pixels.time_s, references, places)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     views = _views(plan, pixels.time_s, rows.tolist(), columns.tolist())
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
         [nothing]
         + [
-            _means(plan.toward(view), quantities, own, points, pixels.time_s, references)
-            for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
+            _means(plan.toward(view), quantities, own, points, pixels.time_s, references, place)
+            for view, own, place in zip(views, thickness.reshape(count, points, layers), places[:, None], strict=True)
         ]
     )
 
@@ -150,13 +151,42 @@ def _views(plan: Plan, time_s: float, rows: list[int], columns: list[int]) -> li
     return image_views(plan).of_pixels(rows, columns)
 
 
+def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
+    """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps; (M, 0) without texture."""
+    if plan.texture is None:
+        return np.empty((pixels.row.size, 0))
+    from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
+
+    fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
+    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
+    each = [
+        np.ravel(fields.at(pixels.time_s, slice(row, row + 1), slice(column, column + 1)))
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+    ]
+    return np.array(each, dtype=np.float64).reshape(-1, 2)
+
+
 def _means(
-    plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float, references: References
+    plan: Plan,
+    quantities: Quantities,
+    thickness_m: Array,
+    points: int,
+    time_s: float,
+    references: References,
+    places: Array | None = None,
 ) -> Array:
-    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points."""
-    columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
+    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, and the perturbation of each pixel."""
+    columns, which = np.unique(thickness_m, axis=0, return_inverse=True)
     known = quantities.of(references.terms(plan, columns, time_s))
-    means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
+    if places is not None and places.size:
+        from hcss_twin.plan.texture import Expansion  # not for scenes without texture
+
+        of_columns = quantities.of(references.perturbed(plan, columns, time_s))
+        warmer, drier = np.repeat(places.T, points, axis=1)[..., None, None]
+        change = Expansion(of_columns[:, which.ravel()])(warmer, drier)
+        means: Array = np.mean((known[which.ravel()] + change).reshape(-1, points, *known.shape[1:]), axis=1)
+        return means
+    means = np.mean(known[which.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
     return means
 
 

@@ -48,6 +48,13 @@ class ReferenceColumns:
 
 
 @dataclass(frozen=True)
+class PerturbedColumns:
+    """Terms (9, N, K, B) of columns in the states of an expansion."""
+
+    terms: Array
+
+
+@dataclass(frozen=True)
 class KeptCurve:
     """Curve of one layer; None if the columns do not lie on a smooth one."""
 
@@ -136,6 +143,21 @@ class References:
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
+    def perturbed(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+        """Return terms (9, N, K, B) of columns (N, L) at a time, at :data:`hcss_twin.plan.texture.EXPANSION_STATES`.
+
+        They are of a coarse level of the radiance model: only their differences, a percent of the radiance, are used.
+        """
+        digest = hashlib.sha256(f"texture {_key(plan)} {float(time_s)!r} {thickness_m.shape}".encode())
+        digest.update(np.ascontiguousarray(thickness_m).tobytes())
+        self.calls += 1
+
+        def compute() -> PerturbedColumns:
+            self.solved += 1
+            return PerturbedColumns(_perturbed_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+
+        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (PerturbedColumns,)).terms
+
     @property
     def interpolation(self) -> str:
         """What was interpolated between reference columns; empty if nothing was."""
@@ -190,6 +212,20 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tupl
     weights[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
     terms += between @ finer_grid.weights_cm1[:, new].T + first @ weights.T
     return terms
+
+
+def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
+    from hcss_twin.plan.texture import EXPANSION_STATES  # not for scenes without texture
+
+    assert plan.texture is not None
+    grid, level = plan.spectral_grid, spectral_level(plan.assembly)
+    terms = []
+    for state in EXPANSION_STATES:
+        model = plan.texture.perturbed(plan.assembly.at_level(level), state).model
+        expect(model, (sun,))
+        spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+        terms.append(spectra @ grid.weights_cm1.T)
+    return np.stack(terms)
 
 
 def level_change(

@@ -163,6 +163,10 @@ class BandColumns:
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
 
+    def of(self, plan: Plan) -> BandColumns:
+        """Return the columns of another plan at the same wavenumbers."""
+        return BandColumns(plan, self._grid)
+
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
         grid = self._clear_grid

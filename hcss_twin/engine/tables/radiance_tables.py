@@ -165,6 +165,29 @@ class WaveTables:
 
 
 @dataclass(frozen=True)
+class TextureTables:
+    """Tables of the perturbed states of clear-sky texture.
+
+    Attributes
+    ----------
+    states : tuple of tuple of InstantTable
+        For each perturbed state, at each time node: the warmer sea, if its temperature has texture, then those of
+        :data:`hcss_twin.plan.texture.VAPOUR_PLACES` that are used.
+    square : ndarray (Q, B)
+        Part of the difference by a warmer sea that is quadratic in the perturbation, of the clear column.
+    mixed : ndarray (2, Q, B)
+        Relative change of this difference with the vapour, linear and quadratic.
+    estimated_error : float
+        Relative to the total, at one and at two standard deviations of both.
+    """
+
+    states: tuple[tuple[InstantTable, ...], ...]
+    square: Array
+    mixed: Array
+    estimated_error: float
+
+
+@dataclass(frozen=True)
 class RadianceTables:
     """Tables at time nodes.
 
@@ -186,6 +209,8 @@ class RadianceTables:
         None if no cloud casts shadows.
     waves : WaveTables or None
         Change of the clear column by resolved waves, at the same time nodes; None for a statistical sea.
+    texture : TextureTables or None
+        Perturbed states of the same columns; None without clear-sky texture.
     over_views : tuple of RadianceTables
         Tables for each view if view angles vary over the image; these tables are then one of them, with the largest
         errors of all.
@@ -209,6 +234,7 @@ class RadianceTables:
     errors: Budget
     shadows: ShadowTables | None = None
     waves: WaveTables | None = None
+    texture: TextureTables | None = None
     over_views: tuple[RadianceTables, ...] = ()
     over_surfaces: tuple[tuple[RadianceTables, ...], ...] = ()
     temperature_error: float = 0.0
@@ -218,7 +244,8 @@ class RadianceTables:
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
-        return self.errors.total + self.temperature_error + self.top_error
+        texture = 0.0 if self.texture is None else self.texture.estimated_error
+        return self.errors.total + self.temperature_error + self.top_error + texture
 
 
 class TableReader:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -96,7 +96,12 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     moves = any(_sun_moves(plan, view, tolerance) for view in views or (plan.view,))
     suns = _suns_over_time(plan, np.linspace(0.0, 1.0, 3)) if moves else _suns_that_hardly_move(plan)
     skies = _suns(plan, CLEAR_SKIES) if moves else suns
-    known = _spectra(plan, views, _first_columns(plan), suns, skies)
+    # The difference of a perturbed state needs its own wavenumbers.
+    plans = [plan]
+    if plan.texture is not None:
+        states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+        plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, each)) for each in states]
+    known = np.concatenate([_spectra(each, views, _first_columns(plan), suns, skies) for each in plans])
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)

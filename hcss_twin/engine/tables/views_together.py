@@ -13,7 +13,7 @@ import numpy as np
 
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.over_views import table_views
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, TextureTables
 from hcss_twin.engine.tables.spectrum import choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import ColumnsAt, Source, place_axis
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
@@ -35,13 +35,17 @@ def may_compile_together(plan: Plan) -> bool:
     return plan.views is not None and plan.assembly.air_over_field is None and sum(plan.assembly.cloudy_layers) <= 1
 
 
-def tables_together(plan: Plan, time_nodes: TimeNodes) -> RadianceTables | None:
+def tables_together(
+    plan: Plan, time_nodes: TimeNodes, texture_of: Callable[..., TextureTables | None]
+) -> RadianceTables | None:
     """Return the tables of all views of a plan; None if the motion of the sun matters.
 
     Parameters
     ----------
     time_nodes : callable
         Chooses the frames with computed tables, and returns the error between them.
+    texture_of : callable
+        :func:`hcss_twin.engine.tables.texture.compile_texture`.
 
     Raises
     ------
@@ -80,8 +84,11 @@ def tables_together(plan: Plan, time_nodes: TimeNodes) -> RadianceTables | None:
     all_views, every = views.at(plan.views.places), []
     for view in all_views:
         columns = _columns(plan, view, all_views, spectrum.nodes)
-        table = columns.table(axes, columns.exact(axes, None, sun, known, derived), sun)
-        every.append(RadianceTables(columns.quantities, frames, axes, None, (table,), spectrum, errors))
+        exact = columns.exact(axes, None, sun, known, derived)
+        texture = None if plan.texture is None else texture_of(columns, axes, None, [exact], [sun])
+        table = columns.table(axes, exact, sun)
+        own = RadianceTables(columns.quantities, frames, axes, None, (table,), spectrum, errors, texture=texture)
+        every.append(own)
     return replace(every[0], over_views=tuple(every))
 
 

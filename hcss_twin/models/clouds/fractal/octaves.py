@@ -82,6 +82,9 @@ def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise
         per_pixel = gamma**k * grid.pixel_size_m / REFERENCE_LENGTH_M
         x, y = _scale(cells[0] * per_pixel), _scale(cells[1] * per_pixel)
         per_second = gamma**k / motion.evolution_time_s
+        if motion.lifetime_s_per_m is not None:
+            size_m = REFERENCE_LENGTH_M / (gamma**k * math.sqrt(cells[0] * cells[1]))
+            per_second = 1.0 / (motion.lifetime_s_per_m * size_m)
         # A sky that all sensors share must not depend on the frame rate of one of them.
         is_new = noise and _is_new_in_every_frame(x, y, per_second, grid, motion)
         t = AxisScale(1.0 / motion.frame_interval_s, True) if is_new else AxisScale(per_second, False)

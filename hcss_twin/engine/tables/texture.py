@@ -1,0 +1,212 @@
+"""Radiance of clear-sky texture: tables of perturbed states, compiled once per scene and applied to every frame."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
+from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
+from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
+from hcss_twin.engine.tables.layer_pair import LayerPair
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, TextureTables
+from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.texture import (
+    EXPANSION_STATES,
+    VAPOUR_PLACES,
+    Expansion,
+    State,
+    Texture,
+    TextureFields,
+    change_weights,
+)
+from hcss_twin.plan.windows import Window
+from hcss_twin.providers import Sun
+
+Thickness = NDArray[np.float32]
+
+TOLERANCE = 0.1
+"""Share of the accuracy for columns of a perturbed state that are derived from those of the scene."""
+
+PARABOLA_SHARE = 0.25
+"""Share of the accuracy up to which two states of vapour are enough."""
+
+_TRIED: Sequence[State] = ((0.6, -0.6), (-1.2, 1.2))
+"""One and two standard deviations of both: states whose clear radiance tests the interpolation."""
+
+
+def compile_texture(
+    columns: BandColumns,
+    axes: tuple[ThicknessAxis | None, ...],
+    pair: LayerPair | None,
+    exact: Sequence[ExactColumns],
+    suns: Sequence[Sun | None],
+) -> TextureTables | None:
+    """Compute the tables of the perturbed states of a scene; None if it has no texture.
+
+    Parameters
+    ----------
+    columns : BandColumns
+        Of the scene.
+    exact : sequence of ExactColumns (T,)
+        Those of the scene, at each time node.
+    suns : sequence of (Sun or None) (T,)
+    """
+    plan = columns.plan
+    texture: Texture | None = plan.texture
+    if texture is None:
+        return None
+
+    def of(state: State) -> BandColumns:
+        return columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
+
+    middle, quantities = suns[len(suns) // 2], columns.quantities
+    each = [quantities.of(of(state).clear(middle)) for state in (*EXPANSION_STATES, *_TRIED)]
+    clear, tried = Expansion(np.stack(each[:-2])), np.stack(each[-2:])
+    errors = {places: _error(clear, tried, places) for places in (2, len(VAPOUR_PLACES))}
+    most = len(VAPOUR_PLACES)
+    # Sunlight that moist air scatters can have kinks, at which a higher order is no better.
+    places = most if errors[2] > PARABOLA_SHARE * plan.accuracy.relative and errors[most] < 0.5 * errors[2] else 2
+    tolerance = TOLERANCE * plan.budget.thickness
+    states: list[State] = [(1.0, 0.0)] if texture.temperature_K > 0.0 else []
+    if texture.water_vapour > 0.0:
+        states += [(0.0, place) for place in VAPOUR_PLACES[:places]]
+    tables = []
+    for own in (of(state) for state in states):
+        known = zip(suns, exact, strict=True)
+        tables.append(
+            tuple(own.table(axes, own.exact(axes, pair, sun, [scene], tolerance), sun) for sun, scene in known)
+        )
+    mixed = np.stack([_ratio(each, clear.warm) for each in clear.mixed])
+    return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, errors[places] + tolerance)
+
+
+def _error(clear: Expansion, tried: Array, places: int) -> float:
+    """Largest error of the total of the clear column in the tried states."""
+    guess = np.stack([clear.values[0] + clear(np.array(warmer), np.array(drier), places) for warmer, drier in _TRIED])
+    away, whole = np.abs(guess - tried)[:, 0], np.abs(tried)[:, 0]
+    return float(np.max(np.divide(away, whole, out=np.zeros_like(whole), where=whole > 0.0)))
+
+
+def _ratio(part: Array, whole: Array) -> Array:
+    """Return a ratio; 0 where there is nothing to divide."""
+    known = np.abs(whole) > 1e-9 * np.max(np.abs(whole), initial=0.0)
+    ratio: Array = np.divide(part, whole, out=np.zeros_like(whole), where=known)
+    return ratio
+
+
+class TextureStage:
+    """Adds clear-sky texture to frames.
+
+    Parameters
+    ----------
+    tables : RadianceTables or None
+        None if no radiance is needed.
+    """
+
+    def __init__(self, plan: Plan, texture: Texture, tables: RadianceTables | None) -> None:
+        self._plan, self._texture = plan, texture
+        self._fields = TextureFields(plan.scenario, plan.assembly, texture)
+        self._readers: list[list[TableReader]] = []
+        if tables is not None and tables.texture is not None:
+            toward = tables.over_views or (tables,)
+            self._readers = [
+                [TableReader(replace(one, tables=one.texture.states[number])) for one in toward if one.texture]
+                for number in range(len(tables.texture.states))
+            ]
+            self._square, self._mixed = tables.texture.square.ravel(), tables.texture.mixed.reshape(2, -1)
+        self._instant: tuple[float, list[LookUp | ViewedLookUp]] | None = None
+
+    def fill(
+        self,
+        radiance: NDArray[np.float32],
+        truth: MutableMapping[str, NDArray[Any]],
+        extent: Window,
+        place: Window,
+        thickness_m: Sequence[Thickness],
+        time_s: float,
+    ) -> None:
+        """Apply the texture to a window of a part.
+
+        Parameters
+        ----------
+        radiance : ndarray of float32 (C, y, x)
+            Radiance of a part of the image, every band and term; the window is modified.
+        truth : mapping of str to ndarray (y, x)
+            Truth variables of the same part.
+        extent : (slice, slice)
+            The part, in pixels of the image.
+        place : (slice, slice)
+            The window, in pixels of the part.
+        thickness_m : sequence of ndarray
+            Thickness of each cloud layer at the points of the window.
+        time_s : float
+            Time of the frame.
+        """
+        rows, columns = (
+            slice(own.start + part.start, own.stop + part.start) for own, part in zip(place, extent, strict=True)
+        )
+        warmer, drier = self._fields.at(time_s, rows, columns)
+        if SEA_TEMPERATURE in truth:
+            kelvin = np.float32(self._texture.steps[0]) * warmer
+            truth[SEA_TEMPERATURE][place] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
+        if WATER_VAPOUR_FACTOR in truth:
+            truth[WATER_VAPOUR_FACTOR][place] = 1.0 - np.float32(self._texture.steps[1]) * drier
+        if not self._readers or not radiance.size:
+            return
+        states = []
+        for look_up in self._look_ups(time_s):
+            state = np.empty((radiance.shape[0], *warmer.shape), np.float32)
+            own = look_up.of_part((rows, columns)) if isinstance(look_up, ViewedLookUp) else look_up
+            own.fill(state, thickness_m, self._plan.samples_per_pixel)
+            states.append(state)
+        window = radiance[:, place[0], place[1]]
+        # The sea first: its states are those of the scene's own air.
+        warm = states.pop(0) - window if self._texture.temperature_K > 0.0 else None
+        if states:
+            weights = change_weights(VAPOUR_PLACES[: len(states)], drier.astype(np.float64)).astype(np.float32)
+            _add_vapour(window, np.stack(states), weights)
+        if warm is not None:
+            _add_sea(window, warm, warmer, drier, self._square, self._mixed)
+
+    def _look_ups(self, time_s: float) -> list[LookUp | ViewedLookUp]:
+        if self._instant is None or self._instant[0] != time_s:
+            plan, look_ups = self._plan, list[LookUp | ViewedLookUp]()
+            for readers in self._readers:
+                each = [LookUp(reader.at(time_s)) for reader in readers]
+                look_ups.append(each[0] if plan.views is None else ViewedLookUp(plan.views, plan.grid, each))
+            self._instant = time_s, look_ups
+        return self._instant[1]
+
+
+@kernel()
+def _add_vapour(radiance, states, weights):  # type: ignore[no-untyped-def]
+    """Add to pixels (C, y, x) the weighted differences of states (N, C, y, x) from them."""
+    for c in range(radiance.shape[0]):
+        for y in range(radiance.shape[1]):
+            for x in range(radiance.shape[2]):
+                here, change = radiance[c, y, x], np.float32(0)
+                for n in range(weights.shape[0]):
+                    change += weights[n, y, x] * (states[n, c, y, x] - here)
+                radiance[c, y, x] = max(here + change, np.float32(0))
+
+
+@kernel()
+def _add_sea(radiance, to_warm, warmer, drier, square, mixed):  # type: ignore[no-untyped-def]
+    """Add to pixels (C, y, x) the change by the sea, a parabola whose curvature is that of clear sky."""
+    one = np.float32(1)
+    for c in range(radiance.shape[0]):
+        s, m, n = np.float32(square[c]), np.float32(mixed[0, c]), np.float32(mixed[1, c])
+        for y in range(radiance.shape[1]):
+            for x in range(radiance.shape[2]):
+                t, q = warmer[y, x], drier[y, x]
+                change = to_warm[c, y, x] * (t * (one - s + s * t + q * (m + n * q)))
+                radiance[c, y, x] = max(radiance[c, y, x] + change, np.float32(0))

@@ -1,0 +1,163 @@
+"""Texture of clear sky: how far sea temperature and water vapour of a pixel differ from those of the scene.
+
+The radiance of a pixel is interpolated between tables of the scene and of perturbed states: over a warmer sea, and in
+drier and moister air. Beneath thick cloud the states agree, so that the texture vanishes there by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.scenario.scenario import Scenario
+
+STEP = 3.0**0.5
+"""Perturbation of the tables in standard deviations: with 0, a node of Gaussian quadrature of a normal distribution."""
+
+VAPOUR_PLACES = (1.0, -1.0, 2.0, -2.0)
+"""Perturbations of the vapour with tables, in steps toward dry air; the first two where a parabola is enough."""
+
+State: TypeAlias = tuple[float, float]
+"""Perturbation in steps: of the sea toward warm, of the vapour toward dry."""
+
+
+@dataclass(frozen=True)
+class Texture:
+    """Standard deviations of a scene's clear-sky texture; at least one is above 0.
+
+    Attributes
+    ----------
+    temperature_K : float
+        Of the sea.
+    water_vapour : float
+        Relative, of the vapour at all levels.
+    """
+
+    temperature_K: float
+    water_vapour: float
+
+    @property
+    def steps(self) -> tuple[float, float]:
+        """Perturbation of the tables: K, and share of the vapour."""
+        return STEP * self.temperature_K, STEP * self.water_vapour
+
+    def perturbed(self, assembly: Assembly, state: State) -> Assembly:
+        """Return the scene in a perturbed state everywhere."""
+        warmer_K, drier = (place * step for place, step in zip(state, self.steps, strict=True))
+        return assembly.perturbed(warmer_K, 1.0 - drier)
+
+
+class TextureFields:
+    """Both fields of a scene, in steps."""
+
+    def __init__(self, scenario: Scenario, assembly: Assembly, texture: Texture) -> None:
+        motion, grid, self._texture = assembly.motion, assembly.grid, texture
+        speed, wind = motion.platform_speed_m_s, motion.cloud_velocity_m_s
+        self._sea = TextureField(SEA_TEMPERATURE, scenario.seed, grid, platform_speed_m_s=speed)
+        self._vapour = TextureField(WATER_VAPOUR, scenario.seed, grid, wind, speed)
+
+    def at(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return how far pixels (y, x) are perturbed, in steps toward warm sea and toward dry air."""
+        warmer, drier = (np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32) for _ in range(2))
+        if self._texture.temperature_K > 0.0:
+            warmer = self._sea.at(time_s, rows, columns) / np.float32(STEP)
+        if self._texture.water_vapour > 0.0:
+            drier = self._vapour.at(time_s, rows, columns) / np.float32(-STEP)
+        return warmer, drier
+
+
+def change_weights(places: Sequence[float], place: Array) -> Array:
+    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a place.
+
+    The polynomial is that of degree N through these values and that of the scene, at 0.
+    """
+    weights = []
+    for own in places:
+        others = [0.0, *(each for each in places if each != own)]
+        weights.append(np.prod([(place - each) / (own - each) for each in others], axis=0))
+    return np.stack(weights)
+
+
+EXPANSION_STATES: Sequence[State] = (
+    *((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (1.0, 1.0), (1.0, -1.0)),
+    *((0.0, place) for place in VAPOUR_PLACES),
+)
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """Values (9, ...) at :data:`EXPANSION_STATES`, and the polynomial through them.
+
+    It has the second order of the sea and the fourth of the vapour, and the change by the sea is of second order in the
+    vapour.
+    """
+
+    values: Array
+
+    @property
+    def warm(self) -> Array:
+        """Change by a sea warmer by a step."""
+        change: Array = self.values[1] - self.values[0]
+        return change
+
+    @property
+    def square(self) -> Array:
+        """Part of ``warm`` that is quadratic in the perturbation."""
+        square: Array = 0.5 * (self.values[1] + self.values[2]) - self.values[0]
+        return square
+
+    @property
+    def mixed(self) -> Array:
+        """Change of ``warm`` (2, ...) with the vapour, linear and quadratic."""
+        dry, moist = (self.values[3 + place] - self.values[5 + place] - self.warm for place in (0, 1))
+        return np.stack((dry - moist, dry + moist)) / 2.0
+
+    def __call__(self, warmer: Array, drier: Array, places: int = len(VAPOUR_PLACES)) -> Array:
+        """Return the change at a perturbation, from some of the states of vapour only."""
+        weights = change_weights(VAPOUR_PLACES[:places], drier)
+        away = self.values[5 : 5 + places] - self.values[0]
+        of_vapour = np.sum([weight * each for weight, each in zip(weights, away, strict=True)], axis=0)
+        linear, square = self.mixed
+        of_sea = warmer * (self.warm - self.square + linear * drier + square * drier**2) + warmer**2 * self.square
+        change: Array = of_vapour + of_sea
+        return change
+
+
+def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
+    """Return the texture of a scene; None if it has none.
+
+    Raises
+    ------
+    ScenarioError
+        If other keys exclude it.
+    """
+    asked = {
+        "sea.temperature_texture": scenario.sea.temperature_texture,
+        "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture,
+    }
+    if not any(asked.values()):
+        return None
+    excluded = {
+        "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
+        "an image that is no grid on the ground": assembly.imager_views is not None,
+        "cloud tops that vary with the generator": any(
+            getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators
+        ),
+    }
+    problems = [
+        Problem(field, f"{value:g} given with {what}; allowed: 0")
+        for field, value in asked.items()
+        for what, present in excluded.items()
+        if value > 0.0 and present
+    ]
+    if problems:
+        raise ScenarioError(problems, scenario.origin)
+    return Texture(*asked.values())

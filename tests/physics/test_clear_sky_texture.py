@@ -1,0 +1,158 @@
+"""Texture of clear sky: its statistics, its radiance, and that scenes without it do not know of it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hcss_twin import Scenario, ScenarioError, simulate
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
+from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, TextureShape
+from hcss_twin.providers import Grid
+
+SIZE = 192
+BASE = {
+    "time": "2020-09-06T00:45:00+00:00",
+    "place": {"latitude": -15.0, "longitude": 5.0},
+    "view": {"zenith": 30.0},
+    "image": {"rows": SIZE, "columns": SIZE, "pixel_size": 3000.0},
+    "frames": {"count": 1},
+    "bands": [[3.6, 4.1], [10.3, 11.3], [11.5, 12.5]],
+    "sea": {"temperature": 293.0, "wind_speed": 6.0},
+    "output": {"variables": ["radiance", "cloud_thickness"], "certificate": 0},
+}
+
+
+def scene(**changes: object) -> Scenario:
+    each = {key: {**value, **changes.pop(key, {})} if isinstance(value, dict) else value for key, value in BASE.items()}
+    return Scenario.from_dict({**each, **changes})
+
+
+def field(shape: TextureShape, pixel_size_m: float, seed: int = 1, size: int = SIZE, **motion: object) -> TextureField:
+    return TextureField(shape, seed, Grid(size, size, pixel_size_m), **motion)
+
+
+def whole(texture: TextureField, size: int = SIZE, time_s: float = 0.0) -> np.ndarray:
+    return texture.at(time_s, slice(0, size), slice(0, size)).astype(np.float64)
+
+
+@pytest.mark.parametrize("shape", [SEA_TEMPERATURE, WATER_VAPOUR], ids=["sea", "vapour"])
+def test_structure_function_has_the_closed_form_of_its_octaves(shape: TextureShape) -> None:
+    correlation, lags = KernelCorrelation.tabulate(), np.array([2, 6, 18])
+    octaves = field(shape, 3000.0).octaves
+    expected = [2.0 * sum(o.variance * (1.0 - correlation(o.x.step * np.array([h]))[0]) for o in octaves) for h in lags]
+    images = [whole(field(shape, 3000.0, seed, 512), 512) for seed in range(12)]
+    measured = [np.mean([np.mean((image[h:] - image[:-h]) ** 2) for image in images]) for h in lags]
+    np.testing.assert_allclose(measured, expected, rtol=0.12)
+
+
+@pytest.mark.parametrize(("shape", "hurst"), [(SEA_TEMPERATURE, 0.5), (WATER_VAPOUR, 1 / 3)], ids=["sea", "vapour"])
+def test_octaves_follow_the_power_law_of_measured_spectra(shape: TextureShape, hurst: float) -> None:
+    correlation = KernelCorrelation.tabulate()
+
+    def structure(lag_m: float) -> float:
+        return 2.0 * sum(share * (1.0 - correlation(np.array([lag_m / cell]))[0]) for cell, share in shape.cells)
+
+    assert sum(share for _, share in shape.cells) == pytest.approx(1.0)
+    exponent = np.log(structure(32e3) / structure(4e3)) / np.log(8.0)
+    assert exponent == pytest.approx(2.0 * hurst, abs=0.12)
+
+
+def test_sensors_of_any_pixel_size_see_one_field() -> None:
+    coarse = whole(field(SEA_TEMPERATURE, 3000.0, size=64), 64)
+    fine = whole(field(SEA_TEMPERATURE, 750.0, size=256), 256)
+    means = fine.reshape(64, 4, 64, 4).mean(axis=(1, 3))
+    # Cells smaller than the coarse pixel, a fiftieth of the variance, are in the fine image only.
+    assert np.sqrt(np.mean((means - coarse) ** 2)) < 0.1
+
+
+@pytest.mark.parametrize("pixel_size_m", [5.0, 333.0, 3000.0, 20e3])
+@pytest.mark.parametrize("first", [0, -(10**9), 10**9 + 3])
+def test_pixels_have_the_same_bits_in_any_window(pixel_size_m: float, first: int) -> None:
+    texture = field(WATER_VAPOUR, pixel_size_m, velocity_m_s=(11.3, -4.0), platform_speed_m_s=7e3)
+    rows, columns = slice(first, first + 40), slice(first, first + 70)
+    all_pixels = texture.at(1e9, rows, columns)
+    assert np.isfinite(all_pixels).all()
+    for y, x in ((0, 0), (13, 29), (39, 69)):
+        part = texture.at(1e9, slice(first + y, first + y + 1), slice(first + x, first + min(x + 5, 70)))
+        np.testing.assert_array_equal(part, all_pixels[y : y + 1, x : x + 5])
+
+
+def test_vapour_drifts_with_the_wind_and_the_sea_stays() -> None:
+    sea, still = field(SEA_TEMPERATURE, 3000.0), whole(field(SEA_TEMPERATURE, 3000.0))
+    np.testing.assert_array_equal(whole(sea, time_s=3600.0), still)
+    vapour = field(WATER_VAPOUR, 3000.0, velocity_m_s=(10.0, 0.0))
+    first, later = whole(vapour), whole(vapour, time_s=600.0)  # two pixels to the east
+    moved = np.corrcoef(first[:, :-2].ravel(), later[:, 2:].ravel())[0, 1]
+    assert moved > 0.04 + np.corrcoef(first.ravel(), later.ravel())[0, 1]
+    assert moved > 0.85
+
+
+@pytest.fixture(scope="module")
+def textured():
+    return simulate(
+        scene(
+            sea={"temperature_texture": 0.5},
+            atmosphere={"water_vapour_texture": 0.05},
+            clouds={"type": "stratus", "coverage": 0.5, "coverage_mode": "field"},
+            output={"variables": ["radiance", "cloud_thickness", "sea_temperature", "water_vapour_factor"]},
+        )
+    )
+
+
+def test_a_pixel_has_the_radiance_of_a_scene_with_its_sea_and_vapour(textured) -> None:
+    clear = textured.cloud_thickness.values[0] == 0.0
+    sea, vapour = textured.sea_temperature.values[0], textured.water_vapour_factor.values[0]
+    warmer, moister = (sea - 293.0) / 0.5, (vapour - 1.0) / 0.05
+    for t, q in ((1.0, 2.0), (-2.0, 1.0), (0.0, -1.0)):  # standard deviations
+        away = np.where(clear, np.hypot(warmer - t, moister - q), np.inf)
+        place = np.unravel_index(np.argmin(away), away.shape)
+        assert away[place] < 1.0
+        own = scene(
+            image={"rows": 1, "columns": 1},
+            sea={"temperature": float(sea[place])},
+            atmosphere={"water_vapour_scale": float(vapour[place])},
+            output={"variables": ["radiance"]},
+        )
+        exact = simulate(own).radiance.values[0, :, 0, 0]
+        np.testing.assert_allclose(textured.radiance.values[0][:, place[0], place[1]], exact, rtol=4e-4)
+
+
+def test_sea_temperature_vanishes_beneath_opaque_cloud() -> None:
+    clouds = {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"}
+    cube, plain = (simulate(scene(sea={"temperature_texture": each}, clouds=clouds)) for each in (0.5, 0.0))
+    change, thickness = cube.radiance.values[0] / plain.radiance.values[0] - 1.0, cube.cloud_thickness.values[0]
+    clear, thick = thickness == 0.0, thickness > 0.8 * thickness.max()
+    assert np.all(np.std(change[:, clear], axis=1) > 2e-3)
+    assert np.all(np.abs(change[:, thick]) < 1e-4)
+
+
+def test_certificate_includes_the_texture() -> None:
+    cube = simulate(
+        scene(
+            sea={"temperature_texture": 0.5},
+            atmosphere={"water_vapour_texture": 0.05},
+            clouds={"type": "cirrus", "coverage": 0.5, "coverage_mode": "field"},
+            output={"certificate": 12},
+        )
+    )
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_scenes_without_texture_do_not_import_it() -> None:
+    plain = {**BASE, "image": {"rows": 2, "columns": 2}, "radiance": {"model": "as-printed"}}
+    code = (
+        f"import sys; from hcss_twin import Scenario, simulate; simulate(Scenario.from_dict({plain!r})); "
+        "sys.exit(any('hcss_twin' in name and 'texture' in name for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_keys_that_exclude_texture_are_named() -> None:
+    with pytest.raises(ScenarioError, match=r"sea.temperature_texture.*map of surfaces"):
+        simulate(scene(sea={"temperature_texture": 0.5}, surfaces={}))
+    with pytest.raises(ScenarioError, match=r"sea_temperature.*texture"):
+        simulate(scene(output={"variables": ["sea_temperature"]}))
