@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
@@ -13,6 +16,7 @@ from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.light import PlannedLight
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.providers import Sun
 from hcss_twin.providers.light import LightInputs, LightTransport
 
 GROUP = "hcss_twin.light"
@@ -69,9 +73,27 @@ def with_light(plan: Plan) -> Plan:
 
 def light_transport(plan: Plan, light: PlannedLight, nodes: SpectralNodes) -> LightTransport:
     """Return the transport of a plan for the weighted wavenumbers of its radiance tables."""
+    try:
+        transport: LightTransport = light.transport(light_inputs(plan, nodes))
+    except HcssError:
+        raise
+    except FAILURES as error:
+        raise ProviderError(f"light '{light.name}' of {light.origin}: {describe(error)}") from error
+    return transport
+
+
+def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
+    """Return the inputs of a light transport for a scene with one cloud layer."""
     assembly, (layer,) = plan.assembly, plan.layers
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
-    inputs = LightInputs(
+
+    def clear(sun: Sun | None) -> Array:
+        total: Array = np.sum(
+            [np.asarray(each) for each in assembly.model.clear(nodes.wavenumber_cm1, sun).values()], axis=0
+        )
+        return total
+
+    return LightInputs(
         layer=layer,
         shape=plan.scenario.radiance.light_profile,
         view=plan.view,
@@ -85,15 +107,8 @@ def light_transport(plan: Plan, light: PlannedLight, nodes: SpectralNodes) -> Li
         transmittance=assembly.transmittance,
         optics=assembly.optics,
         solar_irradiance=assembly.solar_irradiance,
-        sea_temperature_K=assembly.sea_temperature_K,
+        clear=clear,
     )
-    try:
-        transport: LightTransport = light.transport(inputs)
-    except HcssError:
-        raise
-    except FAILURES as error:
-        raise ProviderError(f"light '{light.name}' of {light.origin}: {describe(error)}") from error
-    return transport
 
 
 def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:

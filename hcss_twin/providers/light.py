@@ -7,6 +7,7 @@ A package names a class in the entry point group ``hcss_twin.light``; the name o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -48,7 +49,8 @@ class LightInputs:
     transmittance : TransmittanceProvider
     optics : Optics
     solar_irradiance : SolarIrradiance
-    sea_temperature_K : float
+    clear : callable
+        Returns the radiance (V,) of the cloud-free column under a sun, W m-2 sr-1 (cm-1)-1.
     """
 
     layer: CloudLayer
@@ -64,7 +66,7 @@ class LightInputs:
     transmittance: TransmittanceProvider
     optics: Optics
     solar_irradiance: SolarIrradiance
-    sea_temperature_K: float
+    clear: Callable[[Sun | None], Array]
 
 
 class InstantLight(Protocol):

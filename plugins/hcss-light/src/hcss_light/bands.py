@@ -1,8 +1,8 @@
 """Clouds and light of each band, for a few groups of wavenumbers, as they reach the sensor.
 
 All radiance is counted at the sensor: a body at altitude z counts as its Planck radiance times the transmittance of the
-gas above, plus the emission of that gas. Scattering keeps such sums in proportion, so clouds can be solved without gas.
-Gas between the parts of one cloud layer is left out except for its emission along the view.
+gas above, plus the emission of that gas. Scattering keeps such sums in proportion. Along the view gas then changes
+nothing; along other directions it draws them toward those of a black body (:mod:`hcss_light.source`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_light.source import Particles, Surroundings
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
@@ -31,7 +31,6 @@ SUN_SHARE = 0.1
 DIFFUSE_DEG = 53.0
 """Zenith angle that stands for the hemisphere."""
 
-SEA_EMISSIVITY = 0.985
 LOWEST_SUN_DEG = 88.0
 
 
@@ -64,11 +63,11 @@ def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> 
         kelvin = np.full_like(heights, layer.temperature_K)
     black = planck(wavenumber[None], kelvin[:, None])
     emitted = black * gas + air
-    sky = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [layer.top_m], DIFFUSE_DEG)[0]
-    sky = sky * gas[-1] + air[-1]
-    (through,) = inputs.transmittance.transmittance(wavenumber, [to_space(0.0, inputs.view.zenith_deg)])
-    (whole,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [0.0], inputs.view.zenith_deg)
-    below = SEA_EMISSIVITY * planck(wavenumber, inputs.sea_temperature_K) * through + whole
+    sky = sky_radiance(inputs, wavenumber, layer.top_m) * gas[-1] + air[-1]
+    across = np.cos(np.radians(inputs.view.zenith_deg))
+    logarithm = np.log(np.maximum(gas, 1e-30))
+    absorption = np.maximum(np.gradient(logarithm, heights, axis=0), 0.0) * across
+    below = inputs.clear(sun)
     sunlight = np.zeros_like(emitted)
     if sun is not None and sun.zenith_deg <= LOWEST_SUN_DEG:
         both = [each + to_space(float(height), sun.zenith_deg) for each, height in zip(up, heights, strict=True)]
@@ -99,9 +98,25 @@ def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> 
                 float(np.sum(sky[some] * weights[some])),
                 float(np.sum(below[some] * weights[some])),
                 integral(sunlight),
+                np.interp(altitude_m, heights, np.sum(absorption[:, some] * share, axis=1) / np.sum(share)),
             )
             groups.append(Group(particles, around))
         result.append(groups)
+    return result
+
+
+def sky_radiance(inputs: LightInputs, wavenumber: Array, altitude_m: float) -> Array:
+    """Return the thermal radiance (V,) of the sky at an altitude."""
+    if inputs.transmittance.declares.legs == "to_space":
+        (seen,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [altitude_m], DIFFUSE_DEG)
+        return np.asarray(seen)
+    higher = inputs.profile.altitude_m[inputs.profile.altitude_m > altitude_m]
+    levels = np.concatenate(([altitude_m], higher))
+    paths = [Path(), *(Path((Leg(altitude_m, float(each), DIFFUSE_DEG),)) for each in higher)]
+    transmittance = inputs.transmittance.transmittance(wavenumber, paths)
+    kelvin = inputs.profile.temperature_at(levels)
+    source = planck(wavenumber[None], 0.5 * (kelvin[1:] + kelvin[:-1])[:, None])
+    result: Array = np.sum(source * -np.diff(transmittance, axis=0), axis=0)
     return result
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_light.voxels import LightError, ScatteringTable, Voxels
 from hcss_twin.core.kernels import inner, kernel
@@ -56,8 +57,10 @@ def radiance(
     sun: Sunlight | None = None,
     photons: int = 10_000,
     seed: int = 0,
+    columns: NDArray[np.int64] | None = None,
+    displaced_m: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Array, Array]:
-    """Return the radiance that leaves the top of each column, and its standard error, (X, Y).
+    """Return the radiance that leaves the top of each column, and its standard error, (X, Y) or (N,).
 
     Parameters
     ----------
@@ -67,6 +70,10 @@ def radiance(
         Direction toward the sensor, from +x toward +y.
     photons : int
         For each column, evenly over its area.
+    columns : ndarray of int (N, 2), optional
+        Which columns; all by default.
+    displaced_m : (float, float)
+        By how much the areas at the top are displaced along x and y from the columns.
 
     Raises
     ------
@@ -83,13 +90,16 @@ def radiance(
         raise LightError(f"photons: {photons}; allowed: 2 to 1e9; closest is {min(max(photons, 2), 10**9)}")
     if not 0 <= seed < 2**32:
         raise LightError(f"seed: {seed}; allowed: 0 to 2^32 - 1")
-    mean, error = np.empty(voxels.extinction.shape[:2]), np.empty(voxels.extinction.shape[:2])
+    shape = voxels.extinction.shape[:2]
+    places = np.stack(np.unravel_index(np.arange(shape[0] * shape[1]), shape), axis=1) if columns is None else columns
+    mean, error = np.empty(len(places)), np.empty(len(places))
     air = voxels.extinction, voxels.gas, voxels.source, voxels.edges_m, *voxels.size_m, voxels.albedo
     borders = voxels.surface_albedo, voxels.surface_source, voxels.sky_source
     angles = scattering.cosine, scattering.phase, scattering.cumulative
     light = toward, view_zenith_deg is None, to_sun, float(irradiance)
-    _trace_all(mean, error, *air, *borders, *angles, *light, photons, np.random.default_rng(seed))
-    return mean, error
+    starts = (places + np.array(displaced_m) / np.array(voxels.size_m)).astype(np.float64)
+    _trace_all(mean, error, starts, *air, *borders, *angles, *light, photons, np.random.default_rng(seed))
+    return (mean.reshape(shape), error.reshape(shape)) if columns is None else (mean, error)
 
 
 def _direction(name: str, zenith_deg: float, azimuth_deg: float) -> Array:
@@ -185,57 +195,56 @@ def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
 
 @kernel()
 def _trace_all(
-    mean: Any, error: Any, extinction: Any, gas: Any, source: Any, edges: Any, side_x: float, side_y: float,
-    albedo: float, surface_albedo: float, surface_source: float, sky_source: float, cosine: Any, phase: Any,
-    cumulative: Any, toward: Any, by_lambert: bool, to_sun: Any, irradiance: float, photons: int, draw: Any,
+    mean: Any, error: Any, starts: Any, extinction: Any, gas: Any, source: Any, edges: Any, side_x: float,
+    side_y: float, albedo: float, surface_albedo: float, surface_source: float, sky_source: float, cosine: Any,
+    phase: Any, cumulative: Any, toward: Any, by_lambert: bool, to_sun: Any, irradiance: float, photons: int, draw: Any,
 ) -> None:  # fmt: skip
     at, along, shadow = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(mean.shape[0]):
-        for j in range(mean.shape[1]):
-            total = squares = 0.0
-            for _ in range(photons):
-                at[0], at[1] = (i + draw.random()) * side_x, (j + draw.random()) * side_y
-                at[2], seen, weight = edges[-1], 0.0, 1.0
-                if by_lambert:
-                    up, turned = np.sqrt(draw.random()), 2.0 * np.pi * draw.random()
-                    across = np.sqrt(1.0 - up * up)
-                    along[0], along[1], along[2] = across * np.cos(turned), across * np.sin(turned), -max(up, 1e-9)
+    for n in range(mean.size):
+        total = squares = 0.0
+        for _ in range(photons):
+            at[0], at[1] = (starts[n, 0] + draw.random()) * side_x, (starts[n, 1] + draw.random()) * side_y
+            at[2], seen, weight = edges[-1], 0.0, 1.0
+            if by_lambert:
+                up, turned = np.sqrt(draw.random()), 2.0 * np.pi * draw.random()
+                across = np.sqrt(1.0 - up * up)
+                along[0], along[1], along[2] = across * np.cos(turned), across * np.sin(turned), -max(up, 1e-9)
+            else:
+                along[:] = -toward
+            while True:
+                depth = -np.log(1.0 - draw.random())
+                event, k, own, _ = _cross(at, along, depth, extinction, gas, edges, side_x, side_y)
+                if event == _TOP:
+                    seen += weight * sky_source
+                    break
+                if event == _SURFACE:
+                    seen += weight * (1.0 - surface_albedo) * surface_source
+                    weight *= surface_albedo
+                    strength = to_sun[2] / np.pi
                 else:
-                    along[:] = -toward
-                while True:
-                    depth = -np.log(1.0 - draw.random())
-                    event, k, own, _ = _cross(at, along, depth, extinction, gas, edges, side_x, side_y)
-                    if event == _TOP:
-                        seen += weight * sky_source
+                    scattered = albedo * own / (own + gas[k])
+                    seen += weight * (1.0 - scattered) * source[k]
+                    weight *= scattered
+                    # Backward: the angle between the photon's way to the sensor and the sun's rays.
+                    angle = along[0] * to_sun[0] + along[1] * to_sun[1] + along[2] * to_sun[2]
+                    strength = np.interp(angle, cosine, phase) / (4.0 * np.pi)
+                if weight <= 0.0:
+                    break
+                if irradiance > 0.0:
+                    shadow[:] = at
+                    _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, side_x, side_y)
+                    seen += weight * strength * irradiance * np.exp(-depth)
+                if weight < _FAINT:
+                    if draw.random() >= _SURVIVAL:
                         break
-                    if event == _SURFACE:
-                        seen += weight * (1.0 - surface_albedo) * surface_source
-                        weight *= surface_albedo
-                        strength = to_sun[2] / np.pi
-                    else:
-                        scattered = albedo * own / (own + gas[k])
-                        seen += weight * (1.0 - scattered) * source[k]
-                        weight *= scattered
-                        # Backward: the angle between the photon's way to the sensor and the sun's rays.
-                        angle = along[0] * to_sun[0] + along[1] * to_sun[1] + along[2] * to_sun[2]
-                        strength = np.interp(angle, cosine, phase) / (4.0 * np.pi)
-                    if weight <= 0.0:
-                        break
-                    if irradiance > 0.0:
-                        shadow[:] = at
-                        _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, side_x, side_y)
-                        seen += weight * strength * irradiance * np.exp(-depth)
-                    if weight < _FAINT:
-                        if draw.random() >= _SURVIVAL:
-                            break
-                        weight /= _SURVIVAL
-                    if event == _SURFACE:
-                        up, turned = np.sqrt(1.0 - draw.random()), 2.0 * np.pi * draw.random()
-                        across = np.sqrt(max(0.0, 1.0 - up * up))
-                        along[0], along[1], along[2] = across * np.cos(turned), across * np.sin(turned), max(up, 1e-9)
-                    else:
-                        _turn(along, _draw_cosine(cosine, phase, cumulative, draw), draw)
-                total += seen
-                squares += seen * seen
-            mean[i, j] = total / photons
-            error[i, j] = np.sqrt(max(squares / photons - mean[i, j] ** 2, 0.0) / (photons - 1))
+                    weight /= _SURVIVAL
+                if event == _SURFACE:
+                    up, turned = np.sqrt(1.0 - draw.random()), 2.0 * np.pi * draw.random()
+                    across = np.sqrt(max(0.0, 1.0 - up * up))
+                    along[0], along[1], along[2] = across * np.cos(turned), across * np.sin(turned), max(up, 1e-9)
+                else:
+                    _turn(along, _draw_cosine(cosine, phase, cumulative, draw), draw)
+            total += seen
+            squares += seen * seen
+        mean[n] = total / photons
+        error[n] = np.sqrt(max(squares / photons - mean[n] ** 2, 0.0) / (photons - 1))

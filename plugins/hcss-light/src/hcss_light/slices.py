@@ -58,7 +58,7 @@ class Slices:
     @property
     def middle_m(self) -> Array:
         """Altitudes (Z,) of their middles, upward."""
-        middle: Array = self.base_m + self.height_m * (np.arange(self.count) + 0.5)
+        middle: Array = np.linspace(self.base_m, self.top_m, 2 * self.count + 1)[1::2]
         return middle
 
     def shifts(self, zenith_deg: float, azimuth_deg: float, reference_m: float) -> Array:

@@ -1,7 +1,12 @@
 """Light scattered many times in sliced clouds: successive orders along 16 directions.
 
 The phase function is scaled: the share f = g^2 of its forward peak counts as not scattered, the rest follows Henyey and
-Greenstein with g / (1 + g). Thermal emission starts from the source function of opaque cloud, from which few orders are
+Greenstein with g / (1 + g). Radiance is counted at the sensor, N = T I + E with transmittance T and emission E of the
+gas above; along a direction with cosine mu gas of absorption k then gives
+
+    dN/dz = k (N_black - N) (1/mu - 1/mu_view) upward,    -dN/dz = k (N_black - N) (1/mu + 1/mu_view) downward.
+
+Thermal emission starts from the source function of opaque cloud, from which few orders are
 left. Sunlight scattered once toward the view has the whole phase function (method TMS of Nakajima and Tanaka).
 
 References
@@ -80,12 +85,15 @@ class Surroundings:
         Radiance from above and from below.
     sunlight : ndarray (Z,)
         Irradiance of the sun at each slice without cloud, on a surface that faces it; 0 at night.
+    gas_m1 : ndarray (Z,)
+        Absorption of the gas.
     """
 
     emitted: Array
     sky: float
     below: float
     sunlight: Array
+    gas_m1: Array
 
 
 @dataclass(frozen=True)
@@ -166,6 +174,8 @@ def scattered_source(
     toward *= albedo / np.sum(toward)
     step = slices.height_m / (np.abs(flight[:, 2]) * slices.point_m)
     moves = flight[:, :2] * step[:, None]
+    slant = 1.0 / np.abs(flight[:, 2]) - np.sign(flight[:, 2]) / view.vector[2]
+    in_gas = np.exp(-around.gas_m1 * slices.height_m * slant[:, None]).astype(np.float32)
     source: Field = _successive_orders(
         density,
         extinction * slices.height_m / np.abs(flight[:, 2]),
@@ -177,6 +187,7 @@ def scattered_source(
         once,
         sunlight,
         moves,
+        in_gas,
         around.sky,
         around.below,
         orders_of(albedo) if orders is None else orders,
@@ -187,7 +198,7 @@ def scattered_source(
 @kernel()
 def _successive_orders(
     density: Any, depths: Any, exchanged: Any, toward: Any, emission: Any, opaque: Any, of_sun: Any, once: float,
-    sunlight: Any, moves: Any, sky: float, below: float, orders: int,
+    sunlight: Any, moves: Any, in_gas: Any, sky: float, below: float, orders: int,
 ) -> Any:  # fmt: skip
     """Sweep the slices along all directions, once for each order; see :func:`scattered_source`."""
     count, rows, columns = density.shape
@@ -221,6 +232,11 @@ def _successive_orders(
                     for d in range(half):
                         _advance(leaving[d], moves[first + d, 0], moves[first + d, 1], entering[d])
                     entering, leaving = leaving, entering
+                for d in range(half):
+                    kept_by_gas, black = in_gas[first + d, s], np.float32(opaque[s])
+                    for y in range(rows):
+                        for x in range(columns):
+                            leaving[d, y, x] = black + (leaving[d, y, x] - black) * kept_by_gas
                 for y in range(rows):
                     voxel = first_of_row[s, y]
                     for x in range(columns):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class SourceLight:
         If view or sun are so slanted that too many slices are needed.
     """
 
-    tier = "source"
+    tier: ClassVar[str] = "source"
 
     def __init__(self, inputs: LightInputs) -> None:
         self._inputs = inputs
@@ -54,12 +55,12 @@ class SourceLight:
         cloud = inputs.optics.single_scattering(layer.microphysics, inputs.wavenumber_cm1)
         thickest = float(np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2)))
         steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
-        self._slices = slices_of(
+        self.slices = slices_of(
             layer.base_m, layer.top_m, layer.anchor, inputs.point_m, steepest, thickest * layer.thickness_max_m
         )  # fmt: skip
         height = layer.thickness_max_m / inputs.point_m
         spread = min(math.ceil(SPREADING * height), MOST_SPREADING) if self.tier == "source" else 0
-        seen = self._slices.shifts(view.zenith_deg, view.azimuth_deg, inputs.reference_m)
+        seen = self.slices.shifts(view.zenith_deg, view.azimuth_deg, inputs.reference_m)
         lit = height * np.tan(np.radians(zenith)) * np.stack((np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))))
         before, after = (
             [
@@ -75,14 +76,14 @@ class SourceLight:
         """Return the light at one instant."""
         if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
             sun = None
-        groups = groups_of_bands(self._inputs, self._slices.middle_m, sun)
-        return InstantLight(self.tier, self._inputs, self._slices, groups, sun)
+        groups = groups_of_bands(self._inputs, self.slices.middle_m, sun)
+        return InstantLight(self.tier, self._inputs, self.slices, groups, sun)
 
 
 class SlantLight(SourceLight):
     """The tier ``slant``."""
 
-    tier = "slant"
+    tier: ClassVar[str] = "slant"
 
 
 class InstantLight:

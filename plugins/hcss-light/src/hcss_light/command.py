@@ -1,0 +1,59 @@
+"""``hcss reference``: random pixels of a scene beside Monte Carlo."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from hcss_twin.cli.options import force_option, json_file_option, load, require_writable, set_option, write_text
+
+
+@click.command()
+@click.argument("scenario")
+@set_option
+@click.option("--pixels", default=16, type=click.IntRange(1, 10_000), help="Random pixels.")
+@click.option("--photons", default=20_000, type=click.IntRange(1000), help="For each pixel and band.")
+@click.option("--frame", default=0, type=click.IntRange(0), help="Number of the frame, from 0.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Of pixels and photons.")
+@json_file_option
+@force_option
+def reference(
+    scenario: str,
+    assignments: tuple[str, ...],
+    pixels: int,
+    photons: int,
+    frame: int,
+    seed: int,
+    json_file: Path | None,
+    force: bool,
+) -> None:
+    """Compare random pixels of SCENARIO with Monte Carlo radiance of clouds with sides.
+
+    The pixels are computed as in the cube, and as independent columns. Monte Carlo knows the same clouds, their
+    particles and gas at the weighted wavenumbers of the radiance tables; the sea below emits and does not reflect.
+    """
+    from hcss_light.comparison import compare
+
+    require_writable([json_file], force)
+    result = compare(load(scenario, assignments), pixels, photons, frame, seed)
+    for band in result["bands"]:
+        click.echo(_line(band))
+    click.echo(
+        f"{pixels} pixels, {photons} photons each; bias and rms relative to the mean, noise of Monte Carlo removed"
+    )
+    if json_file is not None:
+        write_text(json_file, json.dumps(result, indent=1))
+
+
+def _line(band: dict[str, Any]) -> str:
+    parts = [f"{band['name']}: Monte Carlo {np.mean(band['monte_carlo']):.5g} W m-2 sr-1"]
+    for name in ("cube", "columns"):
+        own = band["errors"][name]
+        kelvin = "" if own["bias_K"] is None else f" ({own['bias_K']:+.2f}, {own['rms_K']:.2f} K)"
+        bias = f"{100.0 * own['bias']:+.2f} +- {100.0 * band['noise']:.2f} %"
+        parts.append(f"{name} {bias}, rms {100.0 * own['rms']:.2f} %{kelvin}")
+    return "; ".join(parts)

@@ -1,0 +1,97 @@
+"""Pixels of a scenario as the engine computes them, beside Monte Carlo."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hcss_light.reference import reference_radiance
+from hcss_light.transport import SourceLight
+from hcss_light.voxels import LightError
+from hcss_twin import Scenario
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.stream import FrameClouds, PartMaker
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.plan.choose_light import light_inputs
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers import Array
+
+
+def compare(scenario: Scenario, pixels: int, photons: int, frame: int, seed: int) -> dict[str, Any]:
+    """Return Monte Carlo radiance of random pixels, that of the cube and that of independent columns, by band.
+
+    Raises
+    ------
+    LightError
+        If the scene has not one layer of cloud, several points for each pixel, or no radiance.
+    """
+    plan = make_plan(scenario)
+    if len(plan.layers) != 1 or not plan.assembly.has_cloud or not plan.needs_radiance:
+        raise LightError("scenario: Monte Carlo needs radiance and one layer of cloud; allowed: clouds.layers with one")
+    if plan.samples_per_pixel != 1:
+        raise LightError(f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1")
+    if not 0 <= frame < plan.frame_times_s.size:
+        raise LightError(f"--frame: {frame}; allowed: 0 to {plan.frame_times_s.size - 1}")
+    tables = tables_of(plan)
+    inputs = light_inputs(plan, tables.spectrum.nodes)
+    transport = SourceLight(inputs)
+    time_s = float(plan.frame_times_s[frame])
+    sun, clouds, maker = plan.sun_at(time_s), FrameClouds(plan, time_s), PartMaker(plan, tables)
+    draw = np.random.default_rng([seed, 22])
+    cells = draw.choice(
+        plan.pixels[0] * plan.pixels[1], size=min(pixels, plan.pixels[0] * plan.pixels[1]), replace=False
+    )
+    bands = len(plan.bands)
+    mean, error, cube, columns = np.empty((4, cells.size, bands))
+    places = []
+    for number, cell in enumerate(cells.tolist()):
+        row, column = (
+            int(each) + own.start for each, own in zip(divmod(cell, plan.pixels[1]), plan.extent, strict=True)
+        )
+        places.append((row, column))
+        around = [
+            slice(at - before, at + 1 + after)
+            for at, (before, after) in zip((row, column), transport.reach, strict=True)
+        ]
+        (thickness,) = clouds.thickness_m((around[0], around[1]))
+        inside = np.array([[each[0] for each in transport.reach]])
+        found = reference_radiance(inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number)
+        mean[number], error[number] = (each[0] for each in found)
+        part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))
+        columns[number] = alone[0, :, 0, 0]
+        cube[number] = part["radiance"][:, 0, 0] if "radiance" in part else columns[number]
+    temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
+    result = []
+    for index, band in enumerate(plan.bands):
+        noise2 = float(np.mean(error[:, index] ** 2))
+        errors = {
+            name: _errors(values, mean, index, noise2, temperature)
+            for name, values in (("cube", cube), ("columns", columns))
+        }
+        result.append(
+            {
+                "name": band.name,
+                "monte_carlo": mean[:, index].tolist(),
+                "standard_error": error[:, index].tolist(),
+                "cube": cube[:, index].tolist(),
+                "columns": columns[:, index].tolist(),
+                "noise": float(np.sqrt(noise2 / cells.size) / np.mean(mean[:, index])),
+                "errors": errors,
+            }
+        )
+    return {"pixels": places, "frame": frame, "photons": photons, "light": scenario.radiance.light, "bands": result}
+
+
+def _errors(
+    values: Array, mean: Array, band: int, noise2: float, temperature: BrightnessTemperature
+) -> dict[str, float | None]:
+    """Return bias and rms relative to the mean radiance, and in kelvin at it."""
+    away, level = values[:, band] - mean[:, band], float(np.mean(mean[:, band]))
+    bias, rms = float(np.mean(away)), math.sqrt(max(float(np.mean(away**2)) - noise2, 0.0))
+    near = np.mean(mean, axis=0) * np.array([[0.99], [1.01]])
+    kelvin = np.asarray(temperature.where_known(near.T.astype(np.float32)))[band]
+    slope = (float(kelvin[1]) - float(kelvin[0])) / (0.02 * level)
+    in_kelvin = (bias * slope, rms * slope) if np.isfinite(slope) else (None, None)
+    return {"bias": bias / level, "rms": rms / level, "bias_K": in_kelvin[0], "rms_K": in_kelvin[1]}

@@ -1,0 +1,182 @@
+"""Radiance of pixels by Monte Carlo, for each weighted wavenumber of the radiance tables.
+
+Gas absorbs and emits within the cloud layer, with the absorption that the transmittance along the view has there; above
+it the transmittance of whole paths is used. What comes from below is chosen so that clear sky has the radiance of the
+scene's radiance model; it is the same in all directions, and nothing is reflected there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcss_light.bands import sky_radiance
+from hcss_light.monte_carlo import Sunlight, radiance
+from hcss_light.slices import Field, Slices
+from hcss_light.source import Direction, Particles
+from hcss_light.voxels import ScatteringTable, Voxels
+from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import Array, Sun
+from hcss_twin.providers.light import LightInputs
+
+LEAST_LEVELS = 64
+"""Levels of the voxels, so that cloud tops are sharp."""
+
+LEAST_PHOTONS = 100
+"""Of each wavenumber."""
+
+OPAQUE = 1e-4
+"""Transmittance of the gas below which what is beneath does not matter."""
+
+
+@dataclass(frozen=True)
+class Air:
+    """Gas and light of one wavenumber.
+
+    Attributes
+    ----------
+    weight : float
+        Of the wavenumber in the band, cm-1.
+    particles : Particles
+    gas_m1, emitted : ndarray (Z,)
+        Absorption and Planck radiance of each level of the cloud layer.
+    sky, below, sunlight : float
+        Radiance that enters the layer from above and below, and the sun's irradiance above it.
+    through, above : float
+        Transmittance and radiance of the air above the layer.
+    """
+
+    weight: float
+    particles: Particles
+    gas_m1: Array
+    emitted: Array
+    sky: float
+    below: float
+    sunlight: float
+    through: float
+    above: float
+
+    @property
+    def signal(self) -> float:
+        """Radiance that shares out the photons."""
+        light = float(np.max(self.emitted)) + self.below + self.sunlight / math.pi
+        return self.weight * (self.through * light + 1e-6 * self.above)
+
+
+def reference_radiance(
+    inputs: LightInputs, slices: Slices, thickness_m: Field, points: Array, sun: Sun | None, photons: int, seed: int = 0
+) -> tuple[Array, Array]:
+    """Return the radiance (N, B) of points among broken clouds, and its standard error.
+
+    Parameters
+    ----------
+    slices : Slices
+        Of the tier that is compared; levels here are at least as thin.
+    thickness_m : ndarray of float32 (y, x)
+        Cloud, continued periodically.
+    points : ndarray of int (N, 2)
+        Rows and columns.
+    photons : int
+        For each point and band.
+    """
+    fine = replace(slices, count=slices.count * math.ceil(LEAST_LEVELS / slices.count))
+    density = np.moveaxis(fine.density(thickness_m, inputs.shape), 0, 2).astype(np.float64)
+    bands = inputs.weights_cm1.shape[0]
+    result = np.zeros((2, len(points), bands))
+    for band in range(bands):
+        airs = list(_airs(inputs, fine, sun, band))
+        total = sum(each.signal for each in airs)
+        for number, air in enumerate(airs):
+            own = max(round(photons * air.signal / total), LEAST_PHOTONS)
+            draws = seed + 1000 * band + number
+            mean, error = _of_wavenumber(inputs, fine, density, air, points, sun, own, draws)
+            result[0, :, band] += air.weight * (air.through * mean + air.above)
+            result[1, :, band] += (air.weight * air.through * error) ** 2
+    return result[0], np.sqrt(result[1])
+
+
+def scattering_table(particles: Particles) -> ScatteringTable:
+    """Return the phase function on points that are dense in its forward peak."""
+    cosine = np.concatenate((np.linspace(-1.0, 0.9, 400), 1.0 - np.geomspace(0.1, 1e-7, 1500)[1:], [1.0]))
+    return ScatteringTable(cosine, np.array([particles.phase(float(each)) for each in cosine]))
+
+
+def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> Iterator[Air]:
+    used = np.flatnonzero(inputs.weights_cm1[band] > 0.0)
+    wavenumber, layer, view = inputs.wavenumber_cm1[used], inputs.layer, inputs.view
+    cloud = inputs.optics.single_scattering(layer.microphysics, wavenumber)
+    edges = np.linspace(slices.base_m, slices.top_m, slices.count + 1)
+    up = [to_space(float(edge), view.zenith_deg) for edge in edges]
+    gas = np.maximum(inputs.transmittance.transmittance(wavenumber, up), 1e-30)
+    across = math.cos(math.radians(view.zenith_deg))
+    absorption = np.maximum(np.diff(np.log(gas), axis=0), 0.0) * across / slices.height_m
+    (above,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [slices.top_m], view.zenith_deg)
+    kelvin = inputs.profile.temperature_at(slices.middle_m)
+    black = planck(wavenumber[None], kelvin[:, None])
+    through = gas[-1]
+    depth = absorption * slices.height_m / across
+    passed = np.cumsum(depth[::-1], axis=0)[::-1] - depth
+    own = np.sum(black * -np.expm1(-depth) * np.exp(-passed), axis=0)
+    open_share = np.exp(-np.sum(depth, axis=0))
+    clear = inputs.clear(sun)[used]
+    seen = through * open_share > OPAQUE
+    below = np.where(
+        seen, ((clear - above) / np.where(seen, through, 1.0) - own) / np.where(seen, open_share, 1.0), black[0]
+    )
+    below = np.maximum(below, 0.0)
+    sky = sky_radiance(inputs, wavenumber, slices.top_m)
+    sunlight = np.zeros_like(wavenumber)
+    if sun is not None:
+        (both,) = inputs.transmittance.transmittance(wavenumber, [up[-1] + to_space(slices.top_m, sun.zenith_deg)])
+        sunlight = inputs.solar_irradiance(wavenumber) / sun.distance_au**2 * both / through
+    emitted = (
+        black if layer.temperature_K is None else np.broadcast_to(planck(wavenumber, layer.temperature_K), black.shape)
+    )
+    for place, node in enumerate(used.tolist()):
+        yield Air(
+            float(inputs.weights_cm1[band, node]),
+            Particles(float(cloud.extinction_m1[place]), float(cloud.albedo[place]), cloud.moments[:, place]),
+            absorption[:, place],
+            emitted[:, place],
+            float(sky[place]),
+            float(below[place]),
+            float(sunlight[place]),
+            float(through[place]),
+            float(above[place]),
+        )
+
+
+def _of_wavenumber(
+    inputs: LightInputs, slices: Slices, density: Array, air: Air, points: Array, sun: Sun | None, photons: int,
+    seed: int,
+) -> tuple[Array, Array]:  # fmt: skip
+    view = inputs.view
+    voxels = Voxels(
+        density * air.particles.extinction_m1,
+        np.linspace(slices.base_m, slices.top_m, slices.count + 1),
+        (inputs.point_m, inputs.point_m),
+        air.particles.albedo,
+        air.gas_m1,
+        air.emitted,
+        surface_source=air.below,
+        sky_source=air.sky,
+    )
+    lit = sun is not None and air.sunlight > 0.0
+    up = Direction(view.zenith_deg, view.azimuth_deg).vector
+    away = (slices.top_m - inputs.reference_m) * up[:2] / up[2]
+    return radiance(
+        voxels,
+        scattering_table(air.particles),
+        view_zenith_deg=view.zenith_deg,
+        view_azimuth_deg=view.azimuth_deg,
+        sun=Sunlight(sun.zenith_deg, sun.azimuth_deg, air.sunlight) if lit and sun is not None else None,
+        photons=photons,
+        seed=seed,
+        columns=np.asarray(points, dtype=np.int64),
+        displaced_m=(float(away[0]), float(away[1])),
+    )
