@@ -36,7 +36,7 @@ def may_compile_together(plan: Plan) -> bool:
 
 
 def tables_together(plan: Plan, time_nodes: TimeNodes) -> RadianceTables | None:
-    """Return the tables of all views of a plan; None if the motion of the sun matters.
+    """Return the tables of all views of a plan; None if the sun moves over a grid on the ground.
 
     Parameters
     ----------
@@ -54,10 +54,11 @@ def tables_together(plan: Plan, time_nodes: TimeNodes) -> RadianceTables | None:
     spectrum = choose_spectrum(plan.at_level(level), allowed.wavenumbers, extreme, views.at(EDGES))
     toward = [_columns(plan, view, extreme, spectrum.nodes) for view in extreme]
     times = [time_nodes(each, each.plan, allowed.time) for each in toward]
-    if any(len(frames) > 1 for frames, _ in times):
+    frames, time_error = max((each for each, _ in times), key=len), max(error for _, error in times)
+    if len(frames) > 1 and plan.imager is None:
         return None
-    frames, time_error = times[0][0], max(error for _, error in times)
-    sun = plan.sun_at(frames[0])
+    suns = [plan.sun_at(time_s) for time_s in frames]
+    sun = suns[len(suns) // 2]
     source = Source(plan.assembly.entries["radiance"].label, toward[0].quantities.terms)
     levels, share = plan.assembly.profile.altitude_m, PLACED_SHARE * allowed.thickness
     axes = tuple(
@@ -73,15 +74,28 @@ def tables_together(plan: Plan, time_nodes: TimeNodes) -> RadianceTables | None:
         thickness=placed + derived if placed else 0.0,
         views=plan.views.estimated_error,
         time=time_error,
+        other_instants=allowed.other_instants if len(suns) > 1 else 0.0,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
-    known = [each.exact(axes, None, sun) for each in toward]
+    first = [each.exact(axes, None, sun) for each in toward]
+    known = [
+        first
+        if other == sun
+        else [
+            columns.exact(axes, None, other, [own], allowed.other_instants)
+            for columns, own in zip(toward, first, strict=True)
+        ]
+        for other in suns
+    ]
     del toward  # and the arrays of their models
     all_views, every = views.at(plan.views.places), []
     for view in all_views:
         columns = _columns(plan, view, all_views, spectrum.nodes)
-        table = columns.table(axes, columns.exact(axes, None, sun, known, derived), sun)
-        every.append(RadianceTables(columns.quantities, frames, axes, None, (table,), spectrum, errors))
+        tables = tuple(
+            columns.table(axes, columns.exact(axes, None, other, own, derived), other)
+            for other, own in zip(suns, known, strict=True)
+        )
+        every.append(RadianceTables(columns.quantities, frames, axes, None, tables, spectrum, errors))
     return replace(every[0], over_views=tuple(every))
 
 
