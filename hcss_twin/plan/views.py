@@ -198,7 +198,7 @@ MAX_ORDER = 16
 """Maximum order along either axis."""
 
 AIR_SHARE = 6.0
-"""Tolerance if the air varies over the image, relative to that for views alone (30 % of the accuracy in all).
+"""Tolerance if the air varies over the image, or for an imager, relative to that for views alone (30 % of the accuracy).
 
 Radiance as a function of the air has kinks, for example where the aerosol changes with humidity, and polynomials
 converge slowly there.
@@ -240,6 +240,8 @@ def choose_views(
             message = f"pixels look up to zenith {steepest:.1f} deg; the atmosphere allows {low:g} to {high:g} deg"
             raise ScenarioError([Problem("atmosphere.provider", message)])
         return None
+    if own:  # directions over a whole pass, through glint
+        tolerance *= AIR_SHARE
     # Safety factor, because few columns underestimate the error of all.
     each = 0.5 * tolerance / SAFETY_FACTOR
     try:
@@ -253,7 +255,7 @@ def choose_views(
         return None
     _refuse_beside(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
-    tolerance *= 1.0 if assembly.air_over_field is None else AIR_SHARE
+    tolerance *= 1.0 if own or assembly.air_over_field is None else AIR_SHARE
     if error > tolerance or nodes > MAX_NODES:
         many = f"{x + 1} x {y + 1} views"
         limit = (

@@ -38,7 +38,7 @@ def may_compile_together(plan: Plan) -> bool:
 def tables_together(
     plan: Plan, time_nodes: TimeNodes, texture_of: Callable[..., TextureTables | None]
 ) -> RadianceTables | None:
-    """Return the tables of all views of a plan; None if the motion of the sun matters.
+    """Return the tables of all views of a plan; None if the sun moves over a grid on the ground.
 
     Parameters
     ----------
@@ -58,10 +58,11 @@ def tables_together(
     spectrum = choose_spectrum(plan.at_level(level), allowed.wavenumbers, extreme, views.at(EDGES))
     toward = [_columns(plan, view, extreme, spectrum.nodes) for view in extreme]
     times = [time_nodes(each, each.plan, allowed.time) for each in toward]
-    if any(len(frames) > 1 for frames, _ in times):
+    frames, time_error = max((each for each, _ in times), key=len), max(error for _, error in times)
+    if len(frames) > 1 and plan.imager is None:
         return None
-    frames, time_error = times[0][0], max(error for _, error in times)
-    sun = plan.sun_at(frames[0])
+    suns = [plan.sun_at(time_s) for time_s in frames]
+    sun = suns[len(suns) // 2]
     source = Source(plan.assembly.entries["radiance"].label, toward[0].quantities.terms)
     levels, share = plan.assembly.profile.altitude_m, PLACED_SHARE * allowed.thickness
     axes = tuple(
@@ -77,17 +78,29 @@ def tables_together(
         thickness=placed + derived if placed else 0.0,
         views=plan.views.estimated_error,
         time=time_error,
+        other_instants=allowed.other_instants if len(suns) > 1 else 0.0,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
-    known = [each.exact(axes, None, sun) for each in toward]
+    first = [each.exact(axes, None, sun) for each in toward]
+    known = [
+        first
+        if other == sun
+        else [
+            columns.exact(axes, None, other, [own], allowed.other_instants)
+            for columns, own in zip(toward, first, strict=True)
+        ]
+        for other in suns
+    ]
     del toward  # and the arrays of their models
     all_views, every = views.at(plan.views.places), []
     for view in all_views:
         columns = _columns(plan, view, all_views, spectrum.nodes)
-        exact = columns.exact(axes, None, sun, known, derived)
-        texture = None if plan.texture is None else texture_of(columns, axes, None, [exact], [sun])
-        table = columns.table(axes, exact, sun)
-        own = RadianceTables(columns.quantities, frames, axes, None, (table,), spectrum, errors, texture=texture)
+        exact = [
+            columns.exact(axes, None, other, own, derived) for other, own in zip(suns, known, strict=True)
+        ]
+        texture = None if plan.texture is None else texture_of(columns, axes, None, exact, suns)
+        tables = tuple(columns.table(axes, each, other) for each, other in zip(exact, suns, strict=True))
+        own = RadianceTables(columns.quantities, frames, axes, None, tables, spectrum, errors, texture=texture)
         every.append(own)
     return replace(every[0], over_views=tuple(every))
 

@@ -110,8 +110,14 @@ class Hemisphere:
         return _scaled(1.0 / toward[..., 2], self.slant), azimuth / np.pi - 1.0
 
 
-def directions_around(toward: Array) -> Directions:
-    """Return coordinates whose rectangle contains directions (N, 3) of a whole pass."""
+def directions_around(toward: Array, limit_deg: float | None = None) -> Directions:
+    """Return coordinates whose rectangle contains directions (N, 3) of a whole pass.
+
+    Parameters
+    ----------
+    limit_deg : float, optional
+        Zenith angle up to which the ground is seen, if it is seen beyond it.
+    """
     _, _, rows = np.linalg.svd(toward, full_matrices=False)
     pole = rows[2] if rows[2][np.argmax(np.abs(rows[2]))] > 0.0 else -rows[2]
     mean = toward.mean(axis=0)
@@ -123,6 +129,8 @@ def directions_around(toward: Array) -> Directions:
         return Strip(axes, along, across)
     slant = 1.0 / toward[:, 2]
     low, high = float(slant.min()), float(slant.max())
+    if limit_deg is not None:
+        high = 1.0 / float(np.cos(np.radians(limit_deg)))
     low = 1.0 if low < 1.0 + PADDING * (high - 1.0) else low - PADDING * (high - low)
     high += PADDING * (high - low)
     return Hemisphere((0.5 * (low + high), 0.5 * (high - low)))

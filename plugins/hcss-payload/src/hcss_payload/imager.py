@@ -29,7 +29,7 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window
 from hcss_twin.providers import View
 
-TIMES, FIELD = 33, 9
+TIMES, FIELD, FIELD_AT_LIMB = 33, 9, 129
 """Times of the pass, and points along each side of the detector, at which directions and extent are sampled."""
 
 MOST_POINTS = 8
@@ -94,8 +94,8 @@ class CameraImager:
         self._last_views: tuple[float, FrameViews] | None = None
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
-        toward, places, footprints = self._along(times)
-        self.views = directions_around(toward)
+        toward, places, footprints, limit_deg = self._along(times)
+        self.views = directions_around(toward, limit_deg)
         middle = self._geometry(float(times[times.size // 2])).nodes()
         self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(toward[len(toward) // 2])
         self._extent = (*_range(places[:, 0]), *_range(places[:, 1]))
@@ -109,15 +109,18 @@ class CameraImager:
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
 
-    def _along(self, times_s: Array) -> tuple[Array, Array, Array]:
-        """Return directions (N, 3), places (N, 2) and sizes (N,) of sampled pixels of the ground, over the pass."""
-        row = np.linspace(-0.5, self.rows - 0.5, FIELD)[:, None]
-        column = np.linspace(-0.5, self.columns - 0.5, FIELD)[None, :]
-        toward, places, footprints = [], [], []
+    def _along(self, times_s: Array) -> tuple[Array, Array, Array, float | None]:
+        """Return directions (N, 3), places (N, 2) and sizes (N,) of sampled pixels of the ground, over the pass.
+
+        The last value is the largest zenith, deg, if pixels see the ground beyond it.
+        """
+        toward, places, footprints, limit_deg = [], [], [], None
         for time_s in times_s.tolist():
             geometry = self._geometry(time_s)
-            rays = geometry.exact(row, column)
-            self._require_ground(rays.kind, geometry, time_s)
+            rays = geometry.exact(*self._sampled(FIELD))
+            self._require_ground(rays.kind, time_s)
+            if not np.all(rays.kind == GROUND):
+                limit_deg, rays = LARGEST_ZENITH_DEG, geometry.exact(*self._sampled(FIELD_AT_LIMB))
             ground = rays.kind == GROUND
             if not ground.any():
                 continue
@@ -131,9 +134,16 @@ class CameraImager:
                 [Problem("attitude", f"no pixel of any frame sees the ground below zenith {LARGEST_ZENITH_DEG:g} deg; "
                          "allowed: passes that do")]
             )
-        return np.concatenate(toward), np.concatenate(places), np.concatenate(footprints)
+        return np.concatenate(toward), np.concatenate(places), np.concatenate(footprints), limit_deg
 
-    def _require_ground(self, kind: NDArray[np.uint8], geometry: FrameGeometry, time_s: float) -> None:
+    def _sampled(self, count: int) -> tuple[Array, Array]:
+        """Return rows (n, 1) and columns (1, n) from edge to edge of the image."""
+        return (
+            np.linspace(-0.5, self.rows - 0.5, count)[:, None],
+            np.linspace(-0.5, self.columns - 0.5, count)[None, :],
+        )
+
+    def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
         if self._payload.section.beyond == "missing" or np.all(kind == GROUND):
             return
         share = 100.0 * float(np.mean(kind != GROUND))
@@ -223,7 +233,7 @@ class CameraImager:
         """Return which pixels of a window do not show the ground that is computed."""
         geometry = self._geometry(time_s)
         kind = geometry.window(*window).kind
-        self._require_ground(kind, geometry, time_s)
+        self._require_ground(kind, time_s)
         beyond: NDArray[np.bool_] = kind != GROUND
         return beyond if beyond.any() else None
 
