@@ -1,5 +1,6 @@
 """Live frames: images of a scene from poses that are known only when they are needed, many a second."""
 
+from hcss_payload.live.client import LiveClient, ServedFrame
 from hcss_payload.live.twin import LiveFrame, LiveTwin, PointTarget, PreparedPass
 
-__all__ = ["LiveFrame", "LiveTwin", "PointTarget", "PreparedPass"]
+__all__ = ["LiveClient", "LiveFrame", "LiveTwin", "PointTarget", "PreparedPass", "ServedFrame"]

@@ -66,6 +66,11 @@ class LiveSensor:
         self._bands = [(number, number + 1) for number in range(len(plan.bands))]
         self._results = {name: each for name, each in sensor.arrays(self.scene.shape).items() if name != "radiance"}
 
+    @property
+    def has_numbers(self) -> bool:
+        """Whether it has a converter."""
+        return "digital_number" in self._results
+
     def measure(self, time_s: float, radiance: NDArray[np.float32], each: Each) -> NDArray[np.int32] | None:
         """Measure ``scene``: write the radiance, and return the digital numbers, which the next call overwrites.
 

@@ -222,6 +222,16 @@ class PreparedPass:
         self._strips = list(itertools.pairwise(bounds))
 
     @property
+    def shape(self) -> tuple[int, int, int]:
+        """Bands, rows and columns of frames."""
+        return len(self._plan.bands), self._camera.rows, self._camera.columns
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether frames have digital numbers."""
+        return self._sensor is not None and self._sensor.has_numbers
+
+    @property
     def stalls(self) -> int:
         """Tiles of the sky that frames had to wait for."""
         return self.sky.stalls
@@ -248,7 +258,7 @@ class PreparedPass:
         pose = pose_at(time_s, self._trajectory, self._attitude, self._jitter) if pose is None else pose
         if pose.time_s != time_s:
             raise PayloadError(f"pose.time_s: {pose.time_s!r} s; allowed: {time_s!r} s, the time of the frame")
-        shape = len(self._plan.bands), self._camera.rows, self._camera.columns
+        shape = self.shape
         radiance = np.empty(shape, np.float32) if out is None else out
         if radiance.shape != shape or radiance.dtype != np.float32 or not radiance.flags.c_contiguous:
             raise PayloadError(f"out: {radiance.dtype} {radiance.shape}; allowed: contiguous float32 of shape {shape}")

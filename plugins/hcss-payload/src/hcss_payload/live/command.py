@@ -1,0 +1,58 @@
+"""``hcss serve``: live frames in shared memory."""
+
+from __future__ import annotations
+
+import os
+
+import click
+
+from hcss_twin.cli.options import load, set_option
+
+
+@click.command()
+@click.argument("scenario")
+@click.argument("pass_file", metavar="PASS.toml", type=click.Path(exists=True, dir_okay=False))
+@set_option
+@click.option("--start", "start_s", default=0.0, show_default=True, help="First time of poses, s.")
+@click.option("--end", "end_s", type=float, help="Last time of poses, s; default: that of the last frame.")
+@click.option("--name", help="Of the shared memory; default: hcss-live- and the number of the process.")
+@click.option("--slots", default=4, show_default=True, type=click.IntRange(4, 1024), help="Frames in the ring.")
+@click.option("--threads", default=2, show_default=True, type=click.IntRange(1, 64), help="Threads that compute.")
+@click.option("--fineness", default=2.0, show_default=True, help="Points of the sky per width of a pixel, 1 to 16.")
+@click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
+def serve(
+    scenario: str,
+    pass_file: str,
+    assignments: tuple[str, ...],
+    start_s: float,
+    end_s: float | None,
+    name: str | None,
+    slots: int,
+    threads: int,
+    fineness: float,
+    outlive_parent: bool,
+) -> None:
+    """Serve live frames of SCENARIO from poses that a client sends.
+
+    PASS.toml has the camera and the nominal pass. Clients use hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the
+    server, which then deletes its memory.
+    """
+    from hcss_payload.live.pass_file import read_pass
+    from hcss_payload.live.server import Server
+    from hcss_payload.live.twin import LiveTwin
+
+    loaded = load(scenario, assignments)
+    nominal = read_pass(pass_file, loaded.time)
+    twin = LiveTwin(loaded, nominal.camera, threads, fineness)
+    last = float(twin.plan.frame_times_s[-1]) if end_s is None else end_s
+    live = twin.prepare(nominal.trajectory, nominal.attitude, start_s, last, nominal.jitter)
+    name = name or f"hcss-live-{os.getpid()}"
+    try:
+        server = Server(live, name, slots, with_parent=not outlive_parent)
+    except BaseException:
+        live.close()
+        raise
+    bands, rows, columns = live.shape
+    kind = "digital numbers" if live.has_numbers else "radiance"
+    text = f"{name}: {bands} x {rows} x {columns} {kind}, times {start_s:g} to {last:g} s"
+    server.serve(lambda: click.echo(text))

@@ -1,0 +1,191 @@
+"""Frames and poses in shared memory: a ring of frames with sequence numbers, and a letter box for poses.
+
+A writer makes a sequence number odd, writes, and makes it even; a reader copies and looks whether the number is even
+and unchanged. Nobody ever waits for a lock, so a process that dies leaves the others alone. The order of writes is that
+of processors of the kinds x86-64, which keep it; on others a reader may see half a frame in rare cases.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from multiprocessing import resource_tracker, shared_memory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.pose import Pose
+
+MAGIC = 0x68637373_6C697665
+VERSION = 1
+
+TYPES = (np.dtype(np.float32), np.dtype(np.uint16))
+
+_HEADER = np.dtype(
+    [
+        *((name, np.uint64) for name in ("magic", "version", "slots", "bands", "rows", "columns", "type", "pid")),
+        *((name, np.uint64) for name in ("frames", "skipped", "refused", "stalls", "ready", "stop")),
+        ("letter", np.uint64),
+        ("pose_number", np.uint64),
+        ("pose", np.float64, 8),
+    ]
+)
+_SLOT = np.dtype(
+    [
+        *((name, np.uint64) for name in ("sequence", "number", "pose_number")),
+        ("pose", np.float64, 8),
+        ("published_ns", np.int64),
+    ]
+)
+_LINE = 64
+"""Bytes to which parts are aligned."""
+
+_TRIES = 1000
+
+
+@dataclass(frozen=True)
+class RingShape:
+    """Number of frames, and their bands, rows, columns and type."""
+
+    slots: int
+    bands: int
+    rows: int
+    columns: int
+    dtype: np.dtype[Any]
+
+    def __post_init__(self) -> None:
+        require_within("slots", self.slots, 4, 1024)
+
+    @property
+    def frame_bytes(self) -> int:
+        """Bytes of one frame."""
+        return self.bands * self.rows * self.columns * self.dtype.itemsize
+
+    @property
+    def size(self) -> int:
+        """Bytes of the memory."""
+        return _up(_HEADER.itemsize) + self.slots * (_up(_SLOT.itemsize) + _up(self.frame_bytes))
+
+
+def _up(size: int) -> int:
+    return -(-size // _LINE) * _LINE
+
+
+class Ring:
+    """Shared memory of a server and its clients.
+
+    Attributes
+    ----------
+    frames : list of ndarray (bands, rows, columns)
+        The frames of the ring.
+    """
+
+    def __init__(self, memory: shared_memory.SharedMemory, shape: RingShape) -> None:
+        self.memory, self.shape = memory, shape
+        self.header = np.ndarray((), _HEADER, memory.buf)
+        self.slots, self.frames = [], []
+        start = _up(_HEADER.itemsize)
+        for _ in range(shape.slots):
+            self.slots.append(np.ndarray((), _SLOT, memory.buf, start))
+            start += _up(_SLOT.itemsize)
+            self.frames.append(np.ndarray((shape.bands, shape.rows, shape.columns), shape.dtype, memory.buf, start))
+            start += _up(shape.frame_bytes)
+
+    @classmethod
+    def create(cls, name: str, shape: RingShape, pid: int) -> Ring:
+        """Create the memory; the process that creates it deletes it.
+
+        Raises
+        ------
+        PayloadError
+            If the name is in use.
+        """
+        try:
+            memory = shared_memory.SharedMemory(name, create=True, size=shape.size)
+        except FileExistsError as error:
+            raise PayloadError(f"name: '{name}' is in use; allowed: the name of no other shared memory") from error
+        ring = cls(memory, shape)
+        values = (shape.slots, shape.bands, shape.rows, shape.columns, TYPES.index(shape.dtype), pid)
+        for field, value in zip(("slots", "bands", "rows", "columns", "type", "pid"), values, strict=True):
+            ring.header[field] = value
+        ring.header["version"] = VERSION
+        ring.header["magic"] = MAGIC
+        return ring
+
+    @classmethod
+    def attach(cls, name: str) -> Ring:
+        """Open the memory of a server.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is none.
+        PayloadError
+            If it is not that of a server of this version.
+        """
+        if sys.version_info >= (3, 13):
+            memory = shared_memory.SharedMemory(name, track=False)
+        else:
+            memory = shared_memory.SharedMemory(name)
+            # Otherwise the end of this process would delete the memory of the server.
+            resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
+        header = np.ndarray((), _HEADER, memory.buf) if memory.size >= _HEADER.itemsize else None
+        if header is None or int(header["magic"]) != MAGIC or int(header["version"]) != VERSION:
+            del header
+            memory.close()
+            raise PayloadError(f"name: '{name}' is not the memory of a server of this version; allowed: `hcss serve`'s")
+        slots, bands, rows, columns = (int(header[each]) for each in ("slots", "bands", "rows", "columns"))
+        shape = RingShape(slots, bands, rows, columns, TYPES[int(header["type"])])
+        del header
+        return cls(memory, shape)
+
+    def post(self, pose: Pose) -> int:
+        """Put a pose into the letter box, in place of one that is there, and return its number; for one client."""
+        header = self.header
+        number = int(header["pose_number"]) + 1
+        header["letter"] += np.uint64(1)
+        header["pose"][0] = pose.time_s
+        header["pose"][1:4] = pose.position_m
+        header["pose"][4:] = pose.quaternion
+        header["pose_number"] = number
+        header["letter"] += np.uint64(1)
+        return number
+
+    def newest(self, after: int) -> tuple[int, NDArray[np.float64]] | None:
+        """Return number and values of the pose in the letter box; None if it is not newer."""
+        header = self.header
+        if int(header["pose_number"]) <= after:
+            return None
+        for _ in range(_TRIES):
+            before = int(header["letter"])
+            number, values = int(header["pose_number"]), header["pose"].copy()
+            if before % 2 == 0 and int(header["letter"]) == before:
+                return number, values
+        return None
+
+    def publish(self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int) -> None:
+        """Make the frame of a slot visible, whose writing :meth:`begin` announced."""
+        slot = self.slots[number % self.shape.slots]
+        slot["number"], slot["pose_number"], slot["published_ns"] = number, pose_number, published_ns
+        slot["pose"][:] = pose
+        slot["sequence"] += np.uint64(1)
+        self.header["frames"] = number + 1
+
+    def begin(self, number: int) -> NDArray[np.float32] | NDArray[np.uint16]:
+        """Announce the writing of a frame, and return where to."""
+        slot = self.slots[number % self.shape.slots]
+        if int(slot["sequence"]) % 2 == 0:  # odd after a frame that failed
+            slot["sequence"] += np.uint64(1)
+        frame: NDArray[np.float32] = self.frames[number % self.shape.slots]
+        return frame
+
+    def close(self, delete: bool) -> None:
+        """Let go of the memory, and delete it for all."""
+        del self.header
+        self.slots.clear()
+        self.frames.clear()
+        self.memory.close()
+        if delete:
+            self.memory.unlink()

@@ -1,0 +1,27 @@
+"""Random numbers of detectors by their place in the image, so that windows have those of the whole."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
+from hcss_twin.models.sensor.noise import pixel_key, row_key
+
+
+@kernel()
+def _fill(numbers: Any, key: Any, first_row: Any, first_column: Any) -> None:
+    for y in range(numbers.shape[0]):
+        own = row_key(key, np.int64(first_row + y))
+        for x in range(numbers.shape[1]):
+            bits = pixel_key(own, np.int64(first_column + x)) >> np.uint64(12)
+            numbers[y, x] = (float(bits) + 0.5) * 2.0**-52
+
+
+def uniform(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
+    """Return numbers (Y, X) between 0 and 1, both excluded, of the pixels from ``corner`` on."""
+    numbers = np.empty(shape)
+    _fill(numbers, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
+    return numbers

@@ -1,0 +1,27 @@
+"""Hooks of the plugin. ``hcss`` imports this package to list what there is, so it must import quickly."""
+
+from hcss_twin.core.commands import CommandSpec
+from hcss_twin.registry import ProviderSpec, hookimpl
+
+
+@hookimpl
+def hcss_commands() -> list[CommandSpec]:
+    """Return the command ``serve``."""
+    return [CommandSpec("serve", "hcss_payload.live.command:serve", "Serve live frames of a camera in shared memory.")]
+
+
+def _stage(name: str, module: str, kind: str, summary: str) -> ProviderSpec:
+    target = f"hcss_payload.stages.{module}"
+    return ProviderSpec(name, f"{target}:{kind}", f"{target}:Parameters", 2, summary)
+
+
+@hookimpl
+def hcss_register_sensors() -> list[ProviderSpec]:
+    """Register the stages of detectors and their optics."""
+    return [
+        _stage("bad-pixels", "bad_pixels", "BadPixels", "dead, hot and blinking detectors"),
+        _stage("detector-drift", "detector_drift", "DetectorDrift", "drift and 1/f noise of the detectors"),
+        _stage("integration", "integration", "Integration", "smear by exposures within the integration time, and TDI"),
+        _stage("non-linearity", "non_linearity", "NonLinearity", "a response that is not proportional to radiance"),
+        _stage("stray-light", "stray_light", "StrayLight", "veiling glare, and a ghost turned about the axis"),
+    ]

@@ -1,0 +1,199 @@
+"""The server of live frames in a process of its own."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hcss_payload import Jitter, PayloadError, Pose, pose_at
+from hcss_payload.live import LiveClient, LiveTwin
+from hcss_payload.live.pass_file import read_pass
+from hcss_payload.live.ring import Ring, RingShape
+
+import hcss_twin
+
+SCENE = """
+seed = 1
+time = 2024-04-20T02:30:00Z
+bands = ["lwir"]
+[place]
+latitude = 30.0
+longitude = 150.0
+[view]
+zenith = 0.0
+[image]
+rows = 64
+columns = 64
+pixel_size = 100.0
+[frames]
+count = 2
+interval = 10.0
+[motion]
+platform_speed = 0.0
+wind_speed = 10.0
+[clouds]
+type = "stratus"
+coverage = 0.5
+coverage_mode = "field"
+[sea]
+wind_speed = 10.0
+model = "cox-munk"
+[radiance]
+model = "as-printed"
+[optics]
+provider = "mie"
+"""
+PASS = """
+[camera]
+rows = 48
+columns = 64
+focal_length_m = 0.15
+pitch_m = 30e-6
+[orbit]
+type = "circular"
+altitude_m = 700e3
+inclination_deg = 98.2
+node_longitude_deg = 156.0
+argument_deg = 26.5
+[attitude]
+type = "track"
+latitude_deg = 30.0
+longitude_deg = 150.0
+"""
+START = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
+TIMEOUT_S = 60.0
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "pass.toml").write_text(PASS)
+    return tmp_path
+
+
+def command(name):
+    start = f"from hcss_payload.live.command import serve; serve(['scene.toml', 'pass.toml', '--name', '{name}'])"
+    return [sys.executable, "-c", start]
+
+
+def is_there(name):
+    return Path("/dev/shm", name).exists()
+
+
+needs_shm = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="looks for shared memory in /dev/shm")
+
+
+@needs_shm
+def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files):
+    name = f"hcss-test-{os.getpid()}"
+    scenario, nominal = hcss_twin.Scenario.load(files / "scene.toml"), read_pass(files / "pass.toml", START)
+    with (
+        subprocess.Popen(command(name), cwd=files, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server,
+        LiveTwin(scenario, nominal.camera).prepare(nominal.trajectory, nominal.attitude, 0.0, 10.0) as live,
+    ):
+        try:
+            with LiveClient(name, TIMEOUT_S) as client:
+                assert client.shape == (1, 48, 64)
+                jitter = Jitter((1e-3, 1e-3, 1e-3))
+                for time_s in (0.25, 3.0, 2.0):
+                    pose = pose_at(time_s, nominal.trajectory, nominal.attitude, jitter)
+                    number = client.send_pose(pose)
+                    frame = client.wait(number, TIMEOUT_S)
+                    assert (frame.pose_number, frame.time_s) == (number, time_s)
+                    assert np.array_equal(frame.image, live.frame(time_s, frame.pose).radiance)
+                # Poses in a rush: the last one wins, and none is counted twice or lost.
+                for time_s in np.linspace(4.0, 5.0, 200):
+                    last = client.send_pose(pose_at(float(time_s), nominal.trajectory, nominal.attitude))
+                assert client.wait(last, TIMEOUT_S).time_s == 5.0
+                counts = client.counts()
+                assert counts["frames"] + counts["skipped"] == 203
+                assert counts["skipped"] > 0
+                client.send_pose(Pose(11.0, pose.position_m, pose.quaternion))
+                until = time.monotonic() + TIMEOUT_S
+                while not client.counts()["refused"] and time.monotonic() < until:
+                    time.sleep(0.01)
+                assert client.counts()["refused"] == 1
+                with pytest.raises(TimeoutError, match=r"no frame of pose 204 within 0\.01 s"):
+                    client.wait(204, 0.01)
+        finally:
+            server.send_signal(signal.SIGTERM)
+        output, errors = server.communicate(timeout=TIMEOUT_S)
+    assert server.returncode == 0, errors
+    assert f"{name}: 1 x 48 x 64 radiance, times 0 to 10 s" in output
+    assert "pose 204: time_s: 11 s; allowed: 0 to 10 s, the pass" in errors
+    assert not is_there(name)
+
+
+@needs_shm
+@pytest.mark.parametrize("end", ["parent", "kill"])
+def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
+    name = f"hcss-test-{end}-{os.getpid()}"
+    start = "import subprocess, sys; server = subprocess.Popen(sys.argv[1:]); print(server.pid, flush=True); input()"
+    with subprocess.Popen(
+        [sys.executable, "-c", start, *command(name)],
+        cwd=files,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as parent:
+        number = int(parent.stdout.readline())
+        try:
+            with LiveClient(name, TIMEOUT_S) as client:
+                assert int(client._ring.header["pid"]) == number
+            assert is_there(name)  # a client that ends leaves it
+        finally:
+            if end == "parent":
+                parent.kill()
+            else:
+                os.kill(number, signal.SIGKILL)
+                parent.kill()
+    until = time.monotonic() + TIMEOUT_S
+    while is_there(name) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not is_there(name)
+
+
+def test_a_reader_never_takes_a_frame_that_is_being_written():
+    ring = Ring.create(f"hcss-test-ring-{os.getpid()}", RingShape(4, 1, 2, 3, np.dtype(np.float32)), os.getpid())
+    try:
+        client = LiveClient.__new__(LiveClient)
+        client._ring = ring
+        assert client.latest() is None
+        for number in range(9):
+            ring.begin(number)[:] = number
+            assert (client.latest() is None) == (number == 0)
+            ring.publish(number, number + 1, np.eye(8)[-1], 0)
+            assert np.all(client.latest().image == number)
+        ring.slots[8 % 4]["sequence"] += np.uint64(1)
+        with pytest.raises(PayloadError, match="frames are written faster than read"):
+            client.latest()
+        with pytest.raises(PayloadError, match="is in use"):
+            Ring.create(ring.memory.name, ring.shape, 0)
+    finally:
+        ring.close(delete=True)
+    with pytest.raises(PayloadError, match="no server 'hcss-none'"):
+        LiveClient("hcss-none")
+
+
+def test_what_is_wrong_in_a_pass_file_is_named(tmp_path):
+    path = tmp_path / "pass.toml"
+
+    def reading(text):
+        path.write_text(text)
+        return read_pass(path, START)
+
+    with pytest.raises(PayloadError, match=r"no section \[orbit\]"):
+        reading(PASS.replace("[orbit]", "[jitter]"))
+    with pytest.raises(PayloadError, match=r"orbit.type: 'circle'; allowed: .*closest is 'circular'"):
+        reading(PASS.replace('"circular"', '"circle"'))
+    with pytest.raises(PayloadError, match=r"camera.row; allowed: .*closest is 'rows'"):
+        reading(PASS.replace("rows = 48", "row = 48"))
+    with pytest.raises(PayloadError, match=r"trajectory.altitude_m: 7 m; allowed: 100000"):
+        reading(PASS.replace("700e3", "7"))
+    with pytest.raises(PayloadError, match="a TOML file with"):
+        reading("[camera")
