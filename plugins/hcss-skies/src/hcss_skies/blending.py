@@ -20,26 +20,27 @@ from hcss_twin.core.kernels import inner, kernel
 
 _SKEW = 2.0 / math.sqrt(3.0)
 
-# Weights below this limit are cut off, smoothly: a fifth of the samples are then not taken.
-_CUT = 0.03
+CUT = 0.15
+"""Weights below this limit are cut off, smoothly: three in ten samples are then not taken, and contrast is kept."""
 
 
 @kernel(fastmath={"contract"})
 def blend(
     out: Any, y: Any, x: Any, scores: Any, heights: Any, geometry: Any, flow: Any, bounds: Any, key: int, epoch: float
 ) -> None:
-    """Write p and x (rows, columns, 2) in m at positions ``y`` (rows,), ``x`` (columns,) in pixels of the example.
+    """Write p and x (rows, columns, 2), or p alone (rows, columns, 1), in m at positions in pixels of the example.
 
     Parameters
     ----------
-    out : ndarray of float32 (rows, columns, 2)
+    out : ndarray of float32 (rows, columns, fields)
         The result.
-    y, x : ndarray of float64
+    y, x : ndarray of float64 (rows,), (columns,)
         Positions.
     scores, heights : ndarray
         Of a :class:`~hcss_skies.pyramid.Level`.
-    geometry : ndarray (6,)
-        Lattice spacing; smallest y and x and range along y and x of centres of patches; scale of the level.
+    geometry : ndarray (8,)
+        Lattice spacing; smallest y and x and range along y and x of centres of patches; scale of the level; y and x
+        of the lattice.
     flow : ndarray of float32 (octaves, node rows, node columns)
         Stream function at nodes; its slope per node distance is the displacement in pixels of the example.
     bounds : ndarray (octaves, 3)
@@ -49,73 +50,98 @@ def blend(
     epoch : float
         Time in lifetimes of a patch; NaN: patches do not change.
     """
-    spacing = geometry[0]
-    octaves = flow.shape[0]
-    nodes = flow.shape[2]
-    along = np.empty((octaves, nodes))
-    across = np.empty((octaves, nodes))
-    node = np.empty((octaves, x.size), np.int64)
-    spline = np.empty((octaves, x.size, 8))
-    for octave in range(octaves):
-        for j in range(x.size):
-            position = x[j] / bounds[octave, 0] - bounds[octave, 2]
-            node[octave, j] = math.floor(position) - 1
-            _spline(position - math.floor(position), spline[octave, j])
-    at_row = np.empty(8)
-    # of the three lattice points: weights and positions of two patches each
-    place = np.empty((3, 2, 2))
-    fade = np.empty((3, 2))
+    joint = out.shape[2] == 2
+    at_y, at_x = np.empty(x.size), np.empty(x.size)
+    curves = np.empty((flow.shape[0], max(flow.shape[2] - 3, 1), 7))
+    # patches of a triangle: corner, displacement along y and x in samples, weight
+    corner, place, fade = np.empty(6, np.int64), np.empty((6, 2)), np.empty(6, np.float32)
+    weight = np.empty(3, np.float32)
+    to_samples = 2.0 / geometry[5]
+    limits = scores.shape[0] - 1.001, scores.shape[1] - 1.001
     for i in range(y.size):
-        for octave in range(octaves):
-            position = y[i] / bounds[octave, 0] - bounds[octave, 1]
-            row = math.floor(position) - 1
-            _spline(position - math.floor(position), at_row)
-            for k in range(nodes):
-                along[octave, k] = across[octave, k] = 0.0
-                for n in range(4):
-                    along[octave, k] += at_row[n] * flow[octave, row + n, k]
-                    across[octave, k] += at_row[n + 4] * flow[octave, row + n, k]
-        last_u, last_v, last_upper = np.int64(0), np.int64(0), -1
+        _displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, curves)
+        last_u, last_v, last_upper, count = np.int64(0), np.int64(0), -1, 0
         for j in range(x.size):
-            at_y, at_x = y[i], x[j]
-            for octave in range(octaves):
-                k = node[octave, j]
-                # velocity (d psi / dy, - d psi / dx) of a stream function
-                for n in range(4):
-                    at_x += spline[octave, j, n] * across[octave, k + n]
-                    at_y -= spline[octave, j, n + 4] * along[octave, k + n]
-            v = at_y / spacing * _SKEW
-            u = at_x / spacing - 0.5 * v
+            v = at_y[j] / geometry[0] * _SKEW
+            u = at_x[j] / geometry[0] - 0.5 * v
             cell_u, cell_v = np.int64(math.floor(u)), np.int64(math.floor(v))
-            fu, fv = u - cell_u, v - cell_v
-            upper = 1 if fu + fv >= 1.0 else 0
+            fu, fv = np.float32(u - cell_u), np.float32(v - cell_v)
+            upper = 1 if fu + fv >= np.float32(1.0) else 0
             if cell_u != last_u or cell_v != last_v or upper != last_upper:
                 last_u, last_v, last_upper = cell_u, cell_v, upper
-                _choose(place, fade, cell_u, cell_v, upper, geometry, key, epoch)
+                count = _choose(corner, place, fade, cell_u, cell_v, upper, geometry, key, epoch)
             if upper:
-                w0, w1, w2 = fu + fv - 1.0, 1.0 - fv, 1.0 - fu
+                w0, w1, w2 = fu + fv - np.float32(1.0), np.float32(1.0) - fv, np.float32(1.0) - fu
             else:
-                w0, w1, w2 = 1.0 - fu - fv, fu, fv
-            w0, w1, w2 = max(w0 - _CUT, 0.0), max(w1 - _CUT, 0.0), max(w2 - _CUT, 0.0)
-            w0, w1, w2 = w0 * w0, w1 * w1, w2 * w2
-            opaque = excess = 0.0
-            square = 0.0
-            for corner in range(3):
-                weight = w0 if corner == 0 else (w1 if corner == 1 else w2)
-                if weight > 0.0:
-                    for turn in range(2):
-                        share = weight * fade[corner, turn]
-                        if share > 0.0:
-                            one, other = _sample(
-                                scores, at_y + place[corner, turn, 0], at_x + place[corner, turn, 1]
-                                , geometry[5]
-                            )  # fmt: skip
-                            opaque += share * one
-                            excess += share * other
-                            square += share * share
-            norm = 1.0 / math.sqrt(square)
+                w0, w1, w2 = np.float32(1.0) - fu - fv, fu, fv
+            cut, zero = np.float32(CUT), np.float32(0.0)
+            w0, w1, w2 = max(w0 - cut, zero), max(w1 - cut, zero), max(w2 - cut, zero)
+            weight[0], weight[1], weight[2] = w0 * w0, w1 * w1, w2 * w2
+            opaque = excess = square = zero
+            own_y, own_x = at_y[j] * to_samples - 0.5, at_x[j] * to_samples - 0.5
+            for n in range(count):
+                share = weight[corner[n]] * fade[n]
+                if share > zero:
+                    # bilinear between quarters of pixels of the level
+                    row = min(max(own_y + place[n, 0], 0.0), limits[0])
+                    column = min(max(own_x + place[n, 1], 0.0), limits[1])
+                    k, m = int(row), int(column)
+                    fy, fx = np.float32(row - k), np.float32(column - m)
+                    a = scores[k, m, 0] + fx * (scores[k, m + 1, 0] - scores[k, m, 0])
+                    b = scores[k + 1, m, 0] + fx * (scores[k + 1, m + 1, 0] - scores[k + 1, m, 0])
+                    opaque += share * (a + fy * (b - a))
+                    if joint:
+                        a = scores[k, m, 1] + fx * (scores[k, m + 1, 1] - scores[k, m, 1])
+                        b = scores[k + 1, m, 1] + fx * (scores[k + 1, m + 1, 1] - scores[k + 1, m, 1])
+                        excess += share * (a + fy * (b - a))
+                    square += share * share
+            norm = np.float32(1.0) / np.sqrt(square)
             out[i, j, 0] = _look_up(heights, opaque * norm, 0)
-            out[i, j, 1] = _look_up(heights, excess * norm, 1)
+            if joint:
+                out[i, j, 1] = _look_up(heights, excess * norm, 1)
+
+
+@inner(fastmath={"contract"})
+def _displaced(
+    at_y: Any, at_x: Any, y: float, x: Any, shift_y: float, shift_x: float, flow: Any, bounds: Any, curves: Any
+) -> None:
+    """Write positions (columns,) of a row, shifted, moved by (d psi / dy, - d psi / dx) of the stream function psi.
+
+    Along a row, the spline is a cubic between two nodes: its coefficients are computed once for all pixels there.
+    """
+    for j in range(x.size):
+        at_y[j], at_x[j] = y + shift_y, x[j] + shift_x
+    spline = np.empty(8)
+    for octave in range(flow.shape[0]):
+        position = y / bounds[octave, 0]
+        row = np.int64(math.floor(position) - bounds[octave, 1]) - 1
+        _spline(position - math.floor(position), spline)
+        nodes = flow.shape[2]
+        a0 = a1 = a2 = b0 = b1 = b2 = 0.0
+        for k in range(nodes):
+            along = across = 0.0
+            for n in range(4):
+                along += spline[n] * flow[octave, row + n, k]
+                across += spline[n + 4] * flow[octave, row + n, k]
+            if k >= 3:
+                curve = curves[octave, k - 3]
+                # of a cubic B-spline through b0, b1, b2, across, and of the slope of that through a0, a1, a2, along
+                curve[0] = (b0 + 4.0 * b1 + b2) / 6.0
+                curve[1] = 0.5 * (b2 - b0)
+                curve[2] = 0.5 * (b0 - 2.0 * b1 + b2)
+                curve[3] = (across - b0) / 6.0 + 0.5 * (b1 - b2)
+                curve[4] = 0.5 * (a2 - a0)
+                curve[5] = a0 - 2.0 * a1 + a2
+                curve[6] = 0.5 * (along - a0) + 1.5 * (a1 - a2)
+            a0, a1, a2 = a1, a2, along
+            b0, b1, b2 = b1, b2, across
+        for j in range(x.size):
+            position = x[j] / bounds[octave, 0]
+            whole = math.floor(position)
+            curve = curves[octave, np.int64(whole - bounds[octave, 2]) - 1]
+            f = position - whole
+            at_x[j] += curve[0] + f * (curve[1] + f * (curve[2] + f * curve[3]))
+            at_y[j] -= curve[4] + f * (curve[5] + f * curve[6])
 
 
 @inner(fastmath={"contract"})
@@ -129,9 +155,12 @@ def _spline(f: float, out: Any) -> None:
 
 
 @inner()
-def _choose(place: Any, fade: Any, cell_u: int, cell_v: int, upper: int, geometry: Any, key: int, epoch: float) -> None:
-    """Write displacements (3, 2, 2) and weights (3, 2) of the old and the new patch of each point of a triangle."""
-    spacing = geometry[0]
+def _choose(
+    corners: Any, place: Any, fade: Any, cell_u: int, cell_v: int, upper: int, geometry: Any, key: int, epoch: float
+) -> int:
+    """Write the corner, displacement in samples (y, x) and weight of each patch of a triangle; return their number."""
+    spacing, to_samples = geometry[0], 2.0 / geometry[5]
+    count = 0
     for corner in range(3):
         if upper:
             u, v = cell_u + (corner != 2), cell_v + (corner != 1)
@@ -145,38 +174,29 @@ def _choose(place: Any, fade: Any, cell_u: int, cell_v: int, upper: int, geometr
             # A patch lasts for half of the time and fades in the other half.
             phase = min(max(2.0 * (age - number) - 0.5, 0.0), 1.0)
             share = phase * phase * (3.0 - 2.0 * phase)
-        # weights of old and new patch whose squares sum to 1
-        fade[corner, 0], fade[corner, 1] = math.cos(0.5 * math.pi * share), math.sin(0.5 * math.pi * share)
-        if share == 0.0:
-            fade[corner, 1] = 0.0
-        elif share == 1.0:
-            fade[corner, 0] = 0.0
         for turn in range(2):
+            if share == 1.0 - turn:
+                continue
             random = hashed(first, number + turn)
             again = hashed(random, np.int64(1))
-            place[corner, turn, 0] = geometry[1] + geometry[3] * uniform(random) - v * spacing / _SKEW
-            place[corner, turn, 1] = geometry[2] + geometry[4] * uniform(again) - (u + 0.5 * v) * spacing
+            corners[count] = corner
+            # The squares of the weights of the old and the new patch sum to 1.
+            fade[count] = math.sin(0.5 * math.pi * share) if turn else math.cos(0.5 * math.pi * share)
+            centre_y, centre_x = (
+                geometry[1] + geometry[3] * uniform(random),
+                geometry[2] + geometry[4] * uniform(again),
+            )
+            place[count, 0] = to_samples * (centre_y - v * spacing / _SKEW)
+            place[count, 1] = to_samples * (centre_x - (u + 0.5 * v) * spacing)
+            count += 1
+    return count
 
 
 @inner(fastmath={"contract"})
-def _sample(scores: Any, y: float, x: float, scale: float) -> tuple[float, float]:
-    """Return both scores at a position in pixels of the example, bilinear between quarters of pixels of the level."""
-    rows, columns = scores.shape[0], scores.shape[1]
-    at_y = min(max(2.0 * y / scale - 0.5, 0.0), rows - 1.001)
-    at_x = min(max(2.0 * x / scale - 0.5, 0.0), columns - 1.001)
-    i, j = int(at_y), int(at_x)
-    fy, fx = np.float32(at_y - i), np.float32(at_x - j)
-    a = scores[i, j, 0] + fx * (scores[i, j + 1, 0] - scores[i, j, 0])
-    b = scores[i + 1, j, 0] + fx * (scores[i + 1, j + 1, 0] - scores[i + 1, j, 0])
-    c = scores[i, j, 1] + fx * (scores[i, j + 1, 1] - scores[i, j, 1])
-    d = scores[i + 1, j, 1] + fx * (scores[i + 1, j + 1, 1] - scores[i + 1, j, 1])
-    return a + fy * (b - a), c + fy * (d - c)
-
-
-@inner(fastmath={"contract"})
-def _look_up(heights: Any, score: float, column: int) -> Any:
+def _look_up(heights: Any, score: Any, column: int) -> Any:
     last = heights.shape[0] - 1
-    position = min(max((score + MAX_SCORE) * (last / (2.0 * MAX_SCORE)), 0.0), last - 1e-6)
+    scaled = (score + np.float32(MAX_SCORE)) * np.float32(last / (2.0 * MAX_SCORE))
+    position = min(max(scaled, np.float32(0.0)), np.float32(last - 1e-3))
     k = int(position)
-    low = float(heights[k, column])
-    return low + (position - k) * (float(heights[k + 1, column]) - low)
+    low = heights[k, column]
+    return low + (position - np.float32(k)) * (heights[k + 1, column] - low)

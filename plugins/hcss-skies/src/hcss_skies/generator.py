@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_skies.blending import blend
-from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, steepness
+from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, normal_quantiles, steepness
 from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.flow import OCTAVES, flow_nodes
 from hcss_skies.library import find_example
@@ -26,6 +26,9 @@ MEASURED_S = 1800.0
 
 DETAIL = Detail(0.31, 2.3)
 """Detail of examples that state none, from SEVIRI and Landsat images."""
+
+# Share of an image that is warmer than its clear sky: what is left out of the texture of the sea.
+_WARMEST = 0.01
 
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
@@ -75,8 +78,14 @@ class ExampleClouds:
                 f"{1e6 * example.pixel_size_m:g} m with this example"
             )
         self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
+        self._normals = normal_quantiles()
         self._level = level = make_level(example, inputs.grid.pixel_size_m)
-        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale], dtype=np.float64)
+        # Each seed has its lattice elsewhere, so that no place is special.
+        shift = level.spacing * np.random.default_rng([inputs.seed, 0x5EA]).random(2)
+        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale, *shift], dtype=np.float64)
+        self._clear_m = example.clear_m
+        if parameters.clear_sky == "example":
+            self._clear_m = min(self._clear_m, float(np.quantile(example.opaque_m[example.opaque], _WARMEST)))
         heights = level.heights_m[:, 0].astype(np.float64)
         thickness = self._thickness_of(heights)
         of_pairs = thickness[:, None]
@@ -110,6 +119,8 @@ class ExampleClouds:
         notes = [f"Example {parameters.example}: {example.kind}, {example.source} ({example.licence})"]
         if not example.excess_is_known:
             notes.append("The example has one channel: all its clouds count as opaque where they are coldest.")
+        if parameters.clear_sky == "example":
+            notes.append("The texture of clear sky is that of the example, as thin cloud, which counts in masks.")
         if self._halvings:
             origin = (
                 "from octaves of 2 to 8 pixels of the image, extrapolated"
@@ -158,7 +169,7 @@ class ExampleClouds:
 
     def _thickness_of(self, opaque_m: Array) -> Array:
         """Return the thickness of the layer for heights p, any shape."""
-        inversion, layer, clear = self._inputs.inversion, self._inputs.layer, self.example.clear_m
+        inversion, layer, clear = self._inputs.inversion, self._inputs.layer, self._clear_m
         top = float(self.example.opaque_m[-1])
         if inversion is None:
             share = np.clip((opaque_m - clear) / max(top - clear, 1.0), 0.0, 1.0)
@@ -169,7 +180,7 @@ class ExampleClouds:
 
     def _kelvin_of(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
         """Return the brightness temperature of the scene where the example has heights p."""
-        clear = self.example.clear_m
+        clear = self._clear_m
         (clear_air_K,) = inversion.air_temperature_K(np.array([clear]))
         deep = max(float(self.example.opaque_m[-1]), clear + _DEEP_M)
         fading = np.clip((deep - opaque_m) / (deep - clear), 0.0, 1.0)
@@ -203,7 +214,8 @@ class ExampleClouds:
             for j in range(0, out.shape[1], _TILE):
                 tile = out[i : i + _TILE, j : j + _TILE]
                 edges = self._edges(tile.shape, time_s, rows.start + i, columns.start + j)
-                tile[...] = self._blended(time_s, *(each[:-1] + 0.5 * self._pixel for each in edges))
+                y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
+                tile[...] = self._blended(time_s, y, x)
         self._in_layer(out[..., 0])
         self._last = key, out
         return out
@@ -222,11 +234,11 @@ class ExampleClouds:
         edges = self._edges(out.shape, time_s, row, column)
         if not self._halvings:
             y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
-            out[...] = self._blended(time_s, y, x)[..., which]
+            out[...] = self._blended(time_s, y, x, which)[..., which]
             return
         first = [math.floor(each[0]) - MARGIN for each in edges]
         y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
-        cells = self._blended(time_s, y, x)[..., which].astype(np.float64)
+        cells = self._blended(time_s, y, x, which)[..., which].astype(np.float64)
         if which and self._hanging is not None:
             middles = (0.5 * (each[1:] + each[:-1]) - low - 0.5 for each, low in zip(edges, first, strict=True))
             out[...] = between_cells(cells, *middles)
@@ -240,7 +252,7 @@ class ExampleClouds:
             return
         cells, first = self._detailed(cells, first, edges, time_s)
         scale = 2.0**self._halvings
-        average(out, cells, *(each * scale - low for each, low in zip(edges, first, strict=True)))
+        out[...] = average(cells, *(each * scale - low for each, low in zip(edges, first, strict=True)))
 
     def _edges(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> list[Array]:
         """Return the edges of pixels along y and x, in pixels of the example."""
@@ -261,6 +273,8 @@ class ExampleClouds:
         for halving in range(self._halvings):
             # Only what the window needs of the next halvings: one cell around it.
             scale = 2.0**halving
+            cell_m = self.example.pixel_size_m / 2.0 ** (halving + 1)
+            age = time_s * self._rate / lifetime_s(cell_m)
             wanted = [(math.floor(each[0] * scale) - 3, math.ceil(each[-1] * scale) + 3) for each in edges]
             low = [max(want[0], start) for want, start in zip(wanted, first, strict=True)]
             high = [min(want[1], start + size) for want, start, size in zip(wanted, first, cells.shape, strict=True)]
@@ -268,10 +282,9 @@ class ExampleClouds:
                 cells[low[0] - first[0] : high[0] - first[0], low[1] - first[1] : high[1] - first[1]]
             )
             children = np.empty((2 * part.shape[0] - 4, 2 * part.shape[1] - 4))
-            cell_m = self.example.pixel_size_m / 2.0 ** (halving + 1)
             halve(
                 children, part, np.array(low), deviations(steep, self._detail.strength, self._detail.exponent, halving),
-                root, halving, most, np.uint64(self._key(halving)), time_s * self._rate / lifetime_s(cell_m),
+                root, halving, most, np.uint64(self._key(halving)), age, self._normals,
             )  # fmt: skip
             cells, first = children, [2 * (each + 1) for each in low]
         return cells, first
@@ -279,9 +292,12 @@ class ExampleClouds:
     def _key(self, number: int) -> int:
         return (self._inputs.seed * 0x9E3779B97F4A7C15 + (number + 1) * 0xD1B54A32D192ED03) % 2**64
 
-    def _blended(self, time_s: float, y: Array, x: Array) -> NDArray[np.float32]:
-        """Return thickness, and x or tops, (rows, columns, 2) at positions in pixels of the example."""
-        out = np.empty((y.size, x.size, 2), np.float32)
+    def _blended(self, time_s: float, y: Array, x: Array, which: int = 1) -> NDArray[np.float32]:
+        """Return thickness, and x or tops, (rows, columns, 2) at positions in pixels of the example.
+
+        With ``which`` 0, x is left out where thickness does not need it.
+        """
+        out = np.empty((y.size, x.size, 1 if which == 0 and self._hanging is None else 2), np.float32)
         if out.size:
             time = time_s * self._rate
             size = self.example.pixel_size_m

@@ -29,6 +29,11 @@ class ExampleParameters(BaseModel):
         description="Exponent of the power spectrum, along a line, of the detail; default: that of the example's file, "
         "else 2.3.",
     )
+    clear_sky: Literal["uniform", "example"] = Field(
+        "uniform",
+        description="Clear sky: without texture, or with that of the example, which cloud of a few metres gives; it "
+        "needs a small clouds.thickness_min, and counts as cloud in masks.",
+    )
     tops: Literal["layer", "example"] = Field(
         "layer", description="Cloud tops: those of the layer, or those of the example, for scenes of one layer."
     )
