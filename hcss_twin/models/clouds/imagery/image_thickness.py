@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.imagery.cloudiness import (
     TOP_PERCENTILE,
+    CloudIs,
     Method,
     bright_is_cloud,
     find_threshold,
@@ -26,6 +27,11 @@ CLEAR_PERCENTILE = 99.0
 
 COLD_K = 2.0
 """How much colder than clear sky a pixel is certainly cloudy."""
+
+
+def method_of(image: SatelliteImage, cloud_is: CloudIs) -> Literal["temperature", "otsu"]:
+    """Return the method "auto" for an image: no threshold where the image is a brightness temperature."""
+    return "temperature" if image.is_temperature and not bright_is_cloud(image, cloud_is) else "otsu"
 
 
 def thickness_by_threshold(
@@ -82,9 +88,10 @@ def thickness_by_temperature(
         )
         raise ScenarioError([Problem("clouds.parameters.method", message)], origin="imagery clouds")
     if inversion is None:  # outside a scene: the linear law of eq 7, from the warmest pixel
-        relative = relative_grey(level, float(np.nanmin(level)))
-        outside = thickness_of(np.nan_to_num(relative), layer.thickness_min_m, layer.thickness_max_m)
-        return np.where(np.isnan(level), np.float32(0.0), outside), (" (no scene: linear in temperature)",)
+        outside, known = np.zeros(level.shape, dtype=np.float32), ~np.isnan(level)
+        relative = relative_grey(level[known], float(np.min(level[known])))
+        outside[known] = thickness_of(relative, layer.thickness_min_m, layer.thickness_max_m)
+        return outside, (" (no scene: linear in temperature)",)
     kelvin = -level
     thickness = inversion.thickness_m(kelvin)
     cold = kelvin[scene] < inversion.clear_K - COLD_K

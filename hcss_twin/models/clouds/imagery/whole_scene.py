@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.models.clouds.imagery.cloudiness import cloudiness_level, thickness_of
-from hcss_twin.models.clouds.imagery.image_thickness import thickness_by_temperature, thickness_by_threshold
+from hcss_twin.models.clouds.imagery.image_thickness import method_of, thickness_by_temperature, thickness_by_threshold
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
@@ -241,6 +241,8 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     window = _window(inputs, parameters, (rows, columns), image.pixel_size_m, turned)
     level = cloudiness_level(image, parameters.cloud_is)
     _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0)
+    if parameters.method == "auto":
+        parameters = parameters.model_copy(update={"method": method_of(image, parameters.cloud_is)})
     method = thickness_by_temperature if parameters.method == "temperature" else thickness_by_threshold
     thickness, notes = method(image, level, window.at(0.0), inputs, parameters)
     size = size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)
