@@ -42,14 +42,7 @@ CURVE_SHARE = 0.01
 
 @dataclass(frozen=True)
 class ReferenceColumns:
-    """Terms (N, K, B) of columns."""
-
-    terms: Array
-
-
-@dataclass(frozen=True)
-class PerturbedColumns:
-    """Terms (9, N, K, B) of columns in the states of an expansion."""
+    """Terms (N, K, B) of columns, or (9, N, K, B) in the states of an expansion."""
 
     terms: Array
 
@@ -152,11 +145,11 @@ class References:
         digest.update(np.ascontiguousarray(thickness_m).tobytes())
         self.calls += 1
 
-        def compute() -> PerturbedColumns:
+        def compute() -> ReferenceColumns:
             self.solved += 1
-            return PerturbedColumns(_perturbed_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+            return ReferenceColumns(_perturbed_terms(plan, thickness_m, plan.sun_up_at(time_s)))
 
-        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (PerturbedColumns,)).terms
+        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
     @property
     def interpolation(self) -> str:

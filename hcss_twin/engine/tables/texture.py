@@ -19,22 +19,17 @@ from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, TextureTables
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import (
-    EXPANSION_STATES,
-    VAPOUR_PLACES,
-    Expansion,
-    State,
-    Texture,
-    TextureFields,
-    change_weights,
-)
-from hcss_twin.plan.windows import Window
+from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, State, Texture, TextureFields
+from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import Sun
 
 Thickness = NDArray[np.float32]
 
 TOLERANCE = 0.1
 """Share of the accuracy for columns of a perturbed state that are derived from those of the scene."""
+
+PIXELS_AT_ONCE = 2**14
+"""Pixels whose states are in memory together: they fit into the processor's cache."""
 
 PARABOLA_SHARE = 0.25
 """Share of the accuracy up to which two states of vapour are enough."""
@@ -162,20 +157,20 @@ class TextureStage:
             truth[WATER_VAPOUR_FACTOR][place] = 1.0 - np.float32(self._texture.steps[1]) * drier
         if not self._readers or not radiance.size:
             return
-        states = []
-        for look_up in self._look_ups(time_s):
-            state = np.empty((radiance.shape[0], *warmer.shape), np.float32)
-            own = look_up.of_part((rows, columns)) if isinstance(look_up, ViewedLookUp) else look_up
-            own.fill(state, thickness_m, self._plan.samples_per_pixel)
-            states.append(state)
-        window = radiance[:, place[0], place[1]]
-        # The sea first: its states are those of the scene's own air.
-        warm = states.pop(0) - window if self._texture.temperature_K > 0.0 else None
-        if states:
-            weights = change_weights(VAPOUR_PLACES[: len(states)], drier.astype(np.float64)).astype(np.float32)
-            _add_vapour(window, np.stack(states), weights)
-        if warm is not None:
-            _add_sea(window, warm, warmer, drier, self._square, self._mixed)
+        look_ups, samples = self._look_ups(time_s), self._plan.samples_per_pixel
+        sea = self._texture.temperature_K > 0.0
+        places = np.array(VAPOUR_PLACES[: len(look_ups) - sea], np.float32)
+        step = max(1, PIXELS_AT_ONCE // warmer.shape[1])
+        memory = np.empty((len(look_ups), radiance.shape[0], min(step, warmer.shape[0]), warmer.shape[1]), np.float32)
+        for first in range(0, warmer.shape[0], step):
+            strip = slice(first, min(first + step, warmer.shape[0]))
+            states, points = memory[:, :, : length(strip)], points_of(strip, samples)
+            inside = slice(rows.start + strip.start, rows.start + strip.stop), columns
+            for look_up, state in zip(look_ups, states, strict=True):
+                own = look_up.of_part(inside) if isinstance(look_up, ViewedLookUp) else look_up
+                own.fill(state, [layer[points] for layer in thickness_m], samples)
+            here = radiance[:, place[0].start + strip.start : place[0].start + strip.stop, place[1]]
+            _apply(here, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
 
     def _look_ups(self, time_s: float) -> list[LookUp | ViewedLookUp]:
         if self._instant is None or self._instant[0] != time_s:
@@ -188,25 +183,39 @@ class TextureStage:
 
 
 @kernel()
-def _add_vapour(radiance, states, weights):  # type: ignore[no-untyped-def]
-    """Add to pixels (C, y, x) the weighted differences of states (N, C, y, x) from them."""
-    for c in range(radiance.shape[0]):
-        for y in range(radiance.shape[1]):
-            for x in range(radiance.shape[2]):
-                here, change = radiance[c, y, x], np.float32(0)
-                for n in range(weights.shape[0]):
-                    change += weights[n, y, x] * (states[n, c, y, x] - here)
-                radiance[c, y, x] = max(here + change, np.float32(0))
+def _apply(radiance, states, sea, warmer, drier, places, square, mixed):  # type: ignore[no-untyped-def]
+    """Change pixels (C, y, x) along the polynomials through the scene and its states (N, C, y, x).
 
-
-@kernel()
-def _add_sea(radiance, to_warm, warmer, drier, square, mixed):  # type: ignore[no-untyped-def]
-    """Add to pixels (C, y, x) the change by the sea, a parabola whose curvature is that of clear sky."""
-    one = np.float32(1)
-    for c in range(radiance.shape[0]):
-        s, m, n = np.float32(square[c]), np.float32(mixed[0, c]), np.float32(mixed[1, c])
-        for y in range(radiance.shape[1]):
-            for x in range(radiance.shape[2]):
-                t, q = warmer[y, x], drier[y, x]
-                change = to_warm[c, y, x] * (t * (one - s + s * t + q * (m + n * q)))
-                radiance[c, y, x] = max(radiance[c, y, x] + change, np.float32(0))
+    The first state is the warmer sea, if it has texture; its parabola has the curvature of clear sky. The others are at
+    ``places`` of the vapour.
+    """
+    one, count, width = np.float32(1), places.size, radiance.shape[2]
+    weight, change = np.empty((count, width), np.float32), np.empty(width, np.float32)
+    for y in range(radiance.shape[1]):
+        t, q = warmer[y], drier[y]
+        for n in range(count):
+            for x in range(width):
+                weight[n, x] = q[x] / places[n]
+            for k in range(count):
+                if k != n:
+                    scale = one / (places[n] - places[k])
+                    for x in range(width):
+                        weight[n, x] *= (q[x] - places[k]) * scale
+        for c in range(radiance.shape[0]):
+            here = radiance[c, y]
+            change[:] = 0
+            if sea:
+                s, m, n2, warm = (
+                    np.float32(square[c]),
+                    np.float32(mixed[0, c]),
+                    np.float32(mixed[1, c]),
+                    states[0, c, y],
+                )
+                for x in range(width):
+                    change[x] = (warm[x] - here[x]) * (t[x] * (one - s + s * t[x] + q[x] * (m + n2 * q[x])))
+            for n in range(count):
+                state, own = states[states.shape[0] - count + n, c, y], weight[n]
+                for x in range(width):
+                    change[x] += own[x] * (state[x] - here[x])
+            for x in range(width):
+                here[x] = max(here[x] + change[x], np.float32(0))
