@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,14 +15,22 @@ from hcss_light.voxels import LightError
 from hcss_twin import Scenario
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import FrameClouds, PartMaker
+from hcss_twin.engine.tables.radiance_tables import TOTAL
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers import Array
 
 
-def compare(scenario: Scenario, pixels: int, photons: int, frame: int, seed: int) -> dict[str, Any]:
+def compare(
+    scenario: Scenario, pixels: int, photons: int, frame: int, seed: int, tiers: Sequence[str] = ()
+) -> dict[str, Any]:
     """Return Monte Carlo radiance of random pixels, that of the cube and that of independent columns, by band.
+
+    Parameters
+    ----------
+    tiers : sequence of str
+        Values of ``radiance.light`` that are computed besides that of the scenario.
 
     Raises
     ------
@@ -30,6 +40,10 @@ def compare(scenario: Scenario, pixels: int, photons: int, frame: int, seed: int
     plan = make_plan(scenario)
     if len(plan.layers) != 1 or not plan.assembly.has_cloud or not plan.needs_radiance:
         raise LightError("scenario: Monte Carlo needs radiance and one layer of cloud; allowed: clouds.layers with one")
+    if not hasattr(plan.assembly.generators[0], "thickness_around_m"):
+        raise LightError("clouds.generator: its clouds end with the image; allowed: one that continues them")
+    if TOTAL not in {spec.name for spec in plan.variables}:
+        raise LightError(f"output.variables: without '{TOTAL}'; allowed: with it")
     if plan.samples_per_pixel != 1:
         raise LightError(f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1")
     if not 0 <= frame < plan.frame_times_s.size:
@@ -38,13 +52,19 @@ def compare(scenario: Scenario, pixels: int, photons: int, frame: int, seed: int
     inputs = light_inputs(plan, tables.spectrum.nodes)
     transport = SourceLight(inputs)
     time_s = float(plan.frame_times_s[frame])
-    sun, clouds, maker = plan.sun_at(time_s), FrameClouds(plan, time_s), PartMaker(plan, tables)
+    sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
+    names = {"cube": scenario.radiance.light, **{name: name for name in tiers}}
+    makers = {}
+    for name, light in names.items():
+        own = plan if light == scenario.radiance.light else make_plan(_with_light(scenario, light))
+        makers[name] = PartMaker(own, tables)
     draw = np.random.default_rng([seed, 22])
     cells = draw.choice(
         plan.pixels[0] * plan.pixels[1], size=min(pixels, plan.pixels[0] * plan.pixels[1]), replace=False
     )
     bands = len(plan.bands)
-    mean, error, cube, columns = np.empty((4, cells.size, bands))
+    mean, error = np.empty((2, cells.size, bands))
+    values = {name: np.empty((cells.size, bands)) for name in (*names, "columns")}
     places = []
     for number, cell in enumerate(cells.tolist()):
         row, column = (
@@ -59,29 +79,32 @@ def compare(scenario: Scenario, pixels: int, photons: int, frame: int, seed: int
         inside = np.array([[each[0] for each in transport.reach]])
         found = reference_radiance(inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number)
         mean[number], error[number] = (each[0] for each in found)
-        part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))
-        columns[number] = alone[0, :, 0, 0]
-        cube[number] = part["radiance"][:, 0, 0] if "radiance" in part else columns[number]
+        for name, maker in makers.items():
+            part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))
+            values["columns"][number] = alone[0, :, 0, 0]
+            values[name][number] = part[TOTAL][:, 0, 0]
     temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
     result = []
     for index, band in enumerate(plan.bands):
         noise2 = float(np.mean(error[:, index] ** 2))
-        errors = {
-            name: _errors(values, mean, index, noise2, temperature)
-            for name, values in (("cube", cube), ("columns", columns))
-        }
+        errors = {name: _errors(own, mean, index, noise2, temperature) for name, own in values.items()}
         result.append(
             {
                 "name": band.name,
                 "monte_carlo": mean[:, index].tolist(),
                 "standard_error": error[:, index].tolist(),
-                "cube": cube[:, index].tolist(),
-                "columns": columns[:, index].tolist(),
+                **{name: own[:, index].tolist() for name, own in values.items()},
                 "noise": float(np.sqrt(noise2 / cells.size) / np.mean(mean[:, index])),
                 "errors": errors,
             }
         )
     return {"pixels": places, "frame": frame, "photons": photons, "light": scenario.radiance.light, "bands": result}
+
+
+def _with_light(scenario: Scenario, light: str) -> Scenario:
+    values = json.loads(scenario.to_json())
+    values["radiance"]["light"] = light
+    return Scenario.from_dict(values, base=scenario.base)
 
 
 def _errors(

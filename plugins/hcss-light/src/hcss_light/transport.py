@@ -17,6 +17,7 @@ import numpy as np
 from hcss_light.bands import Group, groups_of_bands
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, sourced_radiance
+from hcss_light.stated import stated_errors
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
@@ -71,6 +72,14 @@ class SourceLight:
         )
         # One point for each of two interpolations.
         self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
+
+    def expected_errors(self) -> list[float]:
+        """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
+        inputs = self._inputs
+        weights = np.maximum(inputs.weights_cm1, 0.0)
+        middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
+        sunlit = inputs.sun_zenith_deg.size > 0
+        return stated_errors(self.tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle)
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""

@@ -1,0 +1,81 @@
+"""Errors of columns and tiers against Monte Carlo, by cloud type, view and sun; writes the table that the tiers state.
+
+    python plugins/hcss-light/benchmarks/tiers.py
+
+Each case is a scene of 96 x 96 pixels of 100 m at 20 N, seen from north, coverage .45. Cases that the table already has
+are not computed again; delete it to start afresh.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from pathlib import Path
+
+from hcss_light.comparison import compare
+
+from hcss_twin import Scenario
+
+TABLE = Path(__file__).parent.parent / "src" / "hcss_light" / "errors.csv"
+TIMES = {"night": "2024-04-20T23:30:00+10:00", "day": "2024-04-20T14:30:00+10:00"}
+BANDS = {"lwir": [10.3, 11.3], "mwir": [3.6, 3.9]}
+COLUMNS = ["type", "view_deg", "sun", "band", "tier", "bias", "rms", "bias_K", "rms_K", "noise"]
+
+
+def scene(kind: str, view: float, sun: str) -> Scenario:
+    """Return the scenario of a case."""
+    return Scenario.from_dict(
+        {
+            "time": TIMES[sun],
+            "place": {"latitude": 20.0, "longitude": 150.0},
+            "view": {"zenith": view},
+            "image": {"rows": 96, "columns": 96, "pixel_size": 100.0},
+            "frames": {"count": 1},
+            "accuracy": 0.01,
+            "bands": list(BANDS.values()),
+            "clouds": {"type": kind, "coverage": 0.45},
+            "output": {"variables": ["radiance"], "certificate": 0},
+        }
+    )
+
+
+def main() -> None:
+    """Compute the cases that the table lacks."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--types", nargs="+", default=["stratocumulus", "cumulus", "cirrus"])
+    options.add_argument("--views", nargs="+", type=float, default=[0.0, 45.0, 60.0, 75.0])
+    options.add_argument("--pixels", type=int, default=48)
+    options.add_argument("--photons", type=int, default=2000)
+    options.add_argument("--table", type=Path, default=TABLE)
+    given = options.parse_args()
+    known = set()
+    if given.table.exists():
+        with given.table.open(encoding="utf-8") as file:
+            known = {(row["type"], float(row["view_deg"]), row["sun"]) for row in csv.DictReader(file)}
+    else:
+        given.table.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+    for view in given.views:
+        for kind in given.types:
+            for sun in TIMES:
+                if (kind, view, sun) in known:
+                    continue
+                found = compare(scene(kind, view, sun), given.pixels, given.photons, 0, 1, ("slant", "source"))
+                with given.table.open("a", encoding="utf-8") as file:
+                    for name, band in zip(BANDS, found["bands"], strict=True):
+                        for tier in ("columns", "slant", "source"):
+                            own = band["errors"][tier]
+                            figures = (own["bias"], own["rms"], own["bias_K"], own["rms_K"], band["noise"])
+                            print(
+                                kind,
+                                f"{view:g}",
+                                sun,
+                                name,
+                                tier,
+                                *(f"{each:.3g}" for each in figures),
+                                sep=",",
+                                file=file,
+                            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+"""Tiers through scenarios: uniform limit, the same bits in windows, certificate, what is refused, the command."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hcss_light.command import reference
+from hcss_light.transport import SlantLight, SourceLight
+
+from hcss_twin import Scenario, simulate
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.plan import choose_light
+from hcss_twin.plan.choose_light import light_inputs
+from hcss_twin.plan.make_plan import make_plan
+
+NIGHT, DAY = "2024-04-20T23:30:00+10:00", "2024-04-20T14:30:00+10:00"
+
+
+def scene(light="source", **changes):
+    values = {
+        "time": NIGHT,
+        "place": {"latitude": 20.0, "longitude": 150.0},
+        "view": {"zenith": 50.0, "azimuth": 30.0},
+        "image": {"rows": 40, "columns": 30, "pixel_size": 100.0},
+        "frames": {"count": 1},
+        "accuracy": 0.02,
+        "bands": [[10.5, 11.0]],
+        "clouds": {"type": "stratocumulus", "coverage": 0.5},
+        "output": {"variables": ["radiance"], "certificate": 4},
+        "radiance": {"light": light},
+    }
+    return Scenario.from_dict(values | changes)
+
+
+@pytest.mark.parametrize("tier", [SlantLight, SourceLight])
+@pytest.mark.parametrize("time", [NIGHT, DAY])
+def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
+    plan = make_plan(scene("columns", time=time, bands=[[3.6, 3.7]]))
+    tables = tables_of(plan)
+    instant = tier(light_inputs(plan, tables.spectrum.nodes)).at(plan.sun_at(0.0))
+    for thickness in (10.0, 87.0, 400.0):
+        amount, change = instant.correct(np.full((3, 4), thickness, np.float32))
+        np.testing.assert_allclose(amount, thickness, rtol=1e-5)
+        assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
+
+
+def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
+    plan = make_plan(scene("columns", view={"zenith": 0.0}))
+    tables = tables_of(plan)
+    thickness = np.random.default_rng(2).uniform(10.0, 400.0, (6, 5)).astype(np.float32)
+    amount, change = SlantLight(light_inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
+    np.testing.assert_allclose(amount, thickness, rtol=1e-5)
+    assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
+
+
+@pytest.mark.parametrize("tier", ["slant", "source"])
+def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
+    whole = simulate(scene(tier, time=DAY))
+    image = {"rows": 40, "columns": 30, "pixel_size": 100.0, "window": {"rows": [21, 40], "columns": [3, 17]}}
+    part = simulate(scene(tier, time=DAY, image=image))
+    np.testing.assert_array_equal(part.radiance.values, whole.radiance.values[:, :, 21:40, 3:17])
+    assert "PASSED" in whole.attrs["hcss_certificate"]
+    assert json.loads(whole.attrs["hcss_light"])["name"] == tier
+    assert "independent columns" in whole.attrs["hcss_notes"]
+    columns = simulate(scene("columns", time=DAY))
+    assert "hcss_light" not in columns.attrs
+    assert np.any(columns.radiance.values != whole.radiance.values)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"slant": {"shadows": True}, "time": DAY}, "slant.shadows"),
+        ({"output": {"variables": ["radiance", "terms"]}}, "output.variables"),
+        ({"clouds": {"layers": [{"type": "stratocumulus"}, {"type": "cirrus"}]}}, "clouds.layers"),
+        ({"image": {"rows": 4, "columns": 4, "pixel_size": 1.0}, "view": {"zenith": 75.0}}, "needs .* slices"),
+    ],
+)
+def test_scenes_that_cannot_be_computed_are_refused_by_name(changes, message):
+    if "slant" in changes:
+        changes = changes | {"clouds": {"type": "stratocumulus", "coverage": 0.5, "coverage_mode": "field"}}
+    with pytest.raises(ScenarioError, match=message):
+        make_plan(scene(**changes))
+
+
+def test_a_tier_that_is_not_installed_is_refused_with_the_command_that_installs_it(monkeypatch):
+    with pytest.raises(ScenarioError, match=r"'sorce' is not installed.*source"):
+        make_plan(scene("sorce"))
+    monkeypatch.setattr(choose_light, "installed", lambda group: iter(()))
+    with pytest.raises(ScenarioError, match="pip install hcss-light"):
+        make_plan(scene("source"))
+
+
+def test_a_profile_without_light_is_refused():
+    with pytest.raises(ScenarioError, match="light_profile"):
+        make_plan(scene("columns", radiance={"light_profile": "adiabatic"}))
+
+
+def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns(tmp_path):
+    given = scene(view={"zenith": 60.0}, clouds={"type": "cumulus", "coverage": 0.45})
+    file, result = tmp_path / "scene.json", tmp_path / "result.json"
+    file.write_text(given.to_json(), encoding="utf-8")
+    run = CliRunner().invoke(
+        reference, [str(file), "--pixels", "6", "--photons", "1000", "--json", str(result)], catch_exceptions=False
+    )  # fmt: skip
+    assert run.exit_code == 0, run.output
+    (band,) = json.loads(result.read_text())["bands"]
+    cube, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
+    assert cube < 0.015
+    assert cube < 0.3 * columns
