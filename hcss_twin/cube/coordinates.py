@@ -122,7 +122,7 @@ OF_ANY_IMAGE = (
     *("time", "band_name", "wavelength", "wavelength_bounds", "layer_name", "layer_base", "layer_top", "altitude"),
     *("solar_zenith_angle", "solar_azimuth_angle"),
 )
-"""Coordinates that cubes have whose image is no grid on the ground; angles of the sun are those of the scene's place."""
+"""Coordinates of images that are no grid on the ground; angles of the sun are those of the scene's place."""
 
 
 def coordinate_specs(header: CubeHeader) -> tuple[VariableSpec, ...]:

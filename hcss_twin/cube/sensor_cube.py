@@ -181,7 +181,9 @@ def _define(
             _copy_definition(measured, name, source)
     pattern = clean[RADIANCE]
     for spec in variables:
-        variable = measured.createVariable(spec.name, spec.dtype, pattern.dimensions, fill_value=False, **_layout(pattern))
+        variable = measured.createVariable(
+            spec.name, spec.dtype, pattern.dimensions, fill_value=False, **_layout(pattern)
+        )
         variable.setncatts(variable_attributes(spec))
         for name in ("coordinates", "grid_mapping"):
             if name in pattern.ncattrs():

@@ -136,7 +136,9 @@ class CubeComparison:
             self._expect(f"{dim}s", ", ".join(theirs), ", ".join(ours))
             self._labels[dim] = both = [name for name in ours if name in theirs]
             self._common[dim] = tuple(map(theirs.index, both)), tuple(map(ours.index, both))
-        rows, columns = (file.dimensions[dim].size if dim in file.dimensions else 0 for dim in header.in_file(("y", "x")))
+        rows, columns = (
+            file.dimensions[dim].size if dim in file.dimensions else 0 for dim in header.in_file(("y", "x"))
+        )
         image = self._expect("rows", rows, header.sizes["y"]), self._expect("columns", columns, header.sizes["x"])
         self._specs = self._comparable(all(image))
         values = coordinate_values(header)
@@ -177,7 +179,9 @@ class CubeComparison:
         """Return the common variables with equal dimensions, coordinates first; others are recorded as changes."""
         values, header = coordinate_values(self._header), self._header
         coordinates = [
-            spec for spec in coordinate_specs(header) if spec.name in values and spec.dtype != "str" and spec.name != "time"
+            spec
+            for spec in coordinate_specs(header)
+            if spec.name in values and spec.dtype != "str" and spec.name != "time"
         ]
         ours = {spec.name: spec for spec in (*coordinates, *header.geometry, *header.variables)}
         # Variables that a cube may have in addition.

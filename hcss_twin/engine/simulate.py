@@ -56,7 +56,9 @@ def overlaps(plan: Plan) -> bool:
     return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)
 
 
-FOCAL_PLANE = "Simulated, not observed. Rows and columns are those of the focal plane; each pixel has its own place and view."
+FOCAL_PLANE = (
+    "Simulated, not observed. Rows and columns are those of the focal plane; each pixel has its own place and view."
+)
 """Comment of a cube whose image is no grid on the ground."""
 
 IN_MEMORY_BYTES = 512 * 2**20

@@ -6,22 +6,13 @@ elements are defined; the cube has the rows and columns of the imager, which sam
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Iterable
+from typing import Any, Protocol, TypeAlias
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.cube.header import ImageLayout
-from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.plan.windows import Window
 from hcss_twin.providers import View
 from hcss_twin.scenario.scenario import Scenario
-
-Plan = Any
-"""A :class:`hcss_twin.plan.plan.Plan`, which holds the imager."""
 
 
 class Views(Protocol):
@@ -32,87 +23,28 @@ class Views(Protocol):
         ...
 
 
-class Imager(Protocol):
-    """Image geometry of a scenario; the object that a section's ``imager`` function returns.
+Imager: TypeAlias = Any
+"""The object that a section's ``imager`` function returns. Plan and engine use these members:
 
-    Attributes
-    ----------
-    rows, columns : int
-        Of a frame.
-    points : int
-        Points along each side of a pixel, over which it is averaged.
-    pixel_size_m : float
-        Typical distance of neighbouring pixels on the ground, for sensors.
-    view : View
-        A typical direction toward the sensor.
-    views : Views
-        All directions of all frames; tables are made between its edges.
-    notes : tuple of str
-        Limits, for the plan.
-    """
-
-    rows: int
-    columns: int
-    points: int
-    pixel_size_m: float
-    view: View
-    views: Views
-    notes: tuple[str, ...]
-
-    def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
-        """Return the variables of the cube: the requested ones, and coordinates of pixels (kind ``geometry``)."""
-        ...
-
-    def require_supported(self, plan: Plan) -> None:
-        """Raise a :class:`ScenarioError` that names what frames of this geometry cannot show."""
-
-    def layout(self, plan: Plan) -> ImageLayout:
-        """Return coordinates and extent for the header of the cube."""
-        ...
-
-    def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
-        """Add the coordinates of the pixels to a part of the frame at a time, and mark those without a value."""
-
-    def unseen(self, time_s: float, window: Window) -> NDArray[np.bool_] | None:
-        """Return which pixels of a window do not show the ground; None if all do."""
-        ...
-
-    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
-        """Return the exact view of single pixels of the frame at a time, for the certificate."""
-        ...
-
-    def clouds(self, plan: Plan, time_s: float) -> Any:
-        """Return the clouds of a frame, with the members of :class:`hcss_twin.engine.stream.FrameClouds`."""
-
-    def look_up(self, plan: Plan, time_s: float, look_ups: Sequence[Any]) -> Any:
-        """Return the look-up of a frame from those toward the nodes of ``plan.views``, with ``of_part`` and ``fill``."""
-
-    def surface_stage(self, plan: Plan, tables: Any) -> Any:
-        """Return an object with the members of :class:`hcss_twin.engine.tables.over_surfaces.SurfaceStage`."""
-
-    def element_stage(self, plan: Plan) -> Any:
-        """Return an object with the members of :class:`hcss_twin.engine.elements.ElementStage`."""
+``rows``, ``columns``, ``points`` (along a pixel, which is their mean), ``pixel_size_m`` (typical), ``view`` (typical),
+``views`` (all directions, :class:`Views`: tables are made between its edges), ``notes`` (for the plan);
+``variables(requested)`` of the cube; ``require_supported(plan)``, which raises what frames cannot show;
+``layout(plan)``, an :class:`~hcss_twin.cube.header.ImageLayout`; ``views_of_pixels(time_s, rows, columns)``, exact, for
+the certificate; ``unseen(time_s, window)``, a mask of pixels without ground, or None; ``complete(frame, time_s,
+extent)``, which adds coordinates of pixels; and what takes the place of the engine's ``FrameClouds``, look-up,
+``SurfaceStage`` and ``ElementStage``: ``clouds(plan, time_s)``, ``look_up(plan, time_s, look_ups)``,
+``surface_stage(plan, tables)``, ``element_stage(plan)``.
+"""
 
 
 def planned_imager(scenario: Scenario, catalog: Catalog) -> Imager | None:
-    """Return the imager of a scenario; None if its image is the grid on the ground.
-
-    Raises
-    ------
-    ScenarioError
-        If its sections contradict each other or other keys.
-    ProviderError
-        If several sections bring an image geometry.
-    """
+    """Return the imager of a scenario; None if its image is the grid on the ground."""
     if not scenario.sections:
         return None
     from hcss_twin.core.sections import plugin_sections  # not for scenarios without such sections
 
-    own = {name: owner for name, owner in plugin_sections().items() if name in scenario.sections}
-    makers = dict.fromkeys((owner.spec.imager, owner) for owner in own.values() if owner.spec.imager is not None)
-    if len({target for target, _ in makers}) > 1:
-        raise ProviderError(f"sections {', '.join(own)} bring several image geometries; allowed: one")
-    for target, owner in makers:
-        imager: Imager = owner.load(str(target))(scenario, catalog)
-        return imager
-    return None
+    owners = [owner for name, owner in plugin_sections().items() if name in scenario.sections]
+    makers = {owner.spec.imager: owner for owner in owners if owner.spec.imager is not None}
+    if len(makers) > 1:
+        raise ProviderError(f"several image geometries: {', '.join(map(str, makers))}; allowed: one")
+    return next((owner.load(str(target))(scenario, catalog) for target, owner in makers.items()), None)

@@ -127,7 +127,11 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
-        sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None) if imager is None else alone(sensor)
+        sensor = (
+            with_margin(sensor, assembly, waves is not None, analysis.views is not None)
+            if imager is None
+            else alone(sensor)
+        )
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)

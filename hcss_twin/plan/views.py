@@ -198,7 +198,7 @@ MAX_ORDER = 16
 """Maximum order along either axis."""
 
 AIR_SHARE = 6.0
-"""Tolerance if the air varies over the image, or for an imager, relative to that for views alone (30 % of the accuracy).
+"""Tolerance if the air varies over the image, or of an imager, relative to that for views alone (30 % of the accuracy).
 
 Radiance as a function of the air has kinks, for example where the aerosol changes with humidity, and polynomials
 converge slowly there.

@@ -2,42 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.errors import Problem
-from hcss_twin.core.sections import missing_owner, plugin_sections
+from hcss_twin.core.sections import plugin_sections
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.problems import problems_from
 
-OwnedSections = Mapping[str, BaseModel]
+PACKAGES = dict.fromkeys(("camera", "orbit", "attitude", "jitter"), "hcss-payload")
+"""Packages of this project that own sections, for messages where they are not installed."""
 
 
 def take_owned(data: dict[str, Any]) -> tuple[dict[str, BaseModel], list[Problem]]:
-    """Remove the sections of plugins from a raw scenario; return them validated, and all problems.
-
-    Raises
-    ------
-    ProviderError
-        If a plugin with sections is broken.
-    """
-    unknown = [name for name in data if name not in ScenarioModel.model_fields]
+    """Remove the sections of plugins from a raw scenario; return them validated, and all problems."""
     sections: dict[str, BaseModel] = {}
     problems: list[Problem] = []
     owners = plugin_sections()
-    for name in unknown:
+    for name in [name for name in data if name not in ScenarioModel.model_fields]:
         if name in owners:
-            raw = data.pop(name)
-            model: type[BaseModel] = owners[name].load(owners[name].spec.model)
+            raw, model = data.pop(name), owners[name].load(owners[name].spec.model)
             try:
                 sections[name] = model.model_validate(raw)
             except ValidationError as error:
                 problems += problems_from(error, model, prefix=name, raw=raw)
-        elif message := missing_owner(name):
+        elif package := PACKAGES.get(name):
             del data[name]
-            problems.append(Problem(name, message))
+            remedy = f"pip install './plugins/{package}'"
+            problems.append(Problem(name, f"is a section of {package}, which is not installed; {remedy}"))
     return sections, problems
 
 

@@ -70,7 +70,7 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
             given = ", ".join(f"[{each}]" for each in sections)
             raise ScenarioError([Problem(name, f"is missing; {given} needs [camera] and [orbit]")])
     camera, orbit = sections["camera"], sections["orbit"]
-    attitude, jitter = sections.get("attitude", AttitudeSection()), sections.get("jitter")
+    attitude, jitter = sections.get("attitude", AttitudeSection.model_validate({})), sections.get("jitter")
     assert isinstance(camera, CameraSection)
     assert isinstance(orbit, OrbitSection)
     assert isinstance(attitude, AttitudeSection)

@@ -68,8 +68,11 @@ def _require_no_other_view(scenario: Scenario) -> None:
         **{f"platform.{name}": getattr(platform, name) is not None for name in type(platform).model_fields},
     }
     problems = [
-        Problem(name, "given together with [camera]; allowed: without it (the camera has its own view and parallax, and "
-                "cannot show shadows or derived variables)")
+        Problem(
+            name,
+            "given together with [camera]; allowed: without it (the camera has its own view and parallax, and "
+            "cannot show shadows or derived variables)",
+        )
         for name, present in given.items()
         if present
     ]
@@ -131,8 +134,13 @@ class CameraImager:
             footprints.append(distance * self.camera.pixel_rad / np.sqrt(rays.toward[ground][:, 2]))
         if not toward:
             raise ScenarioError(
-                [Problem("attitude", f"no pixel of any frame sees the ground below zenith {LARGEST_ZENITH_DEG:g} deg; "
-                         "allowed: passes that do")]
+                [
+                    Problem(
+                        "attitude",
+                        f"no pixel of any frame sees the ground below zenith {LARGEST_ZENITH_DEG:g} deg; "
+                        "allowed: passes that do",
+                    )
+                ]
             )
         return np.concatenate(toward), np.concatenate(places), np.concatenate(footprints), limit_deg
 
@@ -250,12 +258,16 @@ class CameraImager:
         latitude, longitude = geometry.place(rays)
         zenith, azimuth = geometry.angles_deg(rays)
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
-        for spec, values in zip(PIXEL_VARIABLES, (latitude, longitude, zenith, azimuth, distance, rays.kind), strict=True):
+        for spec, values in zip(
+            PIXEL_VARIABLES, (latitude, longitude, zenith, azimuth, distance, rays.kind), strict=True
+        ):
             frame[spec.name] = np.ascontiguousarray(values, dtype=spec.dtype)
 
 
 def _pixel(name: str, units: str, long_name: str, text: str, standard: str | None, dtype: str) -> VariableSpec:
-    return VariableSpec(name, units, long_name, "geometry", text, FRAME, dtype, standard, may_be_missing=dtype != "uint8")
+    return VariableSpec(
+        name, units, long_name, "geometry", text, FRAME, dtype, standard, may_be_missing=dtype != "uint8"
+    )
 
 
 PIXEL_VARIABLES = (

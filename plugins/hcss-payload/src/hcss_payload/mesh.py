@@ -145,7 +145,7 @@ class MeshValues:
         left, right, x = (each[columns] for each in _weights(of_columns, width))
         nodes = self.at_nodes
         lines = nodes[up] + y[:, None, None] * (nodes[down] - nodes[up])
-        result = lines[:, left] + x[:, None] * (lines[:, right] - lines[:, left])
+        result: Array = lines[:, left] + x[:, None] * (lines[:, right] - lines[:, left])
         row, column = np.nonzero(mesh._exact[np.ix_(up, left)])
         if row.size:
             exact = mesh.exact_m((row + rows.start).astype(np.float64), (column + columns.start).astype(np.float64))

@@ -93,9 +93,7 @@ class RayClouds:
     def _points(self) -> list[ScenePoints]:
         plan = self._plan
         heights = (reference_height_m(layer) for layer in plan.layers)
-        return [
-            ScenePoints(plan, self._camera, self._pose, height, plan.samples_per_pixel) for height in heights
-        ]
+        return [ScenePoints(plan, self._camera, self._pose, height, plan.samples_per_pixel) for height in heights]
 
     @cached_property
     def _clouds(self) -> list[FrameClouds]:

@@ -77,7 +77,9 @@ class FrameViews:
         return made
 
 
-def frame_views(axis: ViewAxis, directions: Directions, geometry: FrameGeometry, tables: Sequence[DenseTable]) -> FrameViews:
+def frame_views(
+    axis: ViewAxis, directions: Directions, geometry: FrameGeometry, tables: Sequence[DenseTable]
+) -> FrameViews:
     """Return the nodes of a frame: the fewest whose polynomials equal those of the pass within ``LOST``.
 
     Tables with clouds in two layers are not combined.
@@ -90,7 +92,12 @@ def frame_views(axis: ViewAxis, directions: Directions, geometry: FrameGeometry,
     places = [np.clip(each, -1.0, 1.0) for each in directions.places(toward)]
     middle = tuple(float(0.5 * (each.min() + each.max())) for each in places)
     half = tuple(max(float(0.5 * (each.max() - each.min())), 1e-9) for each in places)
-    sample = np.stack([np.concatenate((table.clear, *(each[[0, -1]].ravel() for each in table.alone if each.size))) for table in tables])
+    sample = np.stack(
+        [
+            np.concatenate((table.clear, *(each[[0, -1]].ravel() for each in table.alone if each.size)))
+            for table in tables
+        ]
+    )
     test = np.linspace(-1.0, 1.0, 7)
     x, y = (each.ravel() for each in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
     true = whole.weights(x, y).T @ sample
@@ -112,7 +119,9 @@ def frame_views(axis: ViewAxis, directions: Directions, geometry: FrameGeometry,
 class RayLookUp:
     """Look-up of a frame with the direction of each pixel."""
 
-    def __init__(self, views: FrameViews, look_ups: Sequence[LookUp], directions: Directions, geometry: FrameGeometry) -> None:
+    def __init__(
+        self, views: FrameViews, look_ups: Sequence[LookUp], directions: Directions, geometry: FrameGeometry
+    ) -> None:
         self._views, self._look_ups = views, views.look_ups(look_ups)
         self._directions, self._geometry = directions, geometry
         camera = geometry.camera
@@ -167,7 +176,12 @@ def pixel_weights(views: FrameViews, directions: Directions, geometry: FrameGeom
     """Return the weights (N, pixels) of the nodes for the pixels of a window; those of the middle off the ground."""
     rays = geometry.window(*window)
     ground = rays.kind == GROUND
-    x, y = (np.where(ground, each, middle) for each, middle in zip(directions.places(np.where(ground[..., None], rays.toward, 1.0)), views.middle, strict=True))
+    x, y = (
+        np.where(ground, each, middle)
+        for each, middle in zip(
+            directions.places(np.where(ground[..., None], rays.toward, 1.0)), views.middle, strict=True
+        )
+    )
     require_inside(x, y)
     return views.weights(x.ravel(), y.ravel())
 

@@ -86,5 +86,3 @@ class RaySurfaceLookUp(SurfaceLookUp):
         row, column = np.divmod(here, length(window[1]) * samples)
         weights: Array = of_pixels[:, (row // samples) * length(window[1]) + column // samples]
         return weights
-
-

@@ -29,9 +29,7 @@ def surface_place(position_m: Array) -> tuple[Array, Array]:
     return np.degrees(np.arctan2(z, across)), np.degrees(np.arctan2(y, x))
 
 
-def to_scene(
-    latitude_deg: Array, longitude_deg: Array, centre: tuple[float, float]
-) -> tuple[Array, Array, Array]:
+def to_scene(latitude_deg: Array, longitude_deg: Array, centre: tuple[float, float]) -> tuple[Array, Array, Array]:
     """Return x and y (m) of places in the plane centred on a place, and the bearing (deg) of its y axis there.
 
     The iteration of :func:`hcss_twin.physics.geodesy.to_plane`, begun on the sphere: it converges on the whole

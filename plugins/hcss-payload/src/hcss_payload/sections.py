@@ -120,7 +120,9 @@ class OrbitSection(_ByProvider):
         None, description="tle: file with two lines; oem: CCSDS message; table: CSV with time_s, x_m, y_m, z_m (ITRF)."
     )
     dut1: Duration | None = Field(None, ge=-1, le=1, description="tle, oem in TEME: UT1 - UTC, s; default 0.")
-    pole: Pair | None = Field(None, description="tle, oem in TEME: coordinates x, y of the pole, arc seconds; default 0.")
+    pole: Pair | None = Field(
+        None, description="tle, oem in TEME: coordinates x, y of the pole, arc seconds; default 0."
+    )
     parameters: dict[str, Any] | None = Field(None, description="Parameters of a provider of another package.")
 
     @model_validator(mode="after")

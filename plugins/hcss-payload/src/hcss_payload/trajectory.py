@@ -115,8 +115,8 @@ class Circular:
         if abs(sine) > np.sin(tilt):
             most = min(inclination_deg, 180.0 - inclination_deg)
             raise PayloadError(
-                f"trajectory.above: latitude {latitude_deg:g} deg with inclination {inclination_deg:g} deg; allowed: up "
-                f"to {most:g} deg"
+                f"trajectory.above: latitude {latitude_deg:g} deg with inclination {inclination_deg:g} deg; allowed: "
+                f"up to {most:g} deg"
             )
         along = np.arcsin(sine / np.sin(tilt)) if np.sin(tilt) > 0.0 else 0.0
         along = along if ascending else np.pi - along
