@@ -44,11 +44,14 @@ def realism_of(real, sim, paired=False, choice=AT_3_KM):
 
 def test_the_command_answers_as_a_table_and_as_json(folders, tmp_path):
     pytest.importorskip("sklearn")
-    done = hcss("evaluate", "--realism", *folders, "--json", tmp_path / "answer.json")
+    page = tmp_path / "page.html"
+    done = hcss("evaluate", "--realism", *folders, "--json", tmp_path / "answer.json", "-o", page)
     assert done.exit_code == 0, done.output
     answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
     assert f"{answer['scores'][0]['auc']:.3f}" in done.output
     assert answer["features"][0]["name"] in done.output
+    for text in (f"{answer['scores'][0]['auc']:.3f}", answer["features"][0]["name"], "power spectra of both sides"):
+        assert text in page.read_text(encoding="utf-8")
     assert answer["scenes"] == [3, 3]
     assert answer["common_scenes"] == 0
     assert "note: 6 of 6 files state no pixel size" in done.output
@@ -90,7 +93,6 @@ def test_a_large_image_is_cut_into_scenes_that_no_other_side_has(monkeypatch, tm
     ("options", "message"),
     [
         (("--realism", "--method", "otsu"), "--method: allowed without --realism only"),
-        (("--realism", "-o", "page.html"), "--output: allowed without --realism only"),
         (("--seed", "3"), "--seed: allowed with --realism only"),
         (("--paired",), "--paired: allowed with --realism only"),
     ],

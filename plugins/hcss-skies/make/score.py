@@ -24,6 +24,7 @@ import hcss_twin
 SCENARIO = """
 title = "Sky like an image"
 seed = {seed}
+bands = ["lwir-10.8"]
 time = 2020-09-06T00:15:00Z
 [place]
 latitude = 15.0
@@ -53,7 +54,7 @@ parameters = {{example = "block", clear_sky = "{clear}"}}
 wind_speed = 7.0
 temperature = 300.0
 [output]
-bands = ["lwir-10.8"]
+variables = ["radiance", "brightness_temperature", "cloud_mask"]
 """
 
 

@@ -166,7 +166,12 @@ def evaluate_command(
         tested = compare_files(
             (real, *real_also), (sim, *sim_also), *choices, paired=paired, blur_pixels=blur, seed=seed
         )
-        _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), None, json_file)
+        if output is not None:
+            from hcss_evaluate.realism.page import realism_page
+            from hcss_twin.reports.page import write_page
+
+            write_page(output, realism_page(tested))
+        _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), output, json_file)
         return
     shown = partial(progress, context.ensure_object(Stop), label="measuring")
     with announce_compilation(partial(click.echo, err=True)):
@@ -179,7 +184,7 @@ def evaluate_command(
     _answer(json.dumps(result.as_dict(), allow_nan=False), evaluation_text(result), output, json_file)
 
 
-_OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole", "output")
+_OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole")
 _OF_REALISM = ("sim_also", "paired", "blur", "seed")
 
 
