@@ -11,12 +11,14 @@ from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 BAND_MODEL = ("band-model", f"{OWN_DISTRIBUTION}/band-model")
 BULK = ("bulk", f"{OWN_DISTRIBUTION}/bulk")
 RADIOMETER = ("radiometer", f"{OWN_DISTRIBUTION}/radiometer", None)
+OF_IMAGES = tuple(f"{prefix}{name}" for name in ("imagery", "surrogate") for prefix in ("", f"{OWN_DISTRIBUTION}/"))
 
 FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "0.1": {
             "atmosphere.coefficients": "lowtran7",
             "atmosphere.gases.others": "profile",
+            "clouds.parameters.method": "otsu",
             "optics.parameters.ice_phase_function": "henyey-greenstein",
             "sensor.parameters.method": "frames",
         }
@@ -43,6 +45,8 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
             continue
         filled[section] = _with_default(filled.get(section, {}), key, others, value)
         clouds = filled.get("clouds")
+        if section == "clouds" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
+            filled[section] = {**clouds, "layers": [_with_default(one, key, others, value) for one in clouds["layers"]]}
         if section == "optics" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
             layers = [
                 {**layer, section: _with_default(layer[section], key, others, value)}
@@ -72,6 +76,9 @@ def applies(key: str, section: Mapping[str, Any]) -> bool:
     """Return whether a key applies: some belong to one provider, and coefficients exclude a file of your own."""
     if key == "atmosphere.coefficients":
         return section.get("provider", "band-model") in BAND_MODEL and "file" not in section.get("parameters", {})
+    if key.startswith("clouds."):
+        parameters = section.get("parameters", {})
+        return section.get("generator") in OF_IMAGES and isinstance(parameters, Mapping) and "entry" not in parameters
     if key.startswith("sensor."):
         return section.get("model") in RADIOMETER
     return not key.startswith("optics.") or section.get("provider", "bulk") in BULK

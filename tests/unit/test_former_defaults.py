@@ -66,3 +66,13 @@ def test_a_radiometer_measures_as_in_the_version_that_is_named(sensor, expected)
     assert optics("0.1", sensor=sensor)["sensor"] == expected
     assert optics(sensor=sensor)["sensor"] == sensor
     assert "sensor" not in optics("0.1")
+
+
+@pytest.mark.parametrize("generator", ["imagery", "surrogate"])
+def test_clouds_from_images_have_the_former_threshold(generator):
+    of_image = {"generator": generator, "parameters": {"image": "image.nc"}}
+    one, two = (optics("0.1", clouds=clouds)["clouds"] for clouds in (of_image, {"layers": [of_image, {}]}))
+    assert one["parameters"] == two["layers"][0]["parameters"] == {"image": "image.nc", "method": "otsu"}
+    assert two["layers"][1] == {}
+    kept = {"generator": generator, "parameters": {"entry": "cloud.nc"}}
+    assert optics("0.1", clouds=kept)["clouds"] == kept
