@@ -37,7 +37,7 @@ def expand(
     elements: Sequence[Mapping[str, tuple[str, str]]] = (),
     derived: Sequence[Mapping[str, OutputVariable]] = (),
     surfaces: Sequence[str] = (),
-    texture: bool = False,
+    texture: bool = True,
 ) -> list[VariableSpec]:
     """Return the requested variables, in the order of the table, then terms, those of providers and viewing geometry.
 

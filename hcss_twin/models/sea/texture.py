@@ -66,9 +66,9 @@ class TextureShape:
 SEA_TEMPERATURE = TextureShape(1, 160e3, 50.0, 0.5, np.inf)
 """H of k^-2. The sea changes in days, and does not move with the wind."""
 
-WATER_VAPOUR = TextureShape(2, 160e3, 1000.0, 1.0 / 3.0, 0.12)
-"""H of r^(2/3). Below the depth of the boundary layer the column averages vapour over its height. The lifetime, 2 min
-per km, is that of cloud fields in the same air (15 min images from a geostationary orbit)."""
+WATER_VAPOUR = TextureShape(2, 160e3, 1000.0, 1.0 / 3.0, 0.33)
+"""H of r^(2/3). Below the depth of the boundary layer the column averages vapour over its height. The lifetime is
+that of clouds in the same air (``CELL_LIFETIME_S_PER_M`` of :mod:`hcss_twin.plan.assemble`)."""
 
 
 class TextureField:

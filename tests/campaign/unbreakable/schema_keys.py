@@ -69,7 +69,7 @@ EXAMPLES: dict[str, list[Any]] = {
     "image.window.rows": [[0, 4]],
     "image.window.columns": [[2, 8]],
     "motion.platform_speed": [-1e5, 1e5, "orbit"],
-    "motion.evolution_time": [1e-3, 1e12, "1 h"],
+    "motion.evolution_time": [1e-3, 1e12, "1 h", "by-scale"],
     "bands": [["mwir"], ["lwir-10.8", [3.5, 4.0]]],
     "bands.0.limits": [[3.5, 4.0], [0.75, 14.0]],
     "bands.0.name": ["a-name"],
