@@ -13,6 +13,8 @@ from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
+from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
+from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.light import PlannedLight
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
@@ -39,7 +41,7 @@ def with_light(plan: Plan) -> Plan:
         if section.light_profile != "uniform":
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
-        return plan
+        return replace(plan, notes=(*plan.notes, *_notes_of_columns(plan, section.light_accuracy)))
     offered = {each.name: (origin, each) for origin, each in installed(GROUP) if not isinstance(each, BaseException)}
     if name not in offered:
         hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
@@ -69,6 +71,23 @@ def with_light(plan: Plan) -> Plan:
     if beyond:
         notes.append(f"radiance.light_accuracy: the error of '{name}' is expected to be larger in {', '.join(beyond)}")
     return replace(plan, light=light, notes=(*plan.notes, *notes))
+
+
+def _notes_of_columns(plan: Plan, allowed: float | None) -> Iterator[str]:
+    """Yield a note if independent columns are known to err by more than the scene allows."""
+    if allowed is None or not plan.needs_radiance:
+        return
+    beyond = [
+        f"{of} {band} {100.0 * each.relative:.2g} % ({each.kelvin or 0.0:.2g} K)"
+        for (of, band), own in error_budget(plan).contributions.items()
+        for each in own
+        if each.name == ERROR_OF_COLUMNS and each.relative is not None and each.relative > allowed
+    ]
+    if beyond:
+        yield (
+            f"radiance.light_accuracy = {allowed:g}: independent columns err by more than that in {', '.join(beyond)}; "
+            f'{_FIELD} = "source" of the plugin hcss-light computes clouds with sides'
+        )
 
 
 def light_transport(plan: Plan, light: PlannedLight, nodes: SpectralNodes) -> LightTransport:

@@ -160,7 +160,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         land_share=land,
         probes=probes,
     )
-    if (scenario.radiance.light, scenario.radiance.light_profile) == ("columns", "uniform"):
+    light = scenario.radiance
+    if (light.light, light.light_profile, light.light_accuracy) == ("columns", "uniform", None):
         return plan
     from hcss_twin.plan.choose_light import with_light  # not for independent columns
 
