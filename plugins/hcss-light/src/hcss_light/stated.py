@@ -23,9 +23,12 @@ def stated_errors(
     """Return the error (B,) of a tier at some wavelengths: rms over pixels, relative to the mean radiance."""
     text = files("hcss_light").joinpath("errors.csv").read_text(encoding="utf-8")
     rows = [row for row in csv.DictReader(text.splitlines()) if row["tier"] == tier]
-    rows = [row for row in rows if row["type"] == kind] or rows
-    views = sorted({float(row["view_deg"]) for row in rows})
-    view = next((each for each in views if each >= view_zenith_deg - 1e-6), views[-1])
-    rows = [row for row in rows if float(row["view_deg"]) == view and row["sun"] == ("day" if sunlit else "night")]
-    bands = np.where(wavelength_um > THERMAL_UM, "lwir", "mwir")
-    return [max(float(row["rms"]) for row in rows if row["band"] == band) for band in bands]
+    rows = [row for row in rows if row["sun"] == ("day" if sunlit else "night")]
+    errors = []
+    for band in np.where(wavelength_um > THERMAL_UM, "lwir", "mwir"):
+        own = [row for row in rows if row["band"] == band]
+        own = [row for row in own if row["type"] == kind] or own
+        views = sorted({float(row["view_deg"]) for row in own})
+        view = next((each for each in views if each >= view_zenith_deg - 1e-6), views[-1])
+        errors.append(max(float(row["rms"]) for row in own if float(row["view_deg"]) == view))
+    return errors
