@@ -211,7 +211,7 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
                 ),
             )
             if plan.light is not None and kind == CLOUDY:
-                sides = None if plan.light.expected is None else plan.light.expected[band.name]
+                sides = (plan.light.expected_rms or {}).get(band.name)
                 cells[of, band.name] += (Contribution(SIDES, sides, scale.kelvin(sides), 1.0, "rms"),)
     return ErrorBudget(cells)
 
