@@ -7,9 +7,8 @@ so that a pixel has the same bits in all of them.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Sequence
 from itertools import product
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,57 +17,38 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.choose_light import light_transport
+from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, pixel_sums
-from hcss_twin.providers.light import InstantLight
+from hcss_twin.providers.light import InstantLight, LightTransport
 
-LARGEST_SQUARE = 128
-"""Points along the sides of a square of the lattice; small images are one square."""
-
-KEPT_SQUARES = 32
-
-Square = tuple[Array, Array]
-
-
-class Clouds(Protocol):
-    """Clouds of one instant."""
-
-    def thickness_m(self, window: Window) -> list[NDArray[np.float32]]:
-        """Return the thickness of each layer at the points of a window in or around the image."""
-        ...
+LARGEST_SQUARE, KEPT_SQUARES = 128, 32
+"""Points along the sides of a square of the lattice; small images are one square. Squares in memory."""
 
 
 class LightStage:
-    """Radiance of frames with light between columns of cloud.
-
-    Parameters
-    ----------
-    plan : Plan
-        With ``light``.
-    """
+    """Radiance of frames of a plan with light between columns of cloud."""
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         assert plan.light is not None
         self._plan = plan
-        self._transport = light_transport(plan, plan.light, tables.spectrum.nodes)
+        self._transport: LightTransport = plan.light.transport(light_inputs(plan, tables.spectrum.nodes))
         samples, (layer,) = plan.samples_per_pixel, plan.layers
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
         self._pixels, self._layer = pixels, layer
         # Whole pixels around a square.
         self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
         self._instant: tuple[float, InstantLight] | None = None
-        self._squares: OrderedDict[tuple[int, int], Square] = OrderedDict()
+        self._squares: OrderedDict[tuple[int, int], tuple[Array, Array]] = OrderedDict()
 
     def fill(
-        self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Clouds,
-        look_up: Any,
-    ) -> None:  # fmt: skip
-        """Write the radiance (B, y, x) of a window of the image to its place in a part."""
+        self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
+    ) -> None:
+        """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._instant is None or self._instant[0] != time_s:
             self._instant = time_s, self._transport.at(self._plan.sun_at(time_s))
             self._squares.clear()
-        side = self._pixels
+        side, samples = self._pixels, self._plan.samples_per_pixel
         for row, column in product(*(range(each.start // side, -(-each.stop // side)) for each in window)):
             first = row * side, column * side
             if (row, column) not in self._squares:
@@ -78,17 +58,14 @@ class LightStage:
             inner, outer = [], []
             for start, wanted, where in zip(first, window, place, strict=True):
                 low, high = max(start, wanted.start), min(start + side, wanted.stop)
-                inner.append(
-                    slice((low - start) * self._plan.samples_per_pixel, (high - start) * self._plan.samples_per_pixel)
-                )
+                inner.append(slice((low - start) * samples, (high - start) * samples))
                 outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
             amount, change = self._squares[row, column]
             values = self._looked_up(look_up, amount[*inner], radiance.shape[0]) + change[:, *inner]
             for band, own in zip(radiance, np.maximum(values, 0.0), strict=True):
-                samples = self._plan.samples_per_pixel
                 band[*outer] = own if samples == 1 else pixel_sums(own, samples) / samples**2
 
-    def _square(self, first: tuple[int, int], clouds: Clouds) -> Square:
+    def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array]:
         """Return the amount of cloud (y, x) and the change (B, y, x) of radiance of the points of a square."""
         assert self._instant is not None
         samples, side = self._plan.samples_per_pixel, self._pixels
@@ -99,23 +76,18 @@ class LightStage:
         (thickness,) = clouds.thickness_m((wide[0], wide[1]))
         amount, change = self._instant[1].correct(np.ascontiguousarray(thickness))
         shape = tuple(length(each) * samples for each in wide)
-        bands = len(self._plan.bands)
-        light = self._plan.light
-        for what, given, expected in (("amount_m", amount, shape), ("change", change, (bands, *shape))):
+        for given, expected in ((amount, shape), (change, (len(self._plan.bands), *shape))):
             if given.shape != expected or not np.all(np.isfinite(given)):
-                message = f"expected finite values of shape {expected}, got shape {given.shape}"
-                raise ProviderError(
-                    f"light '{light and light.name}': {what} of correct() broke its contract: {message}"
-                )
+                label = f"light '{self._plan.scenario.radiance.light}': correct() broke its contract"
+                raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
         return amount[*own].copy(), change[:, *own].copy()
 
     def _looked_up(self, look_up: LookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""
         least, most = self._layer.thickness_min_m, self._layer.thickness_max_m
-        inside: Sequence[NDArray[np.float32]] = [np.clip(amount_m, least, most).astype(np.float32)]
         cloudy, clear = (np.empty((channels, *amount_m.shape), dtype=np.float32) for _ in range(2))
-        look_up.fill(cloudy, inside)
+        look_up.fill(cloudy, [np.clip(amount_m, least, most).astype(np.float32)])
         look_up.fill(clear, [np.zeros(amount_m.shape, dtype=np.float32)])
         share = np.minimum(amount_m / least, 1.0)
         values: Array = share * cloudy + (1.0 - share) * clear

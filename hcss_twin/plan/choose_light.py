@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -13,17 +14,18 @@ from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
+from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
+from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.light import PlannedLight
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import Sun
-from hcss_twin.providers.light import LightInputs, LightTransport
+from hcss_twin.providers.light import LightInputs
 
 GROUP = "hcss_twin.light"
 """Entry point group of classes of light transport; the name of an entry point is the value of ``radiance.light``."""
 
-COLUMNS = "columns"
-_FIELD = "radiance.light"
+COLUMNS, _FIELD = "columns", "radiance.light"
 
 
 def with_light(plan: Plan) -> Plan:
@@ -39,7 +41,7 @@ def with_light(plan: Plan) -> Plan:
         if section.light_profile != "uniform":
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
-        return plan
+        return replace(plan, notes=(*plan.notes, *_notes_of_columns(plan, section.light_accuracy)))
     offered = {each.name: (origin, each) for origin, each in installed(GROUP) if not isinstance(each, BaseException)}
     if name not in offered:
         hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
@@ -55,31 +57,44 @@ def with_light(plan: Plan) -> Plan:
         return plan
     origin, entry = offered[name]
     try:
-        light = PlannedLight(name, origin, entry.load())
-        transport = light_transport(plan, light, all_nodes(plan.spectral_grid))
+        light = PlannedLight(name, str(origin), entry.load())
+        transport = light.transport(light_inputs(plan, all_nodes(plan.spectral_grid)))
     except HcssError as error:
         raise ScenarioError([Problem(_FIELD, str(error))]) from error
     except FAILURES as error:
-        raise ProviderError(f"light '{name}' of {origin}: import failed: {describe(error)}") from error
+        raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
+    size, notes = "its error is not stated", []
     if hasattr(transport, "expected_errors"):
-        bands = (band.name for band in plan.bands)
-        light = replace(light, expected=dict(zip(bands, map(float, transport.expected_errors()), strict=True)))
-    notes, allowed = [light.note], section.light_accuracy
-    beyond = [each for each, error in (light.expected or {}).items() if allowed is not None and error > allowed]
-    if beyond:
-        notes.append(f"radiance.light_accuracy: the error of '{name}' is expected to be larger in {', '.join(beyond)}")
+        expected = {band.name: float(each) for band, each in zip(plan.bands, transport.expected_errors(), strict=True)}
+        light = replace(light, expected_rms=expected)
+        size = f"expected error of this effect, rms over pixels: {_percent(expected)}"
+        beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
+        if beyond:
+            notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
+    notes.append(
+        f"clouds have sides ({_FIELD} = '{name}' of {origin}); {size}. The certificate checks the radiance of "
+        "independent columns, to which the effect of sides is added, and not this effect"
+    )
     return replace(plan, light=light, notes=(*plan.notes, *notes))
 
 
-def light_transport(plan: Plan, light: PlannedLight, nodes: SpectralNodes) -> LightTransport:
-    """Return the transport of a plan for the weighted wavenumbers of its radiance tables."""
-    try:
-        transport: LightTransport = light.transport(light_inputs(plan, nodes))
-    except HcssError:
-        raise
-    except FAILURES as error:
-        raise ProviderError(f"light '{light.name}' of {light.origin}: {describe(error)}") from error
-    return transport
+def _percent(errors: dict[str, float]) -> str:
+    return ", ".join(f"{name} {100.0 * error:.2g} %" for name, error in errors.items())
+
+
+def _notes_of_columns(plan: Plan, allowed: float | None) -> Iterator[str]:
+    """Yield a note if independent columns are known to err by more than the scene allows."""
+    if allowed is None or not plan.needs_radiance:
+        return
+    beyond = {
+        f"{of} {band}": each.relative
+        for (of, band), own in error_budget(plan).contributions.items()
+        for each in own
+        if each.name == ERROR_OF_COLUMNS and each.relative is not None and each.relative > allowed
+    }
+    if beyond:
+        needs = f"{_FIELD} = 'source' of the plugin hcss-light computes clouds with sides"
+        yield f"radiance.light_accuracy: the error of independent columns is larger: {_percent(beyond)}; {needs}"
 
 
 def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
@@ -113,28 +128,23 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
 
 def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
     """Yield field, what is not supported, and what is allowed."""
-    columns, assembly, scenario = f"{_FIELD} = '{COLUMNS}'", plan.assembly, plan.scenario
-    if len(plan.layers) > 1:
-        yield "clouds.layers", f"light between {len(plan.layers)} cloud layers", f"one layer, or {columns}"
-    if plan.imager is not None:
-        yield _FIELD, "an image that is no grid on the ground", columns
-    if plan.surfaces is not None:
-        yield "surfaces", "a map of the ground", f"sea everywhere, or {columns}"
-    if plan.tops is not None:
-        yield _FIELD, "a generator with cloud tops of its own", columns
-    if assembly.elements:
-        yield "elements", "what elements add and hide among broken cloud", f"no elements, or {columns}"
-    if plan.waves is not None:
-        yield "sea.waves", "a sea of resolved waves", f"'averaged', or {columns}"
-    if plan.views is not None:
-        yield "platform.altitude", "an image whose view varies so much", f"a smaller image, or {columns}"
-    if scenario.slant.shadows:
-        yield "slant.shadows", "the shadow of clouds on the sea", f"false, or {columns}"
-    terms = [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)]
-    if terms:
-        yield "output.variables", f"'{terms[0]}'", f"the total radiance, or {columns}"
-    for layer, generator, cloudy in zip(plan.layers, assembly.generators, assembly.cloudy_layers, strict=True):
-        windows = generator.declares.tileable or sums_up(generator)
-        if cloudy and not (windows and hasattr(generator, "thickness_around_m")):
-            what = f"'{layer.name}', whose clouds are known within the image only,"
-            yield "clouds.generator", what, f"a generator whose clouds go on (closest is 'fractal'), or {columns}"
+    columns, assembly = f"{_FIELD} = '{COLUMNS}'", plan.assembly
+    terms = any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed)
+    ends = any(
+        cloudy and not ((each.declares.tileable or sums_up(each)) and hasattr(each, "thickness_around_m"))
+        for each, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
+    )
+    for present, field, what, allowed in (
+        (len(plan.layers) > 1, "clouds.layers", "more than one cloud layer", "one layer"),
+        (plan.imager is not None, _FIELD, "an image that is no grid on the ground", "no camera"),
+        (plan.surfaces is not None, "surfaces", "a map of the ground", "sea everywhere"),
+        (plan.tops is not None, "clouds.generator", "cloud with tops of its own", "another generator"),
+        (ends, "clouds.generator", "cloud that ends with the image", "a generator that continues it, as 'fractal'"),
+        (bool(assembly.elements), "elements", "an element among broken cloud", "no elements"),
+        (plan.waves is not None, "sea.waves", "a sea of resolved waves", "'averaged'"),
+        (plan.views is not None, "platform.altitude", "a view that varies over the image", "a smaller image"),
+        (plan.scenario.slant.shadows, "slant.shadows", "the shadow of clouds on the sea", "false"),
+        (terms, "output.variables", "a term of the radiance", "the total"),
+    ):
+        if present:
+            yield field, what, f"{allowed}, or {columns}"

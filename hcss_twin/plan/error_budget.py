@@ -26,6 +26,9 @@ from hcss_twin.providers import ModelError
 ENGINE, NUMERICS = "engine", "numerics"
 """Contributions for which ``PASSED`` stands: tables and interpolation; streams, modes and grids."""
 
+COLUMNS, SIDES = "plane-parallel clouds", "clouds with sides"
+"""Error of independent columns, and that of the light between them which takes its place."""
+
 CLEAR, CLOUDY = "clear", "cloudy"
 
 LEAST_KNOWN = 0.05
@@ -200,8 +203,16 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
             cells[of, band.name] = (
                 Contribution(ENGINE, error, scale.kelvin(error), 1.0, measured),
                 Contribution(NUMERICS, numeric, scale.kelvin(numeric), 1.0, "largest"),
-                *(each for name, errors in own.items() for each in _of_provider(plan, name, errors, of, kind, scale)),
+                *(
+                    each
+                    for name, errors in own.items()
+                    for each in _of_provider(plan, name, errors, of, kind, scale)
+                    if plan.light is None or each.name != COLUMNS
+                ),
             )
+            if plan.light is not None and kind == CLOUDY:
+                sides = (plan.light.expected_rms or {}).get(band.name)
+                cells[of, band.name] += (Contribution(SIDES, sides, scale.kelvin(sides), 1.0, "rms"),)
     return ErrorBudget(cells)
 
 

@@ -181,7 +181,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     )
     if imager is not None:
         imager.require_supported(plan)
-    if (scenario.radiance.light, scenario.radiance.light_profile) == ("columns", "uniform"):
+    light = scenario.radiance
+    if (light.light, light.light_profile, light.light_accuracy) == ("columns", "uniform", None):
         return plan
     from hcss_twin.plan.choose_light import with_light  # not for independent columns
 

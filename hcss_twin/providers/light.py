@@ -32,23 +32,14 @@ class LightInputs:
         The only layer; columns of cloud extend from its anchor by their thickness.
     shape : {"uniform", "adiabatic"}
         Extinction within a column: the same at all heights, or growing as the power 2/3 of the height above its base.
-    view : View
-        Direction toward the sensor, the same for all pixels.
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
         The sun at the frames in which it is up and matters.
     reference_m : float
         Altitude at which the line of sight of a pixel meets the column of cloud that has its row and column.
     point_m : float
         Distance between columns.
-    wavenumber_cm1 : ndarray (V,)
+    wavenumber_cm1, weights_cm1 : ndarray (V,), (B, V)
         Weighted wavenumbers of the radiance tables.
-    weights_cm1 : ndarray (B, V)
-        Their weights in each band.
-    profile : Profile
-        The air.
-    transmittance : TransmittanceProvider
-    optics : Optics
-    solar_irradiance : SolarIrradiance
     clear : callable
         Returns the radiance (V,) of the cloud-free column under a sun, W m-2 sr-1 (cm-1)-1.
     """
@@ -75,28 +66,17 @@ class InstantLight(Protocol):
     def correct(self, thickness_m: NDArray[np.float32]) -> tuple[Array, Array]:
         """Return how the radiance of points differs from that of their columns.
 
-        Parameters
-        ----------
-        thickness_m : ndarray of float32 (y, x)
-            Cloud of points and of those within ``reach`` around them; rows go north, columns east.
-
-        Returns
-        -------
-        amount_m : ndarray (y, x)
-            Thickness at which the tables are read, 0 to the layer's greatest; below its least they are linear.
-        change : ndarray (B, y, x)
-            Radiance to add, W m-2 sr-1. Values of the points around are not used.
+        From the cloud (y, x) of points and of those within ``reach`` around them, rows to the north and columns to the
+        east: the thickness (y, x) at which the tables are read, m, 0 to the layer's greatest (below its least they are
+        linear), and the radiance (B, y, x) to add, W m-2 sr-1. Values of the points around are not used.
         """
         ...
 
 
 class LightTransport(Protocol):
-    """Light in broken clouds.
+    """Light in broken clouds; ``reach``: how many rows, and columns, of points before and after others matter to them.
 
-    Attributes
-    ----------
-    reach : ((int, int), (int, int))
-        How many rows, and columns, of points before and after those asked for matter.
+    Optional: ``expected_errors()``, which returns the error (B,), rms over pixels relative to the mean radiance.
     """
 
     reach: tuple[tuple[int, int], tuple[int, int]]

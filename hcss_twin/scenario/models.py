@@ -150,20 +150,15 @@ class Radiance(ScenarioSection):
         "columns",
         pattern="^[a-z][a-z0-9-]*$",
         max_length=40,
-        description='Light between columns of cloud: "columns": none; with the plugin hcss-light "slant": slanted '
-        'rays of view and sun; "source": light scattered many times in broken cloud, too.',
+        description='Sides of clouds: "columns": none; with the plugin hcss-light "slant": slanted rays; "source": '
+        "light scattered many times in broken cloud, too.",
     )
     light_profile: Literal["uniform", "adiabatic"] = Field(
         "uniform",
-        description='Extinction within a cloud for `light`: "uniform"; "adiabatic": as the power 2/3 of the height '
-        "above its base, with the same optical thickness.",
+        description='Extinction in a cloud for `light`; "adiabatic": as the power 2/3 of the height above its base.',
     )
     light_accuracy: Fraction | None = Field(
-        None,
-        gt=0,
-        le=1,
-        description="Error of `light` that the scene allows, a share of the radiance (rms over pixels); the plan notes "
-        "if it is expected to be larger.",
+        None, gt=0, le=1, description="Error of `light` (rms over pixels, relative) above which the plan notes it."
     )
 
 

@@ -13,6 +13,7 @@ from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.plan import choose_light
 from hcss_twin.plan.choose_light import light_inputs
+from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 
 NIGHT, DAY = "2024-04-20T23:30:00+10:00", "2024-04-20T14:30:00+10:00"
@@ -110,3 +111,18 @@ def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns(tmp_path)
     cube, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
     assert cube < 0.015
     assert cube < 0.3 * columns
+
+
+def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
+    cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "view": {"zenith": 60.0}}
+    for allowed, noted in ((0.01, True), (0.9, False)):
+        plan = make_plan(scene(**cumulus, radiance={"light_accuracy": allowed}))
+        assert any("radiance.light_accuracy" in note for note in plan.notes) == noted
+
+
+def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
+    plan = make_plan(scene(clouds={"type": "cumulus", "coverage": 0.45}))
+    (cloudy,) = [own for (of, _), own in error_budget(plan).contributions.items() if of == "cumulus"]
+    names = {each.name: each.relative for each in cloudy}
+    assert "plane-parallel clouds" not in names
+    assert 0.0 < names["clouds with sides"] < 0.03
