@@ -21,7 +21,7 @@ SCENE = {
 }
 
 STARING = {
-    "camera": {"rows": 64, "columns": 64, "focal_length": 1.0, "detector_pitch": 100.0 / GEOSTATIONARY_M},
+    "camera": {"rows": 64, "columns": 64, "focal_length": 1.0, "detector_pitch": 100.0 / GEOSTATIONARY_M, "points": 1},
     "orbit": {"provider": "geostationary", "longitude": 140.7},
 }
 
