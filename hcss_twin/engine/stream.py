@@ -331,8 +331,6 @@ class PartMaker:
                 unseen = None if imager is None else imager.unseen(time_s, window)
                 sample.observe(place, thickness, shaded, present, surface, over_sea, unseen)
         frame: Frame = dict(self._truth.variables)
-        if imager is not None:
-            imager.complete(frame, time_s, extent)
         for number, name in enumerate(self._quantities):
             values = shown[number * bands : (number + 1) * bands]
             frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
@@ -342,6 +340,8 @@ class PartMaker:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
         if self._derived is not None:
             frame |= self._derived.values(frame, extent, time_s)
+        if imager is not None:
+            imager.complete(frame, time_s, extent)
         for name, bits in self._bits.items():
             round_bits(frame[name], bits)
         for name, packing in self._packings.items():

@@ -236,8 +236,7 @@ def choose_views(
     own = assembly.imager_views is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
         if own:
-            steepest = max(view.zenith_deg for view in corners)
-            message = f"pixels look up to zenith {steepest:.1f} deg; the atmosphere allows {low:g} to {high:g} deg"
+            message = f"allows view zeniths of {low:g} to {high:g} deg, and pixels have others; allowed: another one"
             raise ScenarioError([Problem("atmosphere.provider", message)])
         return None
     if own:  # directions over a whole pass, through glint

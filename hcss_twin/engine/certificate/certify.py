@@ -146,9 +146,11 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
 
 
 def _views(plan: Plan, time_s: float, rows: list[int], columns: list[int]) -> list[View]:
-    if plan.imager is not None:
-        return plan.imager.views_of_pixels(time_s, rows, columns)
-    return image_views(plan).of_pixels(rows, columns)
+    imager = plan.imager
+    views: list[View] = (
+        image_views(plan).of_pixels(rows, columns) if imager is None else imager.views_of_pixels(time_s, rows, columns)
+    )
+    return views
 
 
 def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:

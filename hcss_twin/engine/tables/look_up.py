@@ -40,10 +40,6 @@ class LookUp:
         Table with at most two layers.
     before : LookUp, optional
         Of another instant; its guides are reused if the tables share their nodes.
-
-    Attributes
-    ----------
-    table : DenseTable
     """
 
     def __init__(self, table: DenseTable, before: LookUp | None = None) -> None:

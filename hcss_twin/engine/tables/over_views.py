@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,24 +13,16 @@ from numpy.typing import NDArray
 from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
-from hcss_twin.plan.imager import Views
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import ImageViews, ViewAxis, views_over_image
+from hcss_twin.plan.views import ViewAxis, views_over_image
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Grid
 
 
-def table_views(plan: Plan) -> Views:
-    """Return the views with tables of a plan whose view or air varies over the image."""
+def image_views(plan: Plan) -> Any:
+    """Return the :class:`ImageViews` of a plan whose view or air varies, or the :class:`Views` of its imager."""
     views = views_over_image(plan.assembly)
     assert views is not None
-    return views
-
-
-def image_views(plan: Plan) -> ImageViews:
-    """Return the same for the grid on the ground, with the view of each pixel."""
-    views = table_views(plan)
-    assert isinstance(views, ImageViews)
     return views
 
 
@@ -41,7 +34,7 @@ def plans_over_views(plan: Plan) -> Iterator[Plan]:
     if plan.views is None:
         yield plan
         return
-    for view in table_views(plan).at(plan.views.places):
+    for view in image_views(plan).at(plan.views.places):
         yield plan.toward(view)
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from hcss_twin.engine.tables.columns import BandColumns
-from hcss_twin.engine.tables.over_views import table_views
+from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TextureTables
 from hcss_twin.engine.tables.spectrum import choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import ColumnsAt, Source, place_axis
@@ -53,7 +53,7 @@ def tables_together(
         If a provider fails at a required state.
     """
     assert plan.views is not None
-    views, allowed = table_views(plan), plan.budget
+    views, allowed = image_views(plan), plan.budget
     extreme, level = views.at(EXTREMES), spectral_level(plan.assembly)
     spectrum = choose_spectrum(plan.at_level(level), allowed.wavenumbers, extreme, views.at(EDGES))
     toward = [_columns(plan, view, extreme, spectrum.nodes) for view in extreme]

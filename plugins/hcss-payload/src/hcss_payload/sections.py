@@ -55,7 +55,7 @@ class CameraSection(ScenarioSection):
         ge=1,
         le=16,
         description="n: a pixel is the mean of n x n points; default: as many as its footprint has points of the scene "
-        "(image.pixel_size), up to 8.",
+        "(image.pixel_size), 3 to 8.",
     )
     beyond: Literal["refuse", "missing"] = Field(
         "refuse",

@@ -1,0 +1,236 @@
+"""Cubes of a camera: against the grid on the ground, at the limb, and what is refused."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from camera_scenes import PASS, SCENE, STARING, merged, scenario
+from hcss_payload import Circular, Track
+from hcss_payload.directions import Hemisphere, Strip, directions_around
+from hcss_payload.ray_clouds import ScenePoints
+from hcss_payload.rays import geographic
+
+import hcss_twin
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.engine.verification import verify_cube
+from hcss_twin.physics.geodesy import to_earth_centred
+
+
+@pytest.fixture(scope="module")
+def pass_path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("pass") / "pass.nc"
+    hcss_twin.simulate(scenario(PASS), path).close()
+    return path
+
+
+@pytest.mark.parametrize("clouds", [{"type": "stratus"}, {"type": "cumulus"}])
+def test_a_nadir_camera_gives_the_cube_of_the_ground_grid(clouds):
+    output = {"variables": ["radiance", "cloud_mask", "cloud_thickness"]}
+    grid = hcss_twin.simulate(scenario({"clouds": clouds, "output": output}))
+    cube = hcss_twin.simulate(scenario(STARING, {"clouds": clouds, "output": output}))
+    assert cube["radiance"].dims == ("time", "band", "row", "column")
+    # The first row of a focal plane with north up is the northern one, that of a grid the southern one.
+    expected, seen = grid["radiance"].values[..., ::-1, :].astype(float), cube["radiance"].values.astype(float)
+    assert np.sqrt(np.mean((seen - expected) ** 2)) <= 0.005 * expected.std()
+    assert abs(seen.mean() / expected.mean() - 1.0) <= 1e-3
+    assert np.mean(cube["cloud_mask"].values == grid["cloud_mask"].values[:, ::-1]) > 0.999
+    assert np.all(np.diff(cube["pixel_latitude"].values[0, :, 0]) < 0.0)
+    assert np.all(np.diff(cube["pixel_longitude"].values[0, 0]) > 0.0)
+
+
+def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):
+    with hcss_twin.open_cube(pass_path) as cube:
+        assert cube.attrs["hcss_certificate"].startswith("PASSED")
+        assert max(json.loads(cube.attrs["hcss_accuracy_achieved"]).values()) < 1e-3
+        orbit = Circular.above(7e5, 98.2, 30.0, 153.0, 60.0)
+        for number, time_s in enumerate((0.0, 60.0, 120.0)):
+            position = orbit.at(time_s)
+            assert cube["platform_position"].values[number] == pytest.approx(position)
+            frame = cube.isel(time=number)
+            latitude, longitude = (frame[f"pixel_{name}"].values for name in ("latitude", "longitude"))
+            place = to_earth_centred(latitude, longitude)
+            away = position - place
+            distance = np.linalg.norm(away, axis=-1)
+            assert frame["pixel_slant_range"].values == pytest.approx(distance, abs=20.0)
+            lat, lon = np.radians(latitude), np.radians(longitude)
+            up = np.stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)), axis=-1)
+            east = np.stack((-np.sin(lon), np.cos(lon), 0 * lon), axis=-1)
+            north = np.cross(up, east)
+            zenith = np.degrees(np.arccos(np.sum(away * up, axis=-1) / distance))
+            azimuth = np.degrees(np.arctan2(np.sum(away * east, axis=-1), np.sum(away * north, axis=-1))) % 360.0
+            assert frame["pixel_view_zenith"].values == pytest.approx(zenith, abs=1e-3)
+            assert frame["pixel_view_azimuth"].values == pytest.approx(azimuth, abs=2e-3)
+            # The tracked place is in the middle.
+            assert latitude[19:21, 23:25].mean() == pytest.approx(30.0, abs=1e-3)
+
+
+def test_a_cube_is_verified_and_its_scenario_read_again(pass_path):
+    assert str(verify_cube(pass_path, frames=1).verdict) == "identical"
+    again = hcss_twin.Scenario.from_cube(pass_path)
+    assert json.loads(again.to_json()) == json.loads(scenario(PASS).to_json())
+
+
+def test_a_frame_has_the_same_bits_in_every_list_of_frames_of_a_pass(pass_path):
+    with hcss_twin.open_cube(pass_path) as cube:
+        whole = cube["radiance"].values
+    fewer = hcss_twin.simulate(
+        scenario(PASS, {"frames": {"count": 2, "interval": 120.0}, "output": {"certificate": 0}})
+    )
+    assert np.array_equal(fewer["radiance"].values, whole[::2])
+
+
+def test_higher_layers_move_farther_against_the_sea():
+    layers = [
+        {"type": "stratus", "coverage": 0.4, "coverage_mode": "field", "base": 1000.0, "top": 1600.0},
+        {"type": "cirrus", "coverage": 0.4, "coverage_mode": "field", "base": 8000.0, "top": 9000.0},
+    ]
+    cube = hcss_twin.simulate(with_layers(layers))
+    plan = hcss_twin.make_plan(with_layers(layers))
+    pose, everywhere = plan.imager._geometry(0.0).pose, (slice(0, 40), slice(0, 48))
+    places = [ScenePoints(plan, plan.imager.camera, pose, height, 1).window(everywhere) for height in (0.0, 8000.0)]
+    moved = np.hypot(*(high - low for low, high in zip(*places, strict=True))) * 100.0
+    zenith = np.radians(cube["pixel_view_zenith"].values[0])
+    # A straight line over the ellipsoid: h tan(zenith) to first order in h over the Earth's radius.
+    assert moved == pytest.approx(8000.0 * np.tan(zenith), rel=0.01)
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    assert np.all(cube["cloud_layer_thickness"].values.max(axis=(0, 2, 3)) > 0.0)
+
+
+def with_layers(layers):
+    raw = merged(SCENE, PASS, {"frames": {"count": 1}, "output": {"variables": ["radiance", "cloud_layer_thickness"]}})
+    raw["clouds"] = {"layers": layers}
+    return hcss_twin.Scenario.from_dict(raw)
+
+
+def test_a_tracked_target_is_in_its_pixel_on_the_coast():
+    place = {"latitude": 36.7, "longitude": -6.42}
+    source = {"x": 0.0, "y": 0.0, "altitude": 0.0, "intensity": 1e6}
+    parts = {
+        "place": place,
+        "orbit": {"above": [36.7, -3.4]},
+        "clouds": {"coverage": 0.0},
+        "surfaces": {"provider": "coast"},
+        "elements": [{"provider": "point-sources", "parameters": {"tracks": [source]}}],
+        "output": {"variables": ["radiance", "surface_class", "element"]},
+    }
+    cube = hcss_twin.simulate(scenario(PASS, parts))
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    target = to_earth_centred(np.float64(36.7), np.float64(-6.42))
+    plan = hcss_twin.make_plan(scenario(PASS, parts))
+    for number, time_s in enumerate((0.0, 60.0, 120.0)):
+        pose = plan.imager._geometry(time_s).pose
+        row, column = plan.imager.camera.pixels(pose.to_body(target - pose.position_m))
+        assert np.hypot(row - 19.5, column - 23.5) < 0.02
+        radiance = cube["radiance"].values[number, 0]
+        bright = np.unravel_index(np.argmax(radiance), radiance.shape)
+        assert bright[0] in (19, 20)
+        assert bright[1] in (23, 24)
+        # Its intensity over the pixel's area, seen through the air: between all and half of it arrives.
+        distance = cube["pixel_slant_range"].values[number][bright]
+        extra = (radiance.max() - np.median(radiance)) * (distance * 1e-4) ** 2
+        assert 0.3e6 < extra < 1e6
+    assert set(np.unique(cube["surface_class"].values)) == {0, 1}
+
+
+DISK = {
+    "camera": {"rows": 96, "columns": 96, "focal_length": 0.1, "detector_pitch": 3.2e-4, "beyond": "missing"},
+    "orbit": {"provider": "geostationary", "longitude": 140.7},
+    "image": {"pixel_size": 30e3, "rows": 400, "columns": 400},
+    "frames": {"count": 1},
+    "clouds": {"base": 1000.0, "top": 4000.0},
+}
+
+
+def test_a_full_disk_has_ground_missing_limb_and_space_of_no_radiance():
+    cube = hcss_twin.simulate(scenario(DISK))
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    kind, radiance = cube["pixel_kind"].values[0], cube["radiance"].values[0, 0]
+    zenith = cube["pixel_view_zenith"].values[0]
+    assert set(np.unique(kind)) == {0, 1, 2, 3}
+    assert np.all(radiance[kind == 0] > 10.0)
+    assert np.all(np.isnan(radiance[(kind == 1) | (kind == 2)]))
+    assert np.all(radiance[kind == 3] == 0.0)
+    assert np.nanmax(zenith[kind == 0]) <= 75.0 < np.nanmin(zenith[kind == 1])
+    assert np.all(np.isnan(cube["pixel_latitude"].values[0][kind >= 2]))
+    # The disk of the Earth: its radius seen from the geostationary orbit is 8.7 degrees.
+    seen = np.sqrt(np.sum(kind <= 1) / np.pi) * 3.2e-3
+    assert np.degrees(np.arctan(seen)) == pytest.approx(8.7, abs=0.1)
+    limb = hcss_twin.make_plan(scenario(DISK)).imager.views
+    assert isinstance(limb, Hemisphere)
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [(89.9, 10.0), (10.0, 179.98)])
+def test_passes_over_pole_and_date_line(latitude, longitude):
+    parts = {
+        "place": {"latitude": latitude, "longitude": longitude},
+        "orbit": {"inclination": 90.0, "above": [min(latitude, 88.0), longitude]},
+        "frames": {"count": 2, "interval": 60.0},
+        "atmosphere": {"profile": "midlatitude-summer"},
+    }
+    cube = hcss_twin.simulate(scenario(PASS, parts))
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    assert np.all(np.abs(cube["pixel_longitude"].values - longitude) <= 180.0)
+    middle = cube["pixel_latitude"].values[:, 19:21, 23:25].mean(axis=(1, 2))
+    assert middle == pytest.approx(latitude, abs=0.01)
+
+
+def test_directions_invert_their_views():
+    rng = np.random.default_rng(2)
+    for spread, kind in ((0.05, Strip), (0.9, Hemisphere)):
+        flat = rng.uniform(-spread, spread, (200, 2)) / np.sqrt(2)
+        toward = np.column_stack((flat, np.sqrt(1.0 - np.sum(flat**2, axis=1))))
+        directions = directions_around(toward)
+        assert isinstance(directions, kind)
+        x, y = directions.places(toward)
+        assert max(np.abs(x).max(), np.abs(y).max()) <= 1.0
+        for view, own in zip(directions.at(zip(x, y, strict=True)), toward, strict=True):
+            zenith, azimuth = np.radians(view.zenith_deg), np.radians(view.azimuth_deg)
+            again = np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)
+            assert own == pytest.approx(again, abs=1e-6)
+
+
+def test_an_orbit_passes_above_its_place():
+    for rising in (True, False):
+        orbit = Circular.above(7e5, 98.2, 30.0, -120.0, 100.0, rising)
+        latitude, longitude, _ = geographic(orbit.at(100.0))
+        assert latitude == pytest.approx(30.0, abs=0.01)
+        assert np.cos(np.radians(longitude + 120.0)) == pytest.approx(1.0)
+        assert (geographic(orbit.at(101.0))[0] > latitude) == rising
+    assert Track(orbit, 30.0, -120.0).at(100.0).shape == (4,)
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"view": {"zenith": 10.0}}, r"view\.zenith: given together with \[camera\]"),
+        ({"platform": {"altitude": 7e5}}, r"platform\.altitude: given together"),
+        ({"slant": {"shadows": True}}, r"slant\.shadows: given together"),
+        ({"clouds": {"coverage_mode": "frame"}}, r"clouds\.coverage_mode: 'frame' with \[camera\].*closest is 'field'"),
+        ({"orbit": {"altitude": 4e4}}, r"orbit\.altitude: 40000\.0 is out of range; allowed: >= 100000.*closest"),
+        ({"orbit": {"longitude": 3.0}}, r"orbit: longitude given with provider 'circular'; its keys are altitude"),
+        ({"orbit": {"provider": "circlar"}}, r"orbit: .*closest valid choice is 'circular'"),
+        ({"camera": {"row": 3}}, r"camera\.row: unknown key.*rows"),
+        ({"attitude": {"provider": "track", "latitude": -60.0}}, r"attitude.*below the horizon"),
+        ({"attitude": {"provider": "push-broom", "roll": 61.0}}, r"camera\.beyond: 'refuse', and at time 0 s"),
+        ({"attitude": {"provider": "aem", "file": "nothing.aem"}}, r"attitude: no file 'nothing\.aem'"),
+    ],
+)
+def test_wrong_sections_are_named(parts, message):
+    with pytest.raises(ScenarioError, match=message):
+        hcss_twin.make_plan(scenario(PASS, parts))
+
+
+def test_a_camera_without_orbit_is_refused():
+    with pytest.raises(ScenarioError, match=r"orbit: is missing; \[camera\] needs"):
+        hcss_twin.make_plan(scenario({"camera": PASS["camera"]}))
+
+
+def test_a_scenario_without_sections_imports_nothing_of_this_package():
+    code = (
+        "import sys, json, hcss_twin; hcss_twin.make_plan(hcss_twin.Scenario.from_dict(json.loads(sys.argv[1])));"
+        "print([name for name in sys.modules if name.startswith('hcss_payload') or name.endswith('core.sections')])"
+    )
+    answer = subprocess.run([sys.executable, "-c", code, json.dumps(SCENE)], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "[]"
