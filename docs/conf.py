@@ -26,6 +26,7 @@ include_patterns = [
     "catalogs/README.md",
     "catalogs/*/README.md",
     "plugins/*/README.md",
+    "plugins/hcss-payload/LIVE.md",
 ]
 exclude_patterns = ["docs/site/**"]
 root_doc = "docs/index"

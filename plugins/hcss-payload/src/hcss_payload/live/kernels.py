@@ -17,6 +17,9 @@ VALUE_STEP = np.float32(2e-4)
 """Step of the field in a tile of 16 bits, which ends 6.55 standard deviations from 0."""
 
 
+_TOUCHED = 2
+"""Pixels of a row for which memory is loaded in advance: each so many."""
+
 CHUNK_PIXELS = 512
 """Neighbouring pixels that are computed together; a multiple of any step of the mesh."""
 
@@ -163,6 +166,15 @@ def _place_points(
 
 
 @inner(error_model="numpy")
+def _touch(pool: Any, places: Any) -> Any:
+    """Load the memory of a row: nothing waits for these loads, so that many are under way at once."""
+    seen, line = np.int32(0), np.uint32(WIDE)
+    for x in range(0, places.size, _TOUCHED):
+        seen ^= pool[places[x]] ^ pool[places[x] + line]
+    return seen
+
+
+@inner(error_model="numpy")
 def _look_up_points(pool: Any, places: Any, across: Any, down: Any, later: Any, field: Any) -> None:
     """Write the field, in steps, between four points of the pool for each pixel of a row.
 
@@ -213,8 +225,8 @@ def sky_rows(
     table: Any,
     middle: Any,
     radiance: Any,
-) -> None:
-    """Write the radiance of the rows of a strip of blocks.
+) -> Any:
+    """Write the radiance of the rows of a strip of blocks; the number that it returns has no meaning.
 
     Parameters
     ----------
@@ -246,6 +258,7 @@ def sky_rows(
     chunk = CHUNK_PIXELS // step
     places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
     across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
+    seen = np.int32(0)
     for by in range(rows[0], rows[1]):
         for left in range(0, blocks, chunk):
             right = min(left + chunk, blocks)
@@ -254,7 +267,9 @@ def sky_rows(
                 part = (y - by * step) / step
                 for bx in range(left, right):
                     _place_points(nodes, by, bx, part, step, slots, first, (bx - left) * step, places, across, down)
+                seen ^= _touch(pool, places[:count])
                 _look_up_points(pool, places[:count], across[:count], down[:count], later, field[:count])
                 for c in range(bands):
                     row = radiance[c, y, left * step : left * step + count]
                     _look_up_radiance(field[:count], table, per, middle, most, c, bands, row)
+    return seen

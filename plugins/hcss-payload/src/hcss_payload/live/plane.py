@@ -42,7 +42,7 @@ class PlaneFit:
 
 
 def fit_plane(
-    position_m: Array, altitude_m: float, latitude: float, longitude: float, allowed_m: float, margin: float
+    position_m: Array, altitude_m: float, latitude: float, longitude: float, allowed_m: float, margin_m: float
 ) -> PlaneFit:
     """Fit the plane of a scene over the region of positions.
 
@@ -54,8 +54,8 @@ def fit_plane(
         Centre of the scene.
     allowed_m : float
         Largest error.
-    margin : float
-        Share of the size of the region that is added all around.
+    margin_m : float
+        What is added all around at least; a third of the size of the region if that is more.
 
     Raises
     ------
@@ -68,7 +68,8 @@ def fit_plane(
     at_latitude, at_longitude, _ = geographic(middle)
     east, north, up = east_north_up(at_latitude, at_longitude)
     away = position_m - middle
-    half = (1.0 + margin) * float(max(np.abs(away @ east).max(), np.abs(away @ north).max()))
+    size = float(max(np.abs(away @ east).max(), np.abs(away @ north).max()))
+    half = size + max(size / 3.0, margin_m)
     frame = np.stack((middle, east / half, north / half))
 
     def sampled(count: int) -> tuple[Array, Array, Array]:

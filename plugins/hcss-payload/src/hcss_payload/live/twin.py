@@ -40,6 +40,9 @@ __all__ = ["LiveFrame", "LiveTwin", "PointTarget", "PreparedPass"]
 FINENESS = 2.0
 """Points of a tile per width of the smallest footprint of a pass."""
 
+_MARGIN_M = 20e3
+"""Distance from what the nominal pass sees up to which frames may look, or more for large regions."""
+
 _POSES = 33
 """Times of a pass at which footprints are determined."""
 
@@ -173,7 +176,7 @@ class PreparedPass:
             plan.scenario.place.latitude,
             plan.scenario.place.longitude,
             0.02 * _shortest(camera, poses),
-            0.3,
+            _MARGIN_M,
         )
         self._sight = Sight(camera, fit, step)
         self._times, self._widths = times, np.array([self._sight.widths_m(pose) for pose in poses])
