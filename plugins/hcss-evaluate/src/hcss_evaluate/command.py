@@ -1,4 +1,4 @@
-"""``hcss evaluate``: image similarity metrics of a simulated and a real image, and the realism test of many."""
+"""``hcss evaluate``: metrics of a simulated and a real image, the realism test of many, the blind radiance test."""
 
 from __future__ import annotations
 
@@ -46,6 +46,25 @@ def frame_numbers(_context: click.Context, _option: click.Parameter, text: str |
     return tuple(numbers)
 
 
+_LIMITS = re.compile(r"(\d+(?:\.\d+)?)-(\d+(?:\.\d+)?)")
+
+
+def channel_limits_of(
+    _context: click.Context, _option: click.Parameter, given: tuple[str, ...]
+) -> dict[str, tuple[float, float] | None]:
+    """Parse channels such as ``ir_108=9.8-11.8``; None for one without limits."""
+    found: dict[str, tuple[float, float] | None] = {}
+    for text in given:
+        name, equals, limits = text.partition("=")
+        match = _LIMITS.fullmatch(limits)
+        if not name or (equals and (match is None or not 2.0 < float(match[1]) < float(match[2]) < 40.0)):
+            raise click.BadParameter(
+                f"'{text}' given, allowed: a variable, or with limits in um, such as b13=10.1-10.6"
+            )
+        found[name] = (float(match[1]), float(match[2])) if match else None
+    return found
+
+
 def _side_options(command: Any) -> Any:
     """Add the options that each side has separately."""
     for side in ("sim", "real"):
@@ -78,7 +97,7 @@ def _side_options(command: Any) -> Any:
 
 @click.command("evaluate")
 @click.argument("real", type=EXISTING)
-@click.argument("sim", type=EXISTING)
+@click.argument("sim", type=EXISTING, required=False)
 @click.option(
     "--real-also",
     multiple=True,
@@ -104,6 +123,23 @@ def _side_options(command: Any) -> Any:
 )
 @click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
 @click.option("--realism", is_flag=True, help="Test whether classifiers can tell the images of SIM from those of REAL.")
+@click.option(
+    "--radiance",
+    is_flag=True,
+    help="Simulate clear sea and opaque clouds at place, time and view of REAL, and compare brightness temperatures.",
+)
+@click.option(
+    "--channel",
+    "channels",
+    multiple=True,
+    metavar="NAME[=LOW-HIGH]",
+    callback=channel_limits_of,
+    help="With --radiance: a variable of REAL and the limits of its channel, um, for example ir_108=9.8-11.8; channels "
+    "of SEVIRI have known limits. Repeat; default: all variables with known limits.",
+)
+@click.option(
+    "--spots", default=12, type=click.IntRange(1), help="With --radiance: most spots of clear sea, and of cloud."
+)
 @click.option("--paired", is_flag=True, help="With --realism: the n-th scene of SIM was made from the n-th of REAL.")
 @click.option(
     "--blur",
@@ -120,12 +156,15 @@ def evaluate_command(
     context: click.Context,
     /,
     real: Path,
-    sim: Path,
+    sim: Path | None,
     real_also: tuple[Path, ...],
     sim_also: tuple[Path, ...],
     method: Method,
     whole: bool,
     realism: bool,
+    radiance: bool,
+    channels: dict[str, tuple[float, float] | None],
+    spots: int,
     paired: bool,
     blur: float,
     seed: int,
@@ -145,12 +184,17 @@ def evaluate_command(
     classifiers learn to tell patches of SIM from patches of REAL, and are asked about scenes that they have not seen:
     AUC is 0.5 if they cannot tell, 1 if they always can. The features that tell, copies of real images, spectra,
     structure functions and correlation over time are listed, too. Needs the package scikit-learn.
+
+    With --radiance, REAL alone is given: a NetCDF file with brightness temperature of several channels, latitude,
+    longitude, view_zenith and time. Clear sea and opaque clouds in it are simulated from these and the climatology.
     """
     to_screen = json_file is not None and str(json_file) == "-"
     wanted = {"-o": output, "--json": None if to_screen else json_file}
     require_two_files(wanted)
     require_writable(wanted.values(), force, "give another name")
-    _require_options_of_one_test(context, realism)
+    _require_options_of_one_test(context, realism, radiance)
+    if (sim is None) != radiance:
+        raise click.UsageError("SIM: allowed without --radiance only" if radiance else "Missing argument 'SIM'.")
     from hcss_evaluate.comparison.comparison import evaluate
     from hcss_evaluate.report_text import evaluation_text
     from hcss_twin.core.environment import announce_compilation
@@ -159,6 +203,10 @@ def evaluate_command(
     for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
         if options[name] is not None and needs not in {each.method for each in choices}:
             raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
+    shown = partial(progress, context.ensure_object(Stop), label="measuring")
+    if sim is None:
+        _test_radiance(real, channels, spots, shown, output, json_file)
+        return
     if realism:
         from hcss_evaluate.realism.files import compare_files
         from hcss_evaluate.realism.text import realism_text
@@ -173,7 +221,6 @@ def evaluate_command(
             write_page(output, realism_page(tested))
         _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), output, json_file)
         return
-    shown = partial(progress, context.ensure_object(Stop), label="measuring")
     with announce_compilation(partial(click.echo, err=True)):
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
     if output is not None:
@@ -184,16 +231,49 @@ def evaluate_command(
     _answer(json.dumps(result.as_dict(), allow_nan=False), evaluation_text(result), output, json_file)
 
 
+def _test_radiance(
+    real: Path,
+    channels: dict[str, tuple[float, float] | None],
+    spots: int,
+    shown: Any,
+    output: Path | None,
+    json_file: Path | None,
+) -> None:
+    from hcss_evaluate.radiance.blind import blind_test, channel_limits, known_channels
+    from hcss_evaluate.radiance.text import blind_page, blind_text
+
+    limits = {name: given or channel_limits(name) for name, given in (channels or known_channels(real)).items()}
+    done = blind_test(real, limits, most=spots, progress=shown)
+    if output is not None:
+        from hcss_twin.reports.page import write_page
+
+        write_page(output, blind_page(done))
+    _answer(json.dumps(done.as_dict(), allow_nan=False), blind_text(done), output, json_file)
+
+
 _OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole")
 _OF_REALISM = ("sim_also", "paired", "blur", "seed")
+_OF_RADIANCE = ("channels", "spots")
+_OF_IMAGES = tuple(
+    f"{side}_{name}" for side in ("real", "sim") for name in ("also", "pixel_size", "frames", "band", "variable")
+)
 
 
-def _require_options_of_one_test(context: click.Context, realism: bool) -> None:
+def _require_options_of_one_test(context: click.Context, realism: bool, radiance: bool) -> None:
     """Raise UsageError if an option is given that the chosen test does not use."""
+    if radiance and realism:
+        raise click.UsageError("--radiance: allowed without --realism only")
+    foreign = {"--realism": () if realism else _OF_REALISM, "--radiance": () if radiance else _OF_RADIANCE}
+    chosen = "--radiance" if radiance else "--realism"
+    own = (*_OF_METRICS, *_OF_IMAGES) if radiance else _OF_METRICS if realism else ()
     for parameter in context.command.params:
-        given = context.get_parameter_source(parameter.name or "") is ParameterSource.COMMANDLINE
-        if given and parameter.name in (_OF_METRICS if realism else _OF_REALISM):
-            raise click.UsageError(f"{parameter.opts[-1]}: allowed {'without' if realism else 'with'} --realism only")
+        if context.get_parameter_source(parameter.name or "") is not ParameterSource.COMMANDLINE:
+            continue
+        for test, names in foreign.items():
+            if parameter.name in names:
+                raise click.UsageError(f"{parameter.opts[-1]}: allowed with {test} only")
+        if parameter.name in own:
+            raise click.UsageError(f"{parameter.opts[-1]}: allowed without {chosen} only")
 
 
 def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationChoice:

@@ -1,0 +1,58 @@
+"""The blind test of radiances as text for a terminal."""
+
+from __future__ import annotations
+
+from hcss_evaluate.radiance.blind import BlindTest
+from hcss_twin import __version__
+from hcss_twin.reports.page import Page, Section, note, paragraph
+from hcss_twin.reports.tables import Table
+
+_MEANING = (
+    "Clear sea: sea temperature, wind and air of the climatology. Opaque cloud: it has the temperature measured near "
+    "10.8 um, so that this channel tests the air above it, and the others how clouds differ between channels."
+)
+
+
+def blind_table(test: BlindTest) -> Table:
+    """Return the differences by kind and channel."""
+    rows = [
+        [
+            each.kind,
+            each.channel,
+            f"{test.limits_um[each.channel][0]:g}-{test.limits_um[each.channel][1]:g}",
+            str(each.spots),
+            f"{each.measured_K:.2f}",
+            f"{each.mean_K:+.2f}",
+            "-" if each.spots < 2 else f"{each.sd_K:.2f}",
+        ]
+        for each in test.differences
+    ]
+    return Table(
+        ["spots of", "channel", "um", "number", "measured, K", "simulated less measured, K", "sd, K"],
+        rows,
+        "Brightness temperature where only place, time and view were given",
+        text_columns=3,
+    )
+
+
+def blind_text(test: BlindTest) -> str:
+    """Return the table, and what it means."""
+    return "\n".join((*blind_table(test).lines(), _MEANING, *(f"note: {each}" for each in test.notes)))
+
+
+def blind_page(test: BlindTest) -> Page:
+    """Return the report page: the differences, and every spot."""
+    rows = [
+        [
+            spot.kind, f"{spot.time:%Y-%m-%d %H:%M}", f"{spot.latitude:.2f}", f"{spot.longitude:.2f}",
+            f"{spot.view_zenith:.1f}", str(spot.pixels),
+            *(f"{kelvin[name]:.2f} / {spot.kelvin[name]:.2f}" for name in test.limits_um),
+        ]
+        for spot, kelvin in zip(test.spots, test.simulated_K, strict=True)
+    ]  # fmt: skip
+    header = ["spot", "time, UTC", "latitude", "longitude", "view zenith", "pixels", *test.limits_um]
+    sections = [
+        Section("Differences", [blind_table(test), paragraph(_MEANING), *(note(each) for each in test.notes)]),
+        Section("Spots", [Table(header, rows, "Simulated / measured brightness temperature, K", text_columns=2)]),
+    ]
+    return Page("Simulated and measured radiance", f"{len(test.spots)} spots | hcss {__version__}", sections)

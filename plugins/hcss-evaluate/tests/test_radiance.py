@@ -1,0 +1,102 @@
+"""``hcss evaluate --radiance``: spots are where the image has them, and differences are those of the scenes."""
+
+from datetime import UTC, datetime
+
+import netCDF4
+import numpy as np
+import pytest
+from evaluation_images import hcss
+from hcss_evaluate.radiance import blind
+from hcss_evaluate.radiance.measured import read_spots
+
+from hcss_twin import CatalogError, ImageError, ScenarioError
+
+LIMITS = {"ir_108": (9.8, 11.8), "ir_120": (11.0, 13.0)}
+
+
+@pytest.fixture
+def measured(tmp_path):
+    """Two scenes at two times: clear sea of 295 K with noise, in the second scene a square of opaque cloud at 220 K."""
+    rng = np.random.default_rng(1)
+    kelvin = 295.0 + 0.1 * rng.standard_normal((2, 2, 128, 128))
+    kelvin[:, :, :32] -= 4.0 * rng.random((2, 2, 32, 128))  # broken cloud
+    kelvin[1, :, 96:, 96:] = 220.0 + 0.1 * rng.standard_normal((2, 32, 32))
+    path = tmp_path / "measured.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        for name, size in zip(("scene", "time", "y", "x"), kelvin.shape, strict=True):
+            file.createDimension(name, size)
+        for name, colder in (("ir_108", 0.0), ("ir_120", 1.5)):
+            variable = file.createVariable(name, "f4", ("scene", "time", "y", "x"))
+            variable[:], variable.units = kelvin - colder, "K"
+        for name, values in (("latitude", [10.0, -20.0]), ("view_zenith", [30.0, 50.0])):
+            file.createVariable(name, "f4", ("scene",))[:] = values
+        file.createVariable("longitude", "f4", ("x",))[:] = np.linspace(-30.0, -29.0, 128)
+        times = file.createVariable("time", "f8", ("time",))
+        times[:], times.units = [0.0, 15.0], "minutes since 2020-09-06 00:00:00"
+    return path
+
+
+def test_spots_have_the_temperatures_places_and_times_of_the_file(measured):
+    spots = read_spots(measured, list(LIMITS), "ir_108")
+    assert [each.kind for each in spots] == ["clear sea"] * 3 + ["opaque cloud", "clear sea", "opaque cloud"]
+    sea, cloud = spots[0], spots[-1]
+    assert sea.kelvin["ir_108"] == pytest.approx(295.0, abs=0.1)
+    assert sea.kelvin["ir_108"] - sea.kelvin["ir_120"] == pytest.approx(1.5, abs=1e-3)
+    assert cloud.kelvin["ir_108"] == pytest.approx(220.0, abs=0.2)
+    assert (cloud.latitude, cloud.view_zenith) == (-20.0, 50.0)
+    assert -29.3 < cloud.longitude < -29.0
+    assert cloud.time == datetime(2020, 9, 6, 0, 15, tzinfo=UTC)
+
+
+def test_differences_are_simulated_less_measured_and_places_without_climatology_are_left_out(monkeypatch, measured):
+    def simulated(spot, limits_um, reference):
+        assert reference == "ir_108"
+        if spot.latitude < 0.0 and spot.kind == "clear sea":
+            raise ScenarioError("no ships")
+        return {"ir_108": spot.kelvin["ir_108"] + 1.0, "ir_120": spot.kelvin["ir_120"] + spot.time.minute}
+
+    monkeypatch.setattr(blind, "_simulated", simulated)
+    done = blind.blind_test(measured, LIMITS)
+    found = {(each.kind, each.channel): (each.spots, each.mean_K, each.sd_K) for each in done.differences}
+    assert found["clear sea", "ir_108"] == pytest.approx((2, 1.0, 0.0))
+    assert found["clear sea", "ir_120"] == pytest.approx((2, 7.5, 15.0 / np.sqrt(2.0)))
+    assert len(done.notes) == 2
+    assert done.as_dict()["notes"] == list(done.notes)
+
+
+def test_the_command_simulates_prints_and_writes_a_page(measured, tmp_path):
+    """Clear sea of the tropics is between 285 and 300 K at 10.8 um; an opaque cloud has its own temperature."""
+    page = tmp_path / "page.html"
+    done = hcss("evaluate", "--radiance", measured, "--channel", "ir_108", "--spots", "1", "-o", page)
+    assert done.exit_code == 0, done.output
+    row = next(line for line in done.output.splitlines() if "opaque cloud" in line and "ir_108" in line)
+    assert abs(float(row.split()[-2])) < 1.0
+    row = next(line for line in done.output.splitlines() if "clear sea" in line and "ir_108" in line)
+    assert -10.0 < float(row.split()[-2]) < 5.0
+    assert "Simulated / measured brightness temperature" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--radiance", "{file}"), "SIM: allowed without --radiance only"),
+        (("--radiance", "--method", "otsu"), "--method: allowed without --radiance only"),
+        (("--radiance", "--paired"), "--paired: allowed with --realism only"),
+        (("{file}", "--spots", "3"), "--spots: allowed with --radiance only"),
+        (("--radiance", "--channel", "ir_108=11-9"), "'ir_108=11-9' given, allowed: a variable"),
+        ((), "Missing argument 'SIM'"),
+    ],
+)
+def test_options_of_another_test_are_refused(measured, options, message):
+    done = hcss("evaluate", measured, *(each.format(file=measured) for each in options))
+    assert done.exit_code == 2
+    assert message in done.output
+
+
+def test_files_without_channels_or_places_are_named(measured, tmp_path):
+    with pytest.raises(ImageError, match=r"no channel contains 10.8 um"):
+        blind.blind_test(measured, {"ir_120": (11.0, 13.0)})
+    with pytest.raises(CatalogError, match="no variable 'ir_087'"):
+        blind.blind_test(measured, {**LIMITS, "ir_087": (8.3, 9.1)})
+    with pytest.raises(ImageError, match=r"channel 'ir_109': not known, .* or ir_109=LOW-HIGH in um"):
+        blind.channel_limits("ir_109")
