@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from hcss_twin.core.commands import PROJECT, check_name, check_summary, check_target, hcss_commands, hookimpl, hookspec
+from hcss_twin.core.sections import hcss_sections
 
-__all__ = ["API_VERSION", "PROJECT", "Kind", "ProviderSpec", "hcss_commands", "hookimpl"]
+__all__ = ["API_VERSION", "PROJECT", "Kind", "ProviderSpec", "hcss_commands", "hcss_sections", "hookimpl"]
 
 
 class Kind(StrEnum):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC
@@ -67,8 +68,7 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     sections = scenario.sections
     for name in ("camera", "orbit"):
         if name not in sections:
-            given = ", ".join(f"[{each}]" for each in sections)
-            raise ScenarioError([Problem(name, f"is missing; {given} needs [camera] and [orbit]")])
+            raise ScenarioError([Problem(name, "is missing; a camera in orbit needs [camera] and [orbit]")])
     camera, orbit = sections["camera"], sections["orbit"]
     attitude, jitter = sections.get("attitude", AttitudeSection.model_validate({})), sections.get("jitter")
     assert isinstance(camera, CameraSection)
@@ -82,6 +82,13 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
     return Payload(camera, optics, trajectory, toward, shaken)
+
+
+def scene_of(scenario: Scenario) -> Scenario:
+    """Return a scenario without the sections of this package: sky and sea on the grid on the ground."""
+    data = json.loads(scenario.to_json())
+    own = {name: value for name, value in data.items() if name not in scenario.sections}
+    return Scenario.from_dict(own, base=scenario.base, origin=scenario.origin)
 
 
 def _named(section: str, make: Callable[[], _T]) -> _T:

@@ -1,11 +1,12 @@
-"""The sections of scenarios that this package owns."""
+"""Hooks: sections of scenarios, the command ``serve``, and stages of sensors; imports quickly."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hcss_twin.core.commands import hookimpl
+from hcss_twin.core.commands import CommandSpec
 from hcss_twin.core.sections import SectionSpec
+from hcss_twin.registry import ProviderSpec, hookimpl
 
 _MODELS = "hcss_payload.sections"
 
@@ -19,4 +20,27 @@ def hcss_sections() -> Sequence[SectionSpec]:
         SectionSpec("orbit", f"{_MODELS}:OrbitSection", "Trajectory of the camera.", imager),
         SectionSpec("attitude", f"{_MODELS}:AttitudeSection", "Orientation of the camera's body.", imager),
         SectionSpec("jitter", f"{_MODELS}:JitterSection", "Small turns of the body.", imager),
+    ]
+
+
+@hookimpl
+def hcss_commands() -> list[CommandSpec]:
+    """Return the command ``serve``."""
+    return [CommandSpec("serve", "hcss_payload.live.command:serve", "Serve live frames of a camera in shared memory.")]
+
+
+def _stage(name: str, module: str, kind: str, summary: str) -> ProviderSpec:
+    target = f"hcss_payload.stages.{module}"
+    return ProviderSpec(name, f"{target}:{kind}", f"{target}:Parameters", 2, summary)
+
+
+@hookimpl
+def hcss_register_sensors() -> list[ProviderSpec]:
+    """Register the stages of detectors and their optics."""
+    return [
+        _stage("bad-pixels", "bad_pixels", "BadPixels", "dead, hot and blinking detectors"),
+        _stage("detector-drift", "detector_drift", "DetectorDrift", "drift and 1/f noise of the detectors"),
+        _stage("integration", "integration", "Integration", "smear by exposures within the integration time, and TDI"),
+        _stage("non-linearity", "non_linearity", "NonLinearity", "a response that is not proportional to radiance"),
+        _stage("stray-light", "stray_light", "StrayLight", "veiling glare, and a ghost turned about the axis"),
     ]

@@ -7,11 +7,11 @@ import os
 import click
 
 from hcss_twin.cli.options import load, set_option
+from hcss_twin.core.catalog import Catalog
 
 
 @click.command()
 @click.argument("scenario")
-@click.argument("pass_file", metavar="PASS.toml", type=click.Path(exists=True, dir_okay=False))
 @set_option
 @click.option("--start", "start_s", default=0.0, show_default=True, help="First time of poses, s.")
 @click.option("--end", "end_s", type=float, help="Last time of poses, s; default: that of the last frame.")
@@ -22,7 +22,6 @@ from hcss_twin.cli.options import load, set_option
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
 def serve(
     scenario: str,
-    pass_file: str,
     assignments: tuple[str, ...],
     start_s: float,
     end_s: float | None,
@@ -34,16 +33,16 @@ def serve(
 ) -> None:
     """Serve live frames of SCENARIO from poses that a client sends.
 
-    PASS.toml has the camera and the nominal pass. Clients use hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the
-    server, which then deletes its memory.
+    Its sections [camera], [orbit], [attitude] and [jitter] are the camera and the nominal pass. Clients use
+    hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
-    from hcss_payload.live.pass_file import read_pass
+    from hcss_payload.build import payload_of, scene_of
     from hcss_payload.live.server import Server
     from hcss_payload.live.twin import LiveTwin
 
     loaded = load(scenario, assignments)
-    nominal = read_pass(pass_file, loaded.time)
-    twin = LiveTwin(loaded, nominal.camera, threads, fineness)
+    nominal = payload_of(loaded, Catalog(base=loaded.base))
+    twin = LiveTwin(scene_of(loaded), nominal.camera, threads, fineness)
     last = float(twin.plan.frame_times_s[-1]) if end_s is None else end_s
     live = twin.prepare(nominal.trajectory, nominal.attitude, start_s, last, nominal.jitter)
     name = name or f"hcss-live-{os.getpid()}"
