@@ -118,7 +118,7 @@ class Collection:
         known = [kind.hook for kind in Kind]
         marks = {name: manager.parse_hookimpl_opts(plugin, name) for name in dir(plugin)}
         hooks = {mark.get("specname") or name: mark for name, mark in marks.items() if mark is not None}
-        unknown = {name: mark["optionalhook"] for name, mark in hooks.items() if name not in (*known, _COMMANDS)}
+        unknown = {name: mark["optionalhook"] for name, mark in hooks.items() if name not in (*known, *_OF_OTHER_GROUPS)}
         guesses = {name: closest(name, known) for name, optional in unknown.items() if not optional}
         hints = [f"'{name}'" + (f" (did you mean '{guess}'?)" if guess else "") for name, guess in guesses.items()]
         wrong, all_known = f"unknown hook {', '.join(hints)}", f"; hooks are {', '.join(known)}"
@@ -138,7 +138,8 @@ class Collection:
                 self.remarks.append(Remark(self.origin, "optional hook", text))
 
 
-_COMMANDS = specs.hcss_commands.__name__
+_OF_OTHER_GROUPS = (specs.hcss_commands.__name__, specs.hcss_sections.__name__)
+"""Hooks that other entry point groups read; a module may have them, too."""
 
 
 def _other_version(spec: ProviderSpec) -> str:
