@@ -130,6 +130,7 @@ def _require_supported(plan: Plan) -> None:
         "clouds: tops of their own": plan.tops is not None,
         "sea.waves: resolved waves": plan.waves is not None,
         "surfaces": plan.surfaces is not None,
+        "sea.temperature_texture or atmosphere.water_vapour_texture": plan.texture is not None,
         "elements": bool(plan.assembly.elements),
         "slant.shadows": scenario.slant.shadows,
         "slant.parallax: the camera has its own": scenario.slant.parallax,
