@@ -20,7 +20,7 @@ from hcss_twin.plan.light import PlannedLight
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import Sun
-from hcss_twin.providers.light import LightInputs
+from hcss_twin.providers.light import LightInputs, LightTransport
 
 GROUP = "hcss_twin.light"
 """Entry point group of classes of light transport; the name of an entry point is the value of ``radiance.light``."""
@@ -36,7 +36,7 @@ def with_light(plan: Plan) -> Plan:
     ScenarioError
         If no installed package has it, or it cannot compute the scene.
     """
-    name, section = plan.scenario.radiance.light, plan.scenario.radiance
+    section, name = plan.scenario.radiance, plan.scenario.radiance.light
     if name == COLUMNS:
         if section.light_profile != "uniform":
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
@@ -47,33 +47,29 @@ def with_light(plan: Plan) -> Plan:
         hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
         message = f"'{name}' is not installed{hint}; {choose_from(name, [COLUMNS, *offered])}"
         raise ScenarioError([Problem(_FIELD, message)])
-    problems = [
+    if problems := [
         Problem(field, f"{what} cannot be computed with {_FIELD} = '{name}'; allowed: {allowed}")
         for field, what, allowed in _unsupported(plan)
-    ]
-    if problems:
+    ]:
         raise ScenarioError(problems)
     if not (plan.needs_radiance and plan.assembly.has_cloud):
         return plan
     origin, entry = offered[name]
     try:
         light = PlannedLight(name, str(origin), entry.load())
-        transport = light.transport(light_inputs(plan, all_nodes(plan.spectral_grid)))
+        transport: LightTransport = light.transport(light_inputs(plan, all_nodes(plan.spectral_grid)))
     except HcssError as error:
         raise ScenarioError([Problem(_FIELD, str(error))]) from error
     except FAILURES as error:
         raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
-    size, notes = "its error is not stated", []
-    if hasattr(transport, "expected_errors"):
-        expected = {band.name: float(each) for band, each in zip(plan.bands, transport.expected_errors(), strict=True)}
-        light = replace(light, expected_rms=expected)
-        size = f"expected error of this effect, rms over pixels: {_percent(expected)}"
-        beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
-        if beyond:
-            notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
+    expected = {band.name: float(each) for band, each in zip(plan.bands, transport.expected_errors(), strict=True)}
+    light, notes = replace(light, expected_rms=expected), []
+    beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
+    if beyond:
+        notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
     notes.append(
-        f"clouds have sides ({_FIELD} = '{name}' of {origin}); {size}. The certificate checks the radiance of "
-        "independent columns, to which the effect of sides is added, and not this effect"
+        f"clouds have sides ({_FIELD} = '{name}' of {origin}); expected error of this effect, rms over pixels: "
+        f"{_percent(expected)}. The certificate checks independent columns, to which the effect of sides is added"
     )
     return replace(plan, light=light, notes=(*plan.notes, *notes))
 

@@ -211,7 +211,7 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
                 ),
             )
             if plan.light is not None and kind == CLOUDY:
-                sides = (plan.light.expected_rms or {}).get(band.name)
+                sides = plan.light.expected_rms[band.name]
                 cells[of, band.name] += (Contribution(SIDES, sides, scale.kelvin(sides), 1.0, "rms"),)
     return ErrorBudget(cells)
 

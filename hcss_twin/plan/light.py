@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 
@@ -10,14 +11,14 @@ from typing import Any
 class PlannedLight:
     """Light transport of a scene: value of ``radiance.light``, package, class, and the error that it states.
 
-    The error is that of each band, rms over pixels relative to the mean radiance; None: not stated.
+    The error is that of each band, rms over pixels relative to the mean radiance.
     """
 
     name: str
     provider: str
     transport: Any
-    expected_rms: dict[str, float] | None = None
+    expected_rms: Mapping[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for plan and cube."""
-        return {"name": self.name, "provider": self.provider, "expected_rms": self.expected_rms}
+        return {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}

@@ -7,7 +7,7 @@ A package names a class in the entry point group ``hcss_twin.light``; the name o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -74,12 +74,13 @@ class InstantLight(Protocol):
 
 
 class LightTransport(Protocol):
-    """Light in broken clouds; ``reach``: how many rows, and columns, of points before and after others matter to them.
-
-    Optional: ``expected_errors()``, which returns the error (B,), rms over pixels relative to the mean radiance.
-    """
+    """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them."""
 
     reach: tuple[tuple[int, int], tuple[int, int]]
+
+    def expected_errors(self) -> Sequence[float]:
+        """Return the error (B,) to expect, rms over pixels relative to the mean radiance."""
+        ...
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light under a sun; None at night."""
