@@ -234,3 +234,22 @@ def test_a_scenario_without_sections_imports_nothing_of_this_package():
     )
     answer = subprocess.run([sys.executable, "-c", code, json.dumps(SCENE)], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "[]"
+
+
+def test_workers_jitter_and_stores_give_the_same_pixels(tmp_path):
+    from hcss_twin.engine.simulate import run
+
+    shaken = {"jitter": {"rms": ["0.5 mrad", "0.5 mrad", "100 urad"]}, "output": {"certificate": 0}}
+    plan = hcss_twin.make_plan(scenario(PASS, shaken))
+    paths = [
+        run(plan, tmp_path / "one.nc"),
+        run(plan, tmp_path / "two.nc", workers=2),
+        run(plan, tmp_path / "store.zarr"),
+    ]
+    one, *others = (hcss_twin.open_cube(path).load() for path in paths)
+    for other in others:
+        assert other["radiance"].dims == one["radiance"].dims
+        assert np.array_equal(other["radiance"].values, one["radiance"].values)
+        assert np.array_equal(other["pixel_latitude"].values, one["pixel_latitude"].values)
+    steady = hcss_twin.simulate(scenario(PASS, {"output": {"certificate": 0}}))
+    assert np.abs(one["pixel_latitude"].values - steady["pixel_latitude"].values).max() > 1e-4

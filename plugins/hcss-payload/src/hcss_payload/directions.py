@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hcss_payload.checks import PayloadError
 from hcss_twin.core.arrays import Array
 from hcss_twin.providers import View
 
@@ -137,9 +138,12 @@ def directions_around(toward: Array, limit_deg: float | None = None) -> Directio
 
 
 def require_inside(x: Array, y: Array) -> None:
-    """Raise AssertionError for positions outside the rectangle: the tables do not hold there."""
-    for values in (x, y):
-        assert not np.any(np.abs(values) > 1.0 + OUTSIDE), "a direction outside those of the pass"
+    """Raise a :class:`PayloadError` for positions outside the rectangle: the tables do not hold there."""
+    if max(np.abs(x).max(initial=0.0), np.abs(y).max(initial=0.0)) > 1.0 + OUTSIDE:
+        raise PayloadError(
+            "attitude: a pixel looks in a direction beyond those of 33 times of the pass, which are examined; allowed: "
+            "attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
+        )
 
 
 def _angles(axes: Array, toward: Array) -> tuple[Array, Array]:

@@ -121,10 +121,14 @@ class CameraImager:
         toward, places, footprints, limit_deg = [], [], [], None
         for time_s in times_s.tolist():
             geometry = self._geometry(time_s)
-            rays = geometry.exact(*self._sampled(FIELD))
-            self._require_ground(rays.kind, time_s)
-            if not np.all(rays.kind == GROUND):
-                limit_deg, rays = LARGEST_ZENITH_DEG, geometry.exact(*self._sampled(FIELD_AT_LIMB))
+            kind = geometry.exact(*self._sampled(FIELD)).kind
+            self._require_ground(kind, time_s)
+            if not np.all(kind == GROUND):
+                limit_deg = LARGEST_ZENITH_DEG
+            # Between the sampled times jitter may turn the image as far as it ever does.
+            jitter = self._payload.jitter
+            margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
+            rays = geometry.exact(*self._sampled(FIELD if np.all(kind == GROUND) else FIELD_AT_LIMB, margin))
             ground = rays.kind == GROUND
             if not ground.any():
                 continue
@@ -145,12 +149,10 @@ class CameraImager:
             )
         return np.concatenate(toward), np.concatenate(places), np.concatenate(footprints), limit_deg
 
-    def _sampled(self, count: int) -> tuple[Array, Array]:
-        """Return rows (n, 1) and columns (1, n) from edge to edge of the image."""
-        return (
-            np.linspace(-0.5, self.rows - 0.5, count)[:, None],
-            np.linspace(-0.5, self.columns - 0.5, count)[None, :],
-        )
+    def _sampled(self, count: int, margin: float = 0.0) -> tuple[Array, Array]:
+        """Return rows (n, 1) and columns (1, n) from edge to edge of the image, with a margin in pixels."""
+        rows, columns = (np.linspace(-0.5 - margin, size - 0.5 + margin, count) for size in (self.rows, self.columns))
+        return rows[:, None], columns[None, :]
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
         if self._payload.section.beyond == "missing" or np.all(kind == GROUND):

@@ -86,6 +86,12 @@ class Jitter:
         turns: Array = np.sum(amplitude * np.sin(angle), axis=-2)
         return turns
 
+    @property
+    def largest_rad(self) -> float:
+        """Largest turn to expect: six times the root mean square of all axes, and the amplitudes of the lines."""
+        lines = sum(float(np.linalg.norm(line.amplitude_rad)) for line in self.lines)
+        return 6.0 * float(np.linalg.norm(self.rms_rad)) + lines
+
     @cached_property
     def _sinusoids(self) -> tuple[Array, Array, Array]:
         """Frequencies (K,), amplitudes (K, 3) and phases (K, 3); each has the mean square of its interval."""
