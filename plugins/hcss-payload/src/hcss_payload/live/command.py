@@ -36,6 +36,7 @@ def serve(
     Its sections [camera], [orbit], [attitude] and [jitter] are the camera and the nominal pass. Clients use
     hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
+    parent = None if outlive_parent else os.getppid()  # first, since it may end during the preparation
     from hcss_payload.build import payload_of, scene_of
     from hcss_payload.live.server import Server
     from hcss_payload.live.twin import LiveTwin
@@ -47,7 +48,7 @@ def serve(
     live = twin.prepare(nominal.trajectory, nominal.attitude, start_s, last, nominal.jitter)
     name = name or f"hcss-live-{os.getpid()}"
     try:
-        server = Server(live, name, slots, with_parent=not outlive_parent)
+        server = Server(live, name, slots, parent)
     except BaseException:
         live.close()
         raise

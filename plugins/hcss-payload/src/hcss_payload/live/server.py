@@ -20,6 +20,9 @@ SPIN_S, NAP_S, LOOK_S = 2e-3, 5e-5, 0.5
 """Time for which a server looks for poses without pause after a frame, its pauses, and time between two looks for its
 parent."""
 
+IDLE_S, LONG_NAP_S = 1.0, 2e-3
+"""Time after a frame from which on pauses are long."""
+
 
 class Server:
     """Publishes frames until it is told to stop.
@@ -32,12 +35,12 @@ class Server:
         Of the shared memory.
     slots : int
         Frames in the ring.
-    with_parent : bool
-        Whether the server ends when the process that started it has ended.
+    parent : int, optional
+        Process with whose end the server ends, if that has started this one.
     """
 
-    def __init__(self, live: PreparedPass, name: str, slots: int = 4, with_parent: bool = True) -> None:
-        self._live, self._parent = live, os.getppid() if with_parent else None
+    def __init__(self, live: PreparedPass, name: str, slots: int = 4, parent: int | None = None) -> None:
+        self._live, self._parent = live, parent
         bands, rows, columns = live.shape
         dtype = np.dtype(np.uint16 if live.has_numbers else np.float32)
         self._ring = Ring.create(name, RingShape(slots, bands, rows, columns, dtype), os.getpid())
@@ -76,7 +79,7 @@ class Server:
                     return
             if posted is None:
                 if now - busy > SPIN_S:
-                    time.sleep(NAP_S)
+                    time.sleep(NAP_S if now - busy < IDLE_S else LONG_NAP_S)
                 continue
             busy = now
             pose_number, values = posted
