@@ -81,9 +81,7 @@ def main() -> None:
             )
             write_example(Path(folder) / "skies" / "block.nc", done.example)
             path = Path(folder) / "scene.toml"
-            path.write_text(
-                SCENARIO.format(seed=scene, count=max(frames) + 1, clear=given.clear_sky), encoding="utf-8"
-            )
+            path.write_text(SCENARIO.format(seed=scene, count=max(frames) + 1, clear=given.clear_sky), encoding="utf-8")
             cube = hcss_twin.simulate(hcss_twin.Scenario.load(path))
             values = np.asarray(cube["brightness_temperature"].isel(band=0))
             kelvin += [values[each].astype(float) for each in frames]

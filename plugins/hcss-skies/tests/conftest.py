@@ -26,6 +26,14 @@ def cloud_field(side, seed=3):
     return 3000.0 * (np.argsort(np.argsort(field.ravel())) / field.size).reshape(side, side) ** 2
 
 
+def rough_field(side, density=2.9, seed=5):
+    """A normal field (side, side) with the power spectral density k^-density in two dimensions, as measured."""
+    k = np.hypot(*np.meshgrid(np.fft.fftfreq(side), np.fft.rfftfreq(side), indexing="ij"))
+    white = np.fft.rfft2(np.random.default_rng(seed).standard_normal((side, side)))
+    field = np.fft.irfft2(white * np.maximum(k, 2.0 / side) ** (-0.5 * density), (side, side))
+    return (field - field.mean()) / field.std()
+
+
 @pytest.fixture
 def make(tmp_path):
     """Return a function that makes generators: pixel size, pixels, seed, motion, side of the example, parameters."""

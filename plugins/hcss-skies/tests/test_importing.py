@@ -7,8 +7,9 @@ import netCDF4
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from conftest import cloud_field
+from conftest import cloud_field, rough_field
 from hcss_skies.command import skies
+from hcss_skies.detail import deviations, halve, normal_quantiles, steepness
 from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.importing import import_example
 from hcss_skies.missing import filled, largest_rectangle
@@ -166,20 +167,29 @@ def test_missing_pixels_are_filled_cropped_or_refused_with_their_share(tmp_path)
         import_example(tmp_path / "border.nc", missing="fill")
 
 
-def test_detail_of_a_sky_is_estimated_from_its_octaves(make):
-    """A sky seen at an eighth of its example's pixel has this detail at 2 to 8 pixels."""
-    found = []
-    for strength, exponent in ((0.31, 1.8), (0.31, 3.0), (0.15, 1.8)):
-        sky = make(375.0, 384, side=64, detail=strength, detail_exponent=exponent)
-        found.append(fit_detail(sky.thickness_m(0.0, slice(0, 384), slice(0, 384)).astype(float)))
-        assert found[-1].strength == pytest.approx(strength, rel=0.3)
-    assert found[1].exponent > found[0].exponent + 0.4
-    assert found[0].strength > 1.7 * found[2].strength
+@pytest.mark.parametrize("density", [2.9, 3.4])
+def test_detail_continues_the_octaves_of_the_image(density):
+    """Fitted to a field at half of its resolution, detail has the variance and the exponent that the field has there.
+
+    A field k^-density of two dimensions has the exponent density - 1 along a line.
+    """
+    height = 1500.0 * np.exp(0.6 * rough_field(512, density))
+    fitted = fit_detail(height.reshape(256, 2, 256, 2).mean(axis=(1, 3)))
+    assert fitted.exponent == pytest.approx(density - 1.0, abs=0.15)
+    parents = height.reshape(256, 2, 256, 2).mean(axis=(1, 3))
+    children = np.empty((508, 508))
+    zero, one = np.zeros(2, np.int64), np.ones(2, np.int64)
+    spread = deviations(steepness(parents), fitted.strength, fitted.exponent, 0)
+    halve(children, parents, zero, spread, one, 0, 1e9, np.uint64(7), np.nan, normal_quantiles())
+    variance = [
+        np.mean((each - np.kron(parents[1:-1, 1:-1], np.ones((2, 2)))) ** 2) for each in (children, height[2:-2, 2:-2])
+    ]
+    assert abs(10.0 * np.log10(variance[0] / variance[1])) < 1.5
 
 
 def test_too_little_cloud_gives_no_detail_and_an_example_its_own(make, tmp_path):
     assert fit_detail(np.zeros((64, 64))) is None
-    assert fit_detail(cloud_field(64)[:20]) is None
+    assert fit_detail(cloud_field(64)[:24]) is None
     write_image(tmp_path / "image.nc", 295.0 - 6.5e-3 * gaussian_filter(cloud_field(256), 1.0, mode="wrap"))
     (tmp_path / "skies").mkdir()
     arguments = ["import", str(tmp_path / "image.nc"), "-o", str(tmp_path / "skies" / "image.nc")]

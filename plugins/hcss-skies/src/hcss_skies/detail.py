@@ -120,8 +120,9 @@ def halve(
             if changes:
                 moment = age + uniform(one)
                 turn = math.floor(moment)
-                angle = 0.5 * math.pi * (moment - turn)
-                near, far = spread * math.cos(angle), spread * math.sin(angle)
+                phase = moment - turn
+                norm = spread / math.sqrt(phase * phase + (1.0 - phase) * (1.0 - phase))
+                near, far = norm * (1.0 - phase), norm * phase
                 other = hashed(one, np.int64(turn) + 2)
                 one = hashed(one, np.int64(turn) + 1)
             value[0] = max(mean - slope_y - slope_x + twist, 0.0)

@@ -80,9 +80,7 @@ class ExampleClouds:
         self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
         self._normals = normal_quantiles()
         self._level = level = make_level(example, inputs.grid.pixel_size_m)
-        # Each seed has its lattice elsewhere, so that no place is special.
-        shift = level.spacing * np.random.default_rng([inputs.seed, 0x5EA]).random(2)
-        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale, *shift], dtype=np.float64)
+        self._place_lattice()
         self._clear_m = example.clear_m
         if parameters.clear_sky == "example":
             self._clear_m = min(self._clear_m, float(np.quantile(example.opaque_m[example.opaque], _WARMEST)))
@@ -138,6 +136,12 @@ class ExampleClouds:
         self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if changes else frozenset(), evolves=evolves, notes=tuple(notes)
         )
+
+    def _place_lattice(self) -> None:
+        """Each seed has its lattice elsewhere, so that no place is special."""
+        level = self._level
+        shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2)
+        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale, *shift], dtype=np.float64)
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window; 0 is clear sky."""
