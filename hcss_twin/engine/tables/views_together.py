@@ -95,9 +95,7 @@ def tables_together(
     all_views, every = views.at(plan.views.places), []
     for view in all_views:
         columns = _columns(plan, view, all_views, spectrum.nodes)
-        exact = [
-            columns.exact(axes, None, other, own, derived) for other, own in zip(suns, known, strict=True)
-        ]
+        exact = [columns.exact(axes, None, other, own, derived) for other, own in zip(suns, known, strict=True)]
         texture = None if plan.texture is None else texture_of(columns, axes, None, exact, suns)
         tables = tuple(columns.table(axes, each, other) for each, other in zip(exact, suns, strict=True))
         own = RadianceTables(columns.quantities, frames, axes, None, tables, spectrum, errors, texture=texture)

@@ -24,7 +24,6 @@ from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
 from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, SensorBand, SensorDeclaration, SensorInputs
 
-
 _TYPES = {"radiance": np.float32, "photon_rate": np.float32, "digital_number": np.int32, "saturated": np.uint8}
 
 

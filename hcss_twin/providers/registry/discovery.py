@@ -118,7 +118,9 @@ class Collection:
         known = [kind.hook for kind in Kind]
         marks = {name: manager.parse_hookimpl_opts(plugin, name) for name in dir(plugin)}
         hooks = {mark.get("specname") or name: mark for name, mark in marks.items() if mark is not None}
-        unknown = {name: mark["optionalhook"] for name, mark in hooks.items() if name not in (*known, *_OF_OTHER_GROUPS)}
+        unknown = {
+            name: mark["optionalhook"] for name, mark in hooks.items() if name not in (*known, *_OF_OTHER_GROUPS)
+        }
         guesses = {name: closest(name, known) for name, optional in unknown.items() if not optional}
         hints = [f"'{name}'" + (f" (did you mean '{guess}'?)" if guess else "") for name, guess in guesses.items()]
         wrong, all_known = f"unknown hook {', '.join(hints)}", f"; hooks are {', '.join(known)}"

@@ -26,10 +26,10 @@ class ImageReading(BaseModel):
     )
     method: Literal["auto", "temperature", "otsu", "local", "coverage"] = Field(
         "auto",
-        description='Cloud detection method: "temperature", for an image in kelvin near 10.8 um, needs no threshold: '
-        'each pixel gets the thickness with which the scene has that brightness temperature. "otsu" splits the '
-        'histogram, "local" adds pixels that are cloudier than their surroundings, "coverage" takes the cloudiest until '
-        'the coverage is reached. "auto": "temperature" for images in kelvin where cloud is cold, "otsu" for others.',
+        description='Cloud detection: "temperature", for an image in kelvin near 10.8 um, needs no threshold: each '
+        'pixel gets the thickness with which the scene has that brightness temperature. "otsu" splits the histogram, '
+        '"local" adds pixels that are cloudier than their surroundings, "coverage" takes the cloudiest until the '
+        'coverage is reached. "auto": "temperature" for images in kelvin where cloud is cold, "otsu" for others.',
     )
     window_pixels: int | None = Field(
         None,
