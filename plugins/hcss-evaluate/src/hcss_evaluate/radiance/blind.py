@@ -120,7 +120,7 @@ def blind_test(
             simulated.append(_simulated(spot, limits_um, reference))
         except ScenarioError as error:  # the climatology lacks the place
             notes.append(
-                f"left out, {spot.kind} at {spot.latitude:.1f} N, {spot.longitude:.1f} E: {' '.join(str(error).split())}"
+                f"left out: {spot.kind}, {spot.latitude:.1f} N, {spot.longitude:.1f} E: {' '.join(str(error).split())}"
             )
         else:
             done.append(spot)
