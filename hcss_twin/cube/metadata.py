@@ -58,6 +58,7 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "Omitted physics: list of `what`, `why`, `bound` (largest effect relative to the band radiance), `estimate` "
         "(typical effect, in the `sense` given) and `needs` (keys that would compute it)."),
     AttributeSpec("hcss_notes", "JSON", ALWAYS, "Notes of the providers for users."),
+    AttributeSpec("hcss_light", "JSON", "clouds have sides", "`radiance.light`: `name`, `provider`, `expected_rms`."),
     AttributeSpec("hcss_particles", "JSON", ALWAYS,
         "`name`, `material`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` "
         "and `large_particle_extinction_m1` of each cloud layer, from the lowest."),

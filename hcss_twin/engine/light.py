@@ -36,7 +36,6 @@ class LightStage:
         samples, (layer,) = plan.samples_per_pixel, plan.layers
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
         self._pixels, self._layer = pixels, layer
-        # Whole pixels around a square.
         self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
         self._instant: tuple[float, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array]] = OrderedDict()
