@@ -118,10 +118,9 @@ def blind_test(
             progress(number, len(chosen))
         try:
             simulated.append(_simulated(spot, limits_um, reference))
-        except ScenarioError as error:  # the climatology lacks the place
-            notes.append(
-                f"left out: {spot.kind}, {spot.latitude:.1f} N, {spot.longitude:.1f} E: {' '.join(str(error).split())}"
-            )
+        except ScenarioError as error:  # ice, or no ships: the climatology lacks the place
+            place = f"{spot.latitude:.1f} N, {spot.longitude:.1f} E"
+            notes.append(f"left out, {spot.kind} at {place}: {' '.join(str(error).split())}")
         else:
             done.append(spot)
     if not done:
