@@ -7,17 +7,18 @@ estimate is at least a sixteenth of the difference between the previous and the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
+from math import floor, log2
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.assembly import Assembly, expect, expect_views
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns, largest_change
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import CloudLayer, RadianceModel, Sun, View
 
 PER_BAND = 3
 """Number of wavenumbers per band."""
@@ -176,21 +177,21 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
         return GridRefinement(0, 0.0)
     model = assembly.at_level(0).model
     narrow = [band for band, own in enumerate(assembly.spectral_grid.nodes) if len(own) < NARROW_BAND]
-    medium = _medium_clouds(assembly)
+    medium, none = _medium_clouds(assembly), np.zeros(0)
+    columns = FewColumns(none, none, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
+    bounding = _spectra(columns.only(columns.ends), model, suns[0])
+    clouds = _spectra(FewColumns(none, none, medium, False), model, suns[0])
 
     @cache
     def at(refinement: int) -> Array:
         grid = assembly.refined_grid(refinement)
-        clear, extremes = assembly.has_clear_sky, assembly.extreme_thicknesses_m
-        columns = FewColumns(grid.wavenumber_cm1, grid.weights_cm1, extremes, clear)
-        total = columns.only(columns.ends).total(model, suns[0])
+        total = bounding(grid.wavenumber_cm1) @ grid.weights_cm1.T
         if not (narrow and medium.size):
             return total
         places = np.unique(np.concatenate([grid.nodes[band] for band in narrow]))
         weights = np.zeros((len(grid.nodes), places.size))
         weights[narrow] = grid.weights_cm1[narrow][:, places]
-        clouds = FewColumns(grid.wavenumber_cm1[places], weights, medium, False)
-        return np.concatenate((total, clouds.total(model, suns[0])))
+        return np.concatenate((total, clouds(grid.wavenumber_cm1[places]) @ weights.T))
 
     def error(refinement: int) -> float:
         return largest_change(at(refinement), at(refinement + 1))
@@ -203,14 +204,39 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     return GridRefinement(refinement, error(refinement))
 
 
+def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Callable[[Array], Array]:
+    """Return a function from wavenumbers (V,) to the radiance (C, V) of columns, which solves each wavenumber once."""
+    known: dict[float, Array] = {}
+
+    def at(wavenumber_cm1: Array) -> Array:
+        new = np.array([each for each in wavenumber_cm1.tolist() if each not in known])
+        if new.size:
+            own = replace(columns, wavenumber_cm1=new, weights_cm1=np.eye(new.size))
+            known.update(zip(new.tolist(), own.total(model, sun).T, strict=True))
+        return np.stack([known[each] for each in wavenumber_cm1.tolist()], axis=1)
+
+    return at
+
+
 def _columns(assembly: Assembly) -> FewColumns:
-    """Return few columns: those that bound the scene, and medium clouds of each layer alone."""
-    columns = few_columns(assembly, PER_BAND)
-    return replace(columns, thickness_m=np.concatenate((columns.thickness_m, _medium_clouds(assembly))))
+    """Return few columns: those that bound the scene, and medium clouds of each layer alone.
+
+    The thinnest is the thickest, halved as often as the range allows: one sequence of doublings solves all clouds of a
+    layer.
+    """
+    columns, layers = few_columns(assembly, PER_BAND), assembly.layers
+    thinnest = [layer.thickness_min_m for layer in layers]
+    halved = [layer.thickness_max_m * 0.5 ** floor(_octaves(layer)) for layer in layers]
+    thickness = np.where(columns.thickness_m == thinnest, halved, columns.thickness_m)
+    return replace(columns, thickness_m=np.concatenate((thickness, _medium_clouds(assembly))))
 
 
 def _medium_clouds(assembly: Assembly) -> Array:
     """Return thicknesses (N, L) of columns with a medium cloud in one layer only."""
-    medium = [np.sqrt(layer.thickness_min_m * layer.thickness_max_m) for layer in assembly.layers]
+    medium = [layer.thickness_max_m * 0.5 ** round(0.5 * _octaves(layer)) for layer in assembly.layers]
     alone: Array = np.diag(medium)[np.flatnonzero(assembly.cloudy_layers)]
     return alone
+
+
+def _octaves(layer: CloudLayer) -> float:
+    return log2(layer.thickness_max_m / layer.thickness_min_m)

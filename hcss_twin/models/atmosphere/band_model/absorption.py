@@ -181,20 +181,24 @@ class Absorption:
         result: Array = np.where(crossed, 100.0 - np.exp(weighted / np.where(crossed, haze, 1.0)), 0.0)
         return result
 
-    def factors(self, amount: Array, humidity_percent: Array) -> Array:
-        """Return the path factors (P, F): band amounts to their powers, continua and aerosol."""
-        channels = self._exponent.size
-        parts = [amount[:, :channels] ** self._exponent, amount[:, channels : self._gas_columns]]
+    def transmittance(self, amount: Array, humidity_percent: Array, nodes: NDArray[np.intp]) -> Array:
+        """Return the transmittance (P, N) of amounts (P, K) at native wavenumbers, given by their indices.
+
+        Factors of the optical depth are band amounts to their powers, continua and aerosol.
+        """
+        used, matrix = self._window(nodes.tobytes())
+        first, powers = self._gas_columns, used[used < self._exponent.size]
+        parts = [
+            amount[:, powers] ** self._exponent[powers],
+            amount[:, used[(used >= self._exponent.size) & (used < first)]],
+        ]
         if self._aerosol != "none":
             boundary = boundary_optics(self._tables, self._aerosol, "extinction", humidity_percent)
-            first = self._gas_columns
-            parts += [amount[:, first + 1 : first + 4], amount[:, first : first + 1] * boundary]
-        return np.concatenate(parts, axis=1)
-
-    def transmittance(self, factors: Array, nodes: NDArray[np.intp]) -> Array:
-        """Return the transmittance (P, N) at native wavenumbers, given by their indices."""
-        used, matrix = self._window(nodes.tobytes())
-        depth = factors[:, used] @ matrix
+            aerosol = np.concatenate(
+                (amount[:, first + 1 : first + 4], amount[:, first : first + 1] * boundary), axis=1
+            )
+            parts.append(aerosol[:, used[used >= first] - first])
+        depth = np.concatenate(parts, axis=1) @ matrix
         result: Array = np.exp(np.negative(depth, out=depth), out=depth)
         return result
 

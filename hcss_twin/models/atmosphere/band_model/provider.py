@@ -140,8 +140,8 @@ class BandModelTransmittance:
             If a wavenumber lies outside the declared range.
         """
         window = self._window(wavenumber_cm1.tobytes())
-        factors = self._absorption.factors(amounts, self._absorption.humidity_percent(amounts))
-        native = self._absorption.transmittance(factors, window.nodes)
+        humidity = self._absorption.humidity_percent(amounts)
+        native = self._absorption.transmittance(amounts, humidity, window.nodes)
         return window.interpolate(native)
 
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
@@ -252,8 +252,8 @@ class BandModelTransmittance:
         count, rays, columns = cumulative.shape
         # One mean humidity for the whole ray, as in LOWTRAN7; cumulative means could make layer emission negative.
         humidity = np.tile(self._absorption.humidity_percent(cumulative[-1]), count)
-        factors = self._absorption.factors(cumulative.reshape(count * rays, columns), humidity)
-        return self._absorption.transmittance(factors, nodes).reshape(count, rays, -1)
+        amounts = cumulative.reshape(count * rays, columns)
+        return self._absorption.transmittance(amounts, humidity, nodes).reshape(count, rays, -1)
 
 
 def _of_the_wind(

@@ -92,8 +92,7 @@ class ScatteredSunlight:
             ]
         )
         humidity = np.repeat(self._absorption.humidity_percent(view[-1:]), total.shape[0])
-        factors = self._absorption.factors(total, humidity)
-        both = self._absorption.transmittance(factors, nodes)
+        both = self._absorption.transmittance(total, humidity, nodes)
         molecular = np.exp(-view[:, self._rayleigh_column, None] * self._rayleigh[nodes])
         result = _layer_sum(molecular, both, np.full((1, 1), _rayleigh_phase(scattering_cosine)))
         if self._aerosol != "none":
