@@ -121,7 +121,7 @@ def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
     """Pixel size of the scenario, or of the cube if it was subsampled or averaged."""
     x = dataset["x"].to_numpy().astype(np.float64)
     steps = np.diff(x)
-    if not steps.size or dataset["x"].attrs.get("units") != "m":  # or columns of a focal plane
+    if not steps.size or _counts_pixels(dataset):
         return expected_m
     if np.ptp(steps) > _SAME * abs(float(steps[0])):
         raise CubeError(f"{name}: x is not evenly spaced; a sensor has pixels of one size")
@@ -129,11 +129,16 @@ def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
     return expected_m if abs(step - expected_m) <= _SAME * expected_m else step
 
 
+def _counts_pixels(dataset: xr.Dataset) -> bool:
+    """Whether the axes are rows and columns of a focal plane, not metres on the ground."""
+    return bool(dataset["x"].attrs.get("units") == "1")
+
+
 def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
     """Row and column of the first pixel in the image; (0, 0) if the pixels are not those of the scenario."""
-    corner: list[int] = []
-    if dataset["x"].attrs.get("units") != "m":
+    if _counts_pixels(dataset):
         return 0, 0
+    corner = []
     for name, count in zip(("y", "x"), image, strict=True):
         centres_m = dataset[name].to_numpy().astype(np.float64)
         place = centres_m / size_m + 0.5 * count - 0.5

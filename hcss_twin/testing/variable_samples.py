@@ -27,6 +27,8 @@ _PIXELS: Mapping[str, tuple[float, float, str]] = {
     "cloud_top_temperature": (276, 281, "float32"),
     "sea_slope_x": (-0.2, 0.2, "float32"),
     "sea_slope_y": (-0.2, 0.2, "float32"),
+    "sea_temperature": (285, 300, "float32"),
+    "water_vapour_factor": (0.8, 1.2, "float32"),
     "surface_class": (0, 2, "uint8"),
     "surface_temperature": (270, 310, "float32"),
     "element": (0, 3, "uint8"),
