@@ -27,6 +27,7 @@ include_patterns = [
     "catalogs/*/README.md",
     "plugins/*/README.md",
     "plugins/hcss-payload/LIVE.md",
+    "plugins/hcss-payload/TUTORIAL.md",
 ]
 exclude_patterns = ["docs/site/**"]
 root_doc = "docs/index"
