@@ -1,6 +1,7 @@
 """Live frames: images of a scene from poses that are known only when they are needed, many a second."""
 
 from hcss_payload.live.client import LiveClient, ServedFrame
+from hcss_payload.live.scenario_pass import live_pass
 from hcss_payload.live.twin import LiveFrame, LiveTwin, PointTarget, PreparedPass
 
-__all__ = ["LiveClient", "LiveFrame", "LiveTwin", "PointTarget", "PreparedPass", "ServedFrame"]
+__all__ = ["LiveClient", "LiveFrame", "LiveTwin", "PointTarget", "PreparedPass", "ServedFrame", "live_pass"]

@@ -7,7 +7,6 @@ import os
 import click
 
 from hcss_twin.cli.options import load, set_option
-from hcss_twin.core.catalog import Catalog
 
 
 @click.command()
@@ -37,15 +36,10 @@ def serve(
     hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
     parent = None if outlive_parent else os.getppid()  # first, since it may end during the preparation
-    from hcss_payload.build import payload_of, scene_of
+    from hcss_payload.live.scenario_pass import live_pass
     from hcss_payload.live.server import Server
-    from hcss_payload.live.twin import LiveTwin
 
-    loaded = load(scenario, assignments)
-    nominal = payload_of(loaded, Catalog(base=loaded.base))
-    twin = LiveTwin(scene_of(loaded), nominal.camera, threads, fineness)
-    last = float(twin.plan.frame_times_s[-1]) if end_s is None else end_s
-    live = twin.prepare(nominal.trajectory, nominal.attitude, start_s, last, nominal.jitter)
+    live = live_pass(load(scenario, assignments), start_s, end_s, threads, fineness)
     name = name or f"hcss-live-{os.getpid()}"
     try:
         server = Server(live, name, slots, parent)
@@ -54,5 +48,5 @@ def serve(
         raise
     bands, rows, columns = live.shape
     kind = "digital numbers" if live.has_numbers else "radiance"
-    text = f"{name}: {bands} x {rows} x {columns} {kind}, times {start_s:g} to {last:g} s"
+    text = f"{name}: {bands} x {rows} x {columns} {kind}, times {live.start_s:g} to {live.end_s:g} s"
     server.serve(lambda: click.echo(text))

@@ -163,8 +163,8 @@ class PreparedPass:
     ) -> None:
         plan, camera = twin.plan, twin.camera
         self._plan, self._camera, self._threads = plan, camera, twin.threads
-        self._trajectory, self._attitude, self._jitter = trajectory, attitude, jitter
-        self._start_s, self._end_s = start_s, end_s
+        self.trajectory, self.attitude, self._jitter = trajectory, attitude, jitter
+        self.start_s, self.end_s = start_s, end_s
         times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
         poses = [pose_at(float(time), trajectory, attitude) for time in times]
         height = reference_height_m(plan.layers[0])
@@ -256,9 +256,9 @@ class PreparedPass:
         PayloadError
             If the time is not within the pass, or the camera looks far from what the pass sees.
         """
-        if not self._start_s <= time_s <= self._end_s:
-            raise PayloadError(f"time_s: {time_s:g} s; allowed: {self._start_s:g} to {self._end_s:g} s, the pass")
-        pose = pose_at(time_s, self._trajectory, self._attitude, self._jitter) if pose is None else pose
+        if not self.start_s <= time_s <= self.end_s:
+            raise PayloadError(f"time_s: {time_s:g} s; allowed: {self.start_s:g} to {self.end_s:g} s, the pass")
+        pose = pose_at(time_s, self.trajectory, self.attitude, self._jitter) if pose is None else pose
         if pose.time_s != time_s:
             raise PayloadError(f"pose.time_s: {pose.time_s!r} s; allowed: {time_s!r} s, the time of the frame")
         shape = self.shape
@@ -326,7 +326,7 @@ class PreparedPass:
 
     def _view(self, time_s: float) -> View:
         """Return the nominal view of the optical axis."""
-        return view_of_axis(self._plan, self._camera, pose_at(time_s, self._trajectory, self._attitude))
+        return view_of_axis(self._plan, self._camera, pose_at(time_s, self.trajectory, self.attitude))
 
     def _seen(self, time_s: float, point_m: float | None) -> SeenOctaves:
         """Return the octaves that the footprint of the pass at a time leaves, at points of some distance."""
@@ -353,8 +353,8 @@ class PreparedPass:
     def _ahead(self, time_s: float) -> Iterator[Tiles]:
         """Yield the tiles that frames soon after a time need."""
         for later in (0.25 * _AHEAD_S, _AHEAD_S, self.interval_s):
-            at = min(time_s + later, self._end_s)
-            pose = pose_at(at, self._trajectory, self._attitude)
+            at = min(time_s + later, self.end_s)
+            pose = pose_at(at, self.trajectory, self.attitude)
             tiles = self._tiles(at, self._sight.places(pose, directions=self._corners))
             yield Tiles(tiles.row - 1, tiles.column - 1, tiles.end_row + 1, tiles.end_column + 1, tiles.keyframe)
 
