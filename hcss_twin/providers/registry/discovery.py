@@ -140,7 +140,7 @@ class Collection:
                 self.remarks.append(Remark(self.origin, "optional hook", text))
 
 
-_OF_OTHER_GROUPS = (specs.hcss_commands.__name__, specs.hcss_sections.__name__)
+_OF_OTHER_GROUPS = (specs.hcss_commands.__name__, "hcss_sections")
 """Hooks that other entry point groups read; a module may have them, too."""
 
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from hcss_twin.core.commands import PROJECT, check_name, check_summary, check_target, hcss_commands, hookimpl, hookspec
-from hcss_twin.core.sections import hcss_sections
 
-__all__ = ["API_VERSION", "PROJECT", "Kind", "ProviderSpec", "hcss_commands", "hcss_sections", "hookimpl"]
+__all__ = ["API_VERSION", "PROJECT", "Kind", "ProviderSpec", "hcss_commands", "hookimpl"]
 
 
 class Kind(StrEnum):

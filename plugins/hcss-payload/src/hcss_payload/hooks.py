@@ -1,26 +1,9 @@
-"""Hooks: sections of scenarios, the command ``serve``, and stages of sensors; imports quickly."""
+"""Hooks: the command ``serve`` and stages of sensors; imported to list what there is, so it must import quickly."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from hcss_twin.core.commands import CommandSpec
-from hcss_twin.core.sections import SectionSpec
 from hcss_twin.registry import ProviderSpec, hookimpl
-
-_MODELS = "hcss_payload.sections"
-
-
-@hookimpl
-def hcss_sections() -> Sequence[SectionSpec]:
-    """Return the specs of the sections of a camera in orbit."""
-    imager = "hcss_payload.imager:make_imager"
-    return [
-        SectionSpec("camera", f"{_MODELS}:CameraSection", "Detector and lens of a camera; needs [orbit].", imager),
-        SectionSpec("orbit", f"{_MODELS}:OrbitSection", "Trajectory of the camera.", imager),
-        SectionSpec("attitude", f"{_MODELS}:AttitudeSection", "Orientation of the camera's body.", imager),
-        SectionSpec("jitter", f"{_MODELS}:JitterSection", "Small turns of the body.", imager),
-    ]
 
 
 @hookimpl
