@@ -85,6 +85,7 @@ def difference(name: str, aim: str, command: Sequence[str], less: Sequence[str],
 
 MASK, RADIANCE = '["cloud_mask"]', '["radiance"]'
 TEMPERATURE = '["radiance", "brightness_temperature"]'
+STRATOCUMULUS = settings(clouds__type='"stratocumulus"')
 SENSOR = settings(sensor__name='"generic-mwir"')
 ROWS = {
     "seeds": Row(
@@ -150,6 +151,13 @@ ROWS = {
     ),
     "cumulus": difference(
         "mask of cumulus, per pixel", "7", stream("cumulus", FRAMES, MASK), stream("cumulus", 1, MASK), 1
+    ),
+    "stratocumulus": difference(
+        "mask of stratocumulus, per pixel",
+        "7",
+        stream("stratus", FRAMES, MASK, *STRATOCUMULUS),
+        stream("stratus", 1, MASK, *STRATOCUMULUS),
+        1,
     ),
     "simulated": difference(
         "mask of simulated, per pixel", "6", stream("simulated", FRAMES, MASK), stream("simulated", 1, MASK), 1
