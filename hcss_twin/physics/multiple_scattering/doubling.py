@@ -3,11 +3,15 @@
 A layer lies on its copy; E, T and R are the direct transmission, diffuse transmission and reflection of one. Light that
 enters from above along a column becomes, between the two, diffuse light D downward and U upward:
 
-    D = T + R U,   U = R E + R D,   and so   (1 - R R) D = T + R R E,
+    D = T + R U,   U = R E + R D,   and so   D + U = (1 - R)^-1 (T + R E),   D - U = (1 + R)^-1 (T - R E).
 
-and for the pair R' = R + (E + T) U, T' = E D + T E + T D. For a Planck radiance that rises linearly from 0 at the top
+For the pair R' = R + (E + T) U and T' = E D + T E + T D. R is symmetric and no layer reflects more than it receives, so
+that 1 - R and 1 + R have Cholesky factors L; with Y = L^-1 (E + T) among streams, and L^-1 (T +- R E) from other
+directions, sums of products Y'Y give R' and T' as sum and difference: less than half the operations of solving for
+(1 - R R) D = T + R R E, and symmetric to the last bit. What is kept of Y is Y - E, and of L's diagonal what it lacks
+to 1, because R and T of thin layers would be lost beside 1. For a Planck radiance that rises linearly from 0 at the top
 to 1 at the base, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and d = (e - f) / 2 toward the
-lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Only small numbers are subtracted.
+lower layer, so that U + D = (1 - R)^-1 e, U - D = (1 + R)^-1 f and f' = f / 2 + (E + T) U.
 
 H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980, chapter 4; extra directions of weight 0 as in J.
 F. de Haan, P. B. Bosma and J. W. Hovenier, Astron. Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe,
@@ -27,20 +31,19 @@ from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
-from hcss_twin.physics.multiple_scattering.starting_layer import (
-    START,
-    START_OF_MODES,
-    accumulate,
-    eliminate,
-    halvings,
-    starting_layer,
-)
+from hcss_twin.physics.multiple_scattering.starting_layer import START, START_OF_MODES, halvings, starting_layer
 
 OPAQUE = 1e-18
 """A layer whose direct and diffuse transmission are below this no longer changes when doubled."""
 
-SPARE = 3
+SPARE = 6
 """Number of doublings that cost about as much as a starting layer."""
+
+LANES = 8
+"""Rows of working memory have multiples of so many numbers: what remains of vectors costs as much as they do."""
+
+LEAST_PIVOT = 1e-18
+"""Pivots of layers that reflect everything but for rounding."""
 
 
 @kernel(error_model="numpy")
@@ -84,157 +87,209 @@ def solve_chains(
     unseen, sources = rows - reflected.shape[1], reflected.shape[2]
     # Light toward the beams is needed for results only.
     skipped = min(unseen, beams)
-    # Two more columns: beside T the emissivity and the far share, beside R the emissivity and the
-    # light (e - f) / 2 toward the lower layer.
-    width = columns + 2 * closed
-    reflection = np.empty((rows, width))
-    transmission = np.empty((rows, width))
-    down = np.empty((rows, width))
-    up = np.empty((rows, width))
-    matrix = np.empty((columns - beams, columns - beams))
-    direct = np.empty(rows)
+    streams, others = columns - beams, rows - columns
+    # A starting layer has two more columns: beside T the emissivity and the far share.
+    thin_reflection = np.empty((rows, columns + 2 * closed))
+    thin_transmission = np.empty((rows, columns + 2 * closed))
+    # Streams come first, beams last; beyond the directions, T has the emissivity and R the far share.
+    width = (rows // LANES + 1) * LANES
+    reflection = np.zeros((rows, width))
+    transmission = np.zeros((rows, width))
+    factor = np.zeros((streams, ((streams - 1) // LANES + 1) * LANES + width))
+    products = np.zeros((2, rows, width))
+    direct = np.zeros(width)
+    place = np.empty(rows, dtype=np.int64)
+    for i in range(rows):
+        place[i] = i - beams if i >= beams else streams + others + i
     least_mu = mu[0]
     for i in range(1, rows):
         least_mu = min(least_mu, mu[i])
     for chain in range(part[0], first.size - 1, part[1]):
         depth = 0.0
         opaque = False
-        for place in range(first[chain], first[chain + 1]):
-            v = column[place]
-            times = halvings(thickness[place], least_mu, START if closed else START_OF_MODES)
-            if place > first[chain] and doublings[place] <= times + SPARE:
-                times = doublings[place]
+        for number in range(first[chain], first[chain + 1]):
+            v = column[number]
+            times = halvings(thickness[number], least_mu, START if closed else START_OF_MODES)
+            if number > first[chain] and doublings[number] <= times + SPARE:
+                times = doublings[number]
             else:
-                depth = thickness[place] * 0.5**times
+                depth = thickness[number] * 0.5**times
                 opaque = False
                 starting_layer(
-                    same[v], other[v], depth, mu, scale, co_albedo[v], beams, skipped, reflection, transmission
-                )
+                    same[v], other[v], depth, mu, scale, co_albedo[v], beams, skipped, thin_reflection,
+                    thin_transmission,
+                )  # fmt: skip
+                for i in range(skipped, rows):
+                    for j in range(columns):
+                        reflection[place[i], place[j]] = thin_reflection[i, j]
+                        transmission[place[i], place[j]] = thin_transmission[i, j]
+                    if closed:
+                        transmission[place[i], rows] = thin_transmission[i, columns]
+                        reflection[place[i], rows] = thin_transmission[i, columns + 1]
+                for i in range(columns, rows):
+                    for j in range(beams, columns):
+                        reflection[place[j], place[i]] = thin_reflection[i, j]
+                        transmission[place[j], place[i]] = thin_transmission[i, j]
             for _ in range(times):
                 if not opaque:
                     for i in range(rows):
-                        direct[i] = math.exp(-depth / mu[i])
-                    opaque = _is_opaque(transmission, direct, skipped, columns)
+                        direct[place[i]] = math.exp(-depth / mu[i])
+                    opaque = _is_opaque(transmission, direct, rows - skipped, streams, others)
                 if opaque:
-                    for i in range(skipped, rows):
-                        for j in range(columns):
-                            transmission[i, j] = 0.0
-                        if closed:
-                            transmission[i, columns + 1] *= 0.5
+                    for i in range(rows):
+                        for j in range(width):
+                            if j != rows:
+                                transmission[i, j] = 0.0
+                        reflection[i, rows] *= 0.5
                 else:
-                    _double(reflection, transmission, direct, beams, columns, skipped, down, up, matrix)
+                    _double(reflection, transmission, direct, rows - skipped, streams, others, factor, products)
                     if closed:
-                        _close(reflection, transmission, direct, scale, beams, columns)
+                        _close(reflection, transmission, direct, scale[beams:columns])
                 depth *= 2.0
-            cell = cells[place]
+            cell = cells[number]
             for i in range(unseen, rows):
                 if closed:
-                    emitted[0, cell, i - unseen] = transmission[i, columns] / scale[i]
-                    emitted[1, cell, i - unseen] = transmission[i, columns + 1] / scale[i]
+                    emitted[0, cell, i - unseen] = transmission[place[i], rows] / scale[i]
+                    emitted[1, cell, i - unseen] = reflection[place[i], rows] / scale[i]
                 for j in range(sources):
+                    low, high = min(place[i], place[j]), max(place[i], place[j])
                     unscaled = 1.0 / (scale[i] * scale[j])
-                    reflected[cell, i - unseen, j] = reflection[i, j] * unscaled
-                    transmitted[cell, i - unseen, j] = transmission[i, j] * unscaled
+                    reflected[cell, i - unseen, j] = reflection[low, high] * unscaled
+                    transmitted[cell, i - unseen, j] = transmission[low, high] * unscaled
 
 
 @inner(error_model="numpy")
-def _is_opaque(transmission: Any, direct: Any, skipped: int, columns: int) -> bool:
-    for i in range(skipped, direct.size):
+def _is_opaque(transmission: Any, direct: Any, rows: int, streams: int, others: int) -> bool:
+    for i in range(rows):
         if direct[i] > OPAQUE:
             return False
-        for j in range(columns):
-            if abs(transmission[i, j]) > OPAQUE:
+        for j in range(_first_column(i, streams, others), direct.size):
+            if j != streams + others and abs(transmission[i, j]) > OPAQUE:
                 return False
     return True
 
 
 @inner(error_model="numpy")
+def _first_column(row: int, streams: int, others: int) -> int:
+    """Return where the part of a row begins that matters: the diagonal, or the beams for another extra direction."""
+    return streams + others if streams <= row < streams + others else row
+
+
+@inner(error_model="numpy", fastmath={"contract"})
+def _add_products(target: Any, factor: Any, column: int, count: int, start: int, sign: float) -> None:
+    """Add to ``target`` the sum over ``count`` rows k of ``factor``: sign times [k, column] times [k, start:]."""
+    width = target.size
+    whole = count - count % 4
+    for k in range(0, whole, 4):
+        f0, f1 = sign * factor[k, column], sign * factor[k + 1, column]
+        f2, f3 = sign * factor[k + 2, column], sign * factor[k + 3, column]
+        r0, r1, r2, r3 = factor[k, start:], factor[k + 1, start:], factor[k + 2, start:], factor[k + 3, start:]
+        for j in range(width):
+            target[j] = target[j] + f0 * r0[j] + f1 * r1[j] + f2 * r2[j] + f3 * r3[j]
+    for k in range(whole, count):
+        f0, r0 = sign * factor[k, column], factor[k, start:]
+        for j in range(width):
+            target[j] += f0 * r0[j]
+
+
+@inner(error_model="numpy", fastmath={"contract"})
 def _double(
-    reflection: Any,
-    transmission: Any,
-    direct: Any,
-    beams: int,
-    columns: int,
-    skipped: int,
-    down: Any,
-    up: Any,
-    matrix: Any,
+    reflection: Any, transmission: Any, direct: Any, rows: int, streams: int, others: int, factor: Any, products: Any
 ) -> None:
-    """Replace the layer by two copies of it; ``down``, ``up`` (as ``reflection``) and ``matrix`` are working memory."""
-    rows, width = reflection.shape
-    streams = columns - beams
-    emits = width > columns
-    if emits:
-        for i in range(skipped, rows):
-            reflection[i, columns] = transmission[i, columns]
-            reflection[i, columns + 1] = 0.5 * (transmission[i, columns] - transmission[i, columns + 1])
-    for i in range(beams, columns):
-        for j in range(width):
-            down[i, j] = 0.0
-    accumulate(down, reflection, reflection, beams, columns, beams, columns)
-    for k in range(streams):
-        i = beams + k
-        for j in range(streams):
-            matrix[k, j] = -down[i, beams + j]
-        matrix[k, k] += 1.0
-        for j in range(columns):
-            down[i, j] = transmission[i, j] + down[i, j] * direct[j]
-        if emits:
-            down[i, columns] += transmission[i, columns]
-            down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
-    # Symmetric, and positive definite because no layer reflects more than it receives.
-    eliminate(matrix, down, beams)
-    # From here on the last column of ``down`` is the upward light if only the base is warm.
-    for i in range(skipped, rows):
-        for j in range(columns):
-            up[i, j] = reflection[i, j] * direct[j]
-        for j in range(columns, width):
-            up[i, j] = reflection[i, j]
-    accumulate(up, reflection, down, skipped, rows, beams, columns)
+    """Replace the layer by two copies of it.
+
+    Parameters
+    ----------
+    reflection, transmission : ndarray (D, W)
+        Elements from the diagonal on; among streams, all.
+    direct : ndarray (W,)
+        0 beyond the directions.
+    rows : int
+        How many of them are needed.
+    factor, products : ndarray (N, M + W), (2, D, W)
+        Working memory: Cholesky factor and Y - E, and Y'Y - E E for both signs.
+    """
+    directions, width = reflection.shape
+    margin = factor.shape[1] - width
     for side in range(2):
-        start, stop = (skipped, beams) if side == 0 else (columns, rows)
-        for i in range(start, stop):
-            for j in range(columns):
-                down[i, j] = transmission[i, j]
-            if emits:
-                down[i, columns] = transmission[i, columns]
-                down[i, columns + 1] = 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
-        accumulate(down, reflection, up, start, stop, beams, columns)
-    for i in range(skipped, rows):
-        for j in range(columns):
-            reflection[i, j] += direct[i] * up[i, j]
-    accumulate(reflection, transmission, up, skipped, rows, beams, columns)
-    # ``up`` is no longer needed and becomes the new T.
-    for i in range(skipped, rows):
-        for j in range(columns):
-            up[i, j] = direct[i] * down[i, j] + transmission[i, j] * direct[j]
-        if emits:
-            up[i, columns] = transmission[i, columns] + direct[i] * down[i, columns]
-            up[i, columns + 1] = 0.5 * transmission[i, columns + 1] + direct[i] * down[i, columns + 1]
-    accumulate(up, transmission, down, skipped, rows, beams, columns)
-    for i in range(skipped, rows):
-        for j in range(width):
-            transmission[i, j] = up[i, j]
+        sign = 1.0 - 2.0 * side
+        for i in range(streams):
+            back, through = reflection[i], transmission[i]
+            left, right = factor[i, :margin], factor[i, margin:]
+            for j in range(left.size):
+                left[j] = -sign * back[j]
+            for j in range(streams):
+                right[j] = through[j]
+            for j in range(i):
+                right[j] -= factor[j, i] * direct[j]
+            for j in range(streams, width):
+                right[j] = through[j] + sign * back[j] * direct[j]
+            right[directions] = back[directions] if side else through[directions]
+            begin = i // LANES * LANES
+            row = factor[i, begin:]
+            _add_products(row, factor, i, i, begin, -1.0)
+            root = math.sqrt(max(1.0 + left[i], LEAST_PIVOT))
+            right[i] -= left[i] / (1.0 + root) * direct[i]
+            inverse = 1.0 / root
+            for j in range(row.size):
+                row[j] *= inverse
+        for i in range(rows):
+            begin = _first_column(i, streams, others) // LANES * LANES
+            target = products[side, i, begin:]
+            if i < streams:
+                shifted = factor[i, margin + begin :]
+                for j in range(target.size):
+                    target[j] = direct[i] * shifted[j]
+                for j in range(begin, streams):
+                    products[side, i, j] += factor[j, margin + i] * direct[j]
+            else:
+                for j in range(target.size):
+                    target[j] = 0.0
+            _add_products(target, factor, margin + i, streams, margin + begin, 1.0)
+    for i in range(rows):
+        begin = _first_column(i, streams, others) // LANES * LANES
+        plus, minus = products[0, i, begin:], products[1, i, begin:]
+        back, through, carried = reflection[i, begin:], transmission[i, begin:], direct[begin:]
+        emitted, far = transmission[i, directions], reflection[i, directions]
+        sent, sent_far = products[0, i, directions], products[1, i, directions]
+        if i < streams:
+            for j in range(plus.size):
+                is_extra = 1.0 if begin + j >= streams else 0.0  # among streams, Y contains it
+                back[j] += 0.5 * (plus[j] - minus[j])
+                through[j] = through[j] * carried[j] * is_extra + 0.5 * (plus[j] + minus[j])
+            own = 0.0
+        else:
+            own = direct[i]
+            for j in range(plus.size):
+                back[j] += own * carried[j] * back[j] + 0.5 * (plus[j] - minus[j])
+                through[j] = through[j] * (carried[j] + own) + 0.5 * (plus[j] + minus[j])
+        transmission[i, directions] = emitted * (1.0 + own) + sent
+        reflection[i, directions] = 0.5 * (far + own * (emitted + far) + sent + sent_far)
+    for i in range(streams):
+        for j in range(i):
+            reflection[i, j] = reflection[j, i]
+            transmission[i, j] = transmission[j, i]
 
 
 @inner(error_model="numpy")
-def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
+def _close(reflection: Any, transmission: Any, direct: Any, scale: Any) -> None:
     """Make the rows of a layer just doubled sum to 1 in spite of rounding.
 
     Energy lost to rounding acts as absorption: it would double with every doubling and absorb 1e-6 of the light in
     conservative layers of thickness 1e6. It is added to the diagonal of R and to the emissivity, in proportion to the
     scattered and the emitted light.
     """
-    for i in range(beams, columns):
+    directions = reflection.shape[0]
+    for i in range(scale.size):
         through = direct[i] * direct[i]
         scattered = 0.0
-        for j in range(beams, columns):
+        for j in range(scale.size):
             scattered += (reflection[i, j] + transmission[i, j]) * scale[j]
-        emitted = transmission[i, columns]
+        emitted = transmission[i, directions]
         whole = scattered + emitted
         missing = scale[i] * (1.0 - through) - whole
         reflection[i, i] += missing * (scattered / whole) / scale[i]
-        transmission[i, columns] += missing * (emitted / whole)
+        transmission[i, directions] += missing * (emitted / whole)
 
 
 @dataclass(frozen=True)
