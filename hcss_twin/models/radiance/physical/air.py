@@ -6,8 +6,8 @@ the first column, then of the second, and so on.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,6 +40,9 @@ SUBLAYERS = 2
 
 _MAX_LEG_VIEWS = 16
 """Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""
+
+_MOST_VALUES = 2**22
+"""Transmittances of the legs of single columns in memory."""
 
 _MOST_KEPT = 2**15
 """Paths times wavenumbers of a column whose transmittances are kept for other scenes: pairs of streams would fill the
@@ -92,6 +95,27 @@ class _LegRequest:
     front: CompositePaths = field(compare=False)
     front_transmittance: Array = field(compare=False)
 
+    def by_column(self) -> Iterator[_LegRequest]:
+        """Yield the request of each column."""
+        count = len(self.lower_m)
+        through = self.front_transmittance.reshape(len(self.front), count, -1)
+        for column, (lower, upper) in enumerate(zip(self.lower_m, self.upper_m, strict=True)):
+            own = self.front.column(column)
+            yield replace(
+                self, key=own.key, lower_m=(lower,), upper_m=(upper,), front=own, front_transmittance=through[:, column]
+            )
+
+
+def _beside(views: list[LegView]) -> LegView:
+    """Join the columns of several views."""
+    first, *others = views
+    if not others:
+        return first
+    emission, transmittance = (
+        np.concatenate([getattr(view, name) for view in views], axis=1) for name in ("emission", "transmittance")
+    )
+    return LegView(emission, transmittance, first.crossed.beside([view.crossed for view in others]))
+
 
 class Air:
     """Transmittance and emission of legs through one profile, at given wavenumbers.
@@ -129,6 +153,8 @@ class Air:
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
         self._leg_views = cached_method(self._leg_view, _MAX_LEG_VIEWS)
+        most = max(_MOST_VALUES // (wavenumber_cm1.size * 16), _MAX_LEG_VIEWS)
+        self._leg_of_column = cached_method(self._new_leg_of_column, most)
         self._pieces = cached_method(self._new_pieces, _MAX_LEGS)
         self._sources = cached_method(self._new_sources, _MAX_SOURCES)
 
@@ -194,7 +220,15 @@ class Air:
         )
 
     def _leg_view(self, request: _LegRequest) -> LegView:
-        """Return a leg from the memory that scenes share, if there is one."""
+        """Return a leg, of each column from the memory.
+
+        Many columns share their upper air, and the arrays of one column fit in the processor's cache.
+        """
+        if isinstance(request.front, AbsorberPaths):
+            return _beside([self._leg_of_column(own) for own in request.by_column()])
+        return self._new_leg_view(request)
+
+    def _new_leg_of_column(self, request: _LegRequest) -> LegView:
         if self._memory is None or not isinstance(request.front, AbsorberPaths):
             return self._new_leg_view(request)
         ends = repr((request.zenith_deg, request.lower_m, request.upper_m, request.downward, request.coarse))

@@ -66,15 +66,15 @@ def close(columns: SceneColumns) -> Closure:
     streams = list(columns.directions.stream_indices)
     # Upward in the uppermost gap; then downward and upward in each below.
     rows = 2 * gaps - 1
-    matrix = np.zeros((rows, count, rows, count, size))
-    source = np.zeros((rows, count, len(TERMS), size))
+    # In memory, the elements of a linear system are neighbours; here wavenumbers are the last axis.
+    flat = rows * count
+    kernel, right = np.zeros((size, flat, flat)), np.zeros((size, flat, len(TERMS)))
+    matrix = np.moveaxis(kernel.reshape(size, rows, count, rows, count), 0, -1)
+    source = np.moveaxis(right.reshape(size, rows, count, len(TERMS)), 0, -1)
     for gap in range(gaps):
         if gap > 0:
             _looking_down(columns, frozen, gap, streams, matrix, source)
         _looking_up(columns, frozen, gap, streams, matrix, source)
-    flat = rows * count
-    kernel = np.ascontiguousarray(np.moveaxis(matrix.reshape(flat, flat, size), -1, 0))
-    right = np.ascontiguousarray(np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0))
     solved = _solve(kernel, right, count)
     radiance = np.moveaxis(solved.reshape(size, rows, count, len(TERMS)), (0, 3), (3, 1))
     down = tuple(radiance[2 * gap - 1] for gap in range(1, gaps))

@@ -47,6 +47,10 @@ class CompositePaths(ABC):
     def beside(self, others: Sequence[Self]) -> Self:
         """Append the columns of others with the same number of paths."""
 
+    @abstractmethod
+    def column(self, number: int) -> Self:
+        """Return the paths of one column."""
+
     @property
     @abstractmethod
     def key(self) -> Hashable:
@@ -72,6 +76,10 @@ class AbsorberPaths(CompositePaths):
     def beside(self, others: Sequence[Self]) -> Self:
         """Append columns."""
         return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
+
+    def column(self, number: int) -> Self:
+        """Return the paths of one column."""
+        return type(self)(self.amounts[:, number : number + 1])
 
     @property
     def key(self) -> bytes:
@@ -103,6 +111,9 @@ class _LegPaths(CompositePaths):
     def beside(self, others: Sequence[Self]) -> Self:
         every = zip(self.paths, *(other.paths for other in others), strict=True)
         return type(self)(tuple(sum(rows, ()) for rows in every))
+
+    def column(self, number: int) -> Self:
+        return type(self)(tuple((row[number],) for row in self.paths))
 
     @property
     def key(self) -> Hashable:
