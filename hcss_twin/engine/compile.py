@@ -35,7 +35,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import expect
-from hcss_twin.plan.numerics import spectral_level
+from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import EDGES, EXTREMES
 from hcss_twin.providers.registry.specs import Kind
@@ -71,14 +71,18 @@ def compile_tables(plan: Plan) -> RadianceTables:
         return together or tables_over_views(plan, compile_tables)
     allowed = plan.budget
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
-    spectrum = choose_spectrum(plan.at_level(spectral_level(plan.assembly)), allowed.wavenumbers)
+    few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
+    spectrum = choose_spectrum(few_streams, allowed.wavenumbers)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = _time_nodes(columns, plan, allowed.time)
     placing = times[len(times) // 2]
     sun = plan.sun_at(placing)
     source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
+    # Where nodes must lie hardly depends on the numerical level, either: those of many columns are placed with few
+    # streams, whose columns differ little and smoothly from those of the tables.
+    placed = columns.of(few_streams) if all(plan.assembly.cloudy_layers) and len(plan.layers) > 1 else columns
     axes: tuple[ThicknessAxis | None, ...] = tuple(
-        place_axis(columns.alone(index, sun), layer, plan.assembly.profile.altitude_m, allowed.thickness, source)
+        place_axis(placed.alone(index, sun), layer, plan.assembly.profile.altitude_m, allowed.thickness, source)
         if plan.assembly.cloudy_layers[index]
         else None
         for index, layer in enumerate(plan.layers)
@@ -88,12 +92,13 @@ def compile_tables(plan: Plan) -> RadianceTables:
     match axes:
         case (ThicknessAxis() as low, ThicknessAxis() as high):
             pair = place_pair(
-                lambda thickness: columns.cloudy(thickness, sun), low, high, allowed.two_layers, source, plan.layers
+                lambda thickness: placed.cloudy(thickness, sun), low, high, allowed.two_layers, source, plan.layers
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes = (pair.low, pair.high)
-    drift = allowed.other_instants if len(times) > 1 else 0.0
-    first = columns.exact(axes, pair, sun)
+    drift = allowed.other_instants if len(times) > 1 or placed is not columns else 0.0
+    few = placed.exact(axes, pair, sun) if placed is not columns else None
+    first = columns.exact(axes, pair, sun, few=few, tolerance=allowed.other_instants)
     suns = tuple(plan.sun_at(time) for time in times)
     exact = [
         first if time == placing else columns.exact(axes, pair, other, [first], drift)

@@ -87,8 +87,8 @@ class Assembly:
         Map of the ground; None for sea everywhere.
     surface : SurfaceState or None
         Surface that takes the place of the scenario's sea; None for that sea.
-    numerical_level : int
-        That of the radiance model.
+    numerical_level, sunlight_steps : int
+        That of the radiance model, and how many levels finer sunlight toward the sensor is.
     air_over_field : AirOverField or None
         Air over the image; None if the scenario has one profile.
     air_memory : OwnMemory or None
@@ -130,6 +130,7 @@ class Assembly:
     surfaces: SceneSurfaces | None = None
     surface: SurfaceState | None = None
     numerical_level: int = 0
+    sunlight_steps: int = 0
     air_over_field: AirOverField | None = None
     air_memory: OwnMemory | None = None
     cloud_notes: tuple[str, ...] = ()
@@ -191,7 +192,9 @@ class Assembly:
 
     def with_finer_sunlight(self, steps: int) -> Assembly:
         """Return the same scene with sunlight some levels finer than all else, also at other levels."""
-        return self._with_model_inputs(sunlight_steps=steps) if steps else self
+        if steps == self.sunlight_steps:
+            return self
+        return replace(self._with_model_inputs(sunlight_steps=steps), sunlight_steps=steps)
 
     def _with_model_inputs(self, **inputs: Any) -> Assembly:
         model_of, exact_model_of = (partial(each, **inputs) for each in (self.model_of, self.exact_model_of))

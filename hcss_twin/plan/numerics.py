@@ -32,6 +32,9 @@ SPECTRAL_LEVELS = 3
 FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
 """Where the search starts, for tolerances above each limit."""
 
+MANY_STREAMS = 4
+"""Level from which on it pays to try fewer streams for all but sunlight."""
+
 SUNLIGHT_STEPS = 3
 """How many levels finer sunlight is where its error toward some view is too large; fewer hardly help at rainbows."""
 
@@ -67,6 +70,12 @@ class NumericalLevel:
     sunlight_steps: int = 0
 
 
+def finest(each: Sequence[NumericalLevel]) -> NumericalLevel:
+    """Return a level that is as fine as each of several."""
+    level, sunlight = max(own.level for own in each), max(own.level + own.sunlight_steps for own in each)
+    return NumericalLevel(level, max(own.error for own in each), all(own.enough for own in each), sunlight - level)
+
+
 def reference_level(assembly: Assembly) -> int:
     """Return the level against which that of a scene is verified."""
     return min(assembly.numerical_level + 1, assembly.model.declares.numerical_levels - 1)
@@ -77,8 +86,18 @@ def spectral_level(assembly: Assembly) -> int:
     return max(assembly.numerical_level - SPECTRAL_LEVELS, 0)
 
 
+def for_spectra(assembly: Assembly) -> Assembly:
+    """Return the scene at that level, with sunlight as many levels coarser."""
+    level = spectral_level(assembly)
+    sunlight = max(assembly.numerical_level + assembly.sunlight_steps - SPECTRAL_LEVELS, 0)
+    return assembly.at_level(level).with_finer_sunlight(sunlight - level)
+
+
 def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: float) -> NumericalLevel:
     """Return the coarsest level whose few columns are within the tolerance of finer ones.
+
+    By day, sharply peaked phase functions need many streams for sunlight toward the sensor, which is solved apart; all
+    else is then solved with as few as the tolerance allows, or, where no level meets it, as have the least error.
 
     Parameters
     ----------
@@ -94,24 +113,29 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     columns = _columns(assembly)
 
     @cache
-    def at(level: int) -> list[Array]:
-        model = assembly.at_level(level).model
+    def at(level: int, steps: int) -> list[Array]:
+        model = (assembly.at_level(level).with_finer_sunlight(steps) if steps else assembly.at_level(level)).model
         expect(model, suns)
         return [columns.total(model, sun) for sun in dict.fromkeys(suns)]
 
-    def change(level: int, finer: int) -> float:
-        return max(largest_change(one, other) for one, other in zip(at(level), at(finer), strict=True))
+    def change(level: int, finer: int, steps: int) -> float:
+        return max(largest_change(one, other) for one, other in zip(at(level, steps), at(finer, steps), strict=True))
 
-    def error(level: int) -> float:
-        before = change(level - 1, level + 1) / FASTEST_CONVERGENCE if level > 0 else 0.0
-        return SAFETY_FACTOR * max(change(level, level + 1), before)
+    @cache
+    def error(level: int, steps: int = 0) -> float:
+        before = change(level - 1, level + 1, steps) / FASTEST_CONVERGENCE if level > 0 else 0.0
+        return SAFETY_FACTOR * max(change(level, level + 1, steps), before)
 
     first = level = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
     while error(level) > tolerance and level < last:
         level += 1
     while level == first > 0 and error(level - 1) <= tolerance:
         first = level = level - 1
-    return NumericalLevel(level, error(level), error(level) <= tolerance)
+    sizes = [(level, 0)]
+    if level >= MANY_STREAMS and any(suns):
+        sizes = [*((fewer, level - fewer) for fewer in range(1, level - 1)), (level, 0)]
+    chosen = next((each for each in sizes if error(*each) <= tolerance), min(sizes, key=lambda each: error(*each)))
+    return NumericalLevel(chosen[0], error(*chosen), error(*chosen) <= tolerance, chosen[1])
 
 
 def refine_toward(
@@ -126,6 +150,7 @@ def refine_toward(
     if last < 0 or not suns or not chosen.enough:
         return chosen
     columns, order, error = _columns(assembly), list(views), chosen.error
+    sunlight = chosen.level + chosen.sunlight_steps
 
     def error_toward(view: View, level: int, steps: int) -> float:
         own = assembly.with_finer_sunlight(steps)
@@ -139,8 +164,8 @@ def refine_toward(
         before = largest_change(at(level - 1), finer) / FASTEST_CONVERGENCE if level > 0 else 0.0
         return SAFETY_FACTOR * max(largest_change(at(level), finer), before)
 
-    for level, steps in product(range(chosen.level, last + 1), (0, SUNLIGHT_STEPS) if any(suns) else (0,)):
-        errors = []
+    for level, more in product(range(chosen.level, last + 1), (0, SUNLIGHT_STEPS) if any(suns) else (0,)):
+        steps, errors = max(sunlight - level, 0) + more, []
         for place, view in enumerate(order):
             errors.append(error_toward(view, level, steps))
             if errors[-1] > tolerance:

@@ -19,7 +19,7 @@ from hcss_twin.plan.few_columns import (
     largest_contrast,
     typical_contrast,
 )
-from hcss_twin.plan.numerics import spectral_level
+from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, low_sun
@@ -192,7 +192,7 @@ def list_omissions(
     if faint_sunlight is not None:
         frames = [(frames[0][0], None)]
     # Bounds are relative changes, which hardly depend on the numerical level.
-    assembly = assembly.at_level(spectral_level(assembly))
+    assembly = for_spectra(assembly)
     columns = few_columns(assembly)
     expect(assembly.model, [position for _, position in frames])
     known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}

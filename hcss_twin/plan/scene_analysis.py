@@ -17,7 +17,14 @@ from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import Omission
-from hcss_twin.plan.numerics import GridRefinement, NumericalLevel, choose_level, choose_refinement, refine_toward
+from hcss_twin.plan.numerics import (
+    GridRefinement,
+    NumericalLevel,
+    choose_level,
+    choose_refinement,
+    finest,
+    refine_toward,
+)
 from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
@@ -87,9 +94,7 @@ def strictest(first: SceneAnalysis, each: Sequence[SceneAnalysis]) -> SceneAnaly
         faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
         views=views,
         notes=tuple(dict.fromkeys(note for analysis in (first, *each) for note in analysis.notes)),
-        numerics=max(
-            (analysis.numerics for analysis in each), key=lambda own: (own.level, own.sunlight_steps, own.error)
-        ),
+        numerics=finest([analysis.numerics for analysis in each]),
         expected=widest(analysis.expected for analysis in (first, *each)),
         spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
     )

@@ -42,6 +42,21 @@ def test_few_crosses_say_what_all_columns_are():
     assert columns.asked < 0.4 * LOW.size * HIGH.size
 
 
+def test_a_difference_of_low_rank_needs_fewer_columns_than_what_it_completes():
+    def finer(low, high):
+        more = 2e-3 * np.exp(-low / 300.0) / (1.0 + high / 400.0)
+        return thermal(low, high) * (1.0 + more[:, None, None])
+
+    low, high = np.meshgrid(LOW, HIGH, indexing="ij")
+    near, exact = (law(low.ravel(), high.ravel()).reshape(LOW.size, HIGH.size, 3, 2) for law in (thermal, finer))
+    alone, derived = Counted(finer), Counted(finer)
+    complete(alone, LOW, HIGH, 1e-6)
+    found, error = complete(derived, LOW, HIGH, 1e-6, near)
+    assert np.max(np.abs(found - exact) / exact.sum(axis=2, keepdims=True)) < 1e-6
+    assert error <= 5e-7
+    assert derived.asked < 0.8 * alone.asked
+
+
 def test_columns_in_crosses_are_the_computed_ones():
     found, _ = complete(thermal_of_pairs, LOW, HIGH, 1e-3)
     for row in (0, LOW.size - 1):

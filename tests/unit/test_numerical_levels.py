@@ -11,7 +11,17 @@ from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
 from hcss_twin.plan.few_columns import FewColumns
-from hcss_twin.plan.numerics import FIRST_LEVELS, _columns, _spectra, choose_level, reference_level, spectral_level
+from hcss_twin.plan.numerics import (
+    FIRST_LEVELS,
+    NumericalLevel,
+    _columns,
+    _spectra,
+    choose_level,
+    finest,
+    reference_level,
+    spectral_level,
+)
+from hcss_twin.providers import Sun
 
 BAND = SpectralBand("flat", np.array([3.0, 5.0]), np.array([1.0, 1.0]))
 NATIVE = np.arange(1000.0, 4000.0, 50.0)
@@ -66,14 +76,19 @@ class Declared:
 
 
 class ModelWithError:
-    """Radiance 1 plus an error that falls by a factor of 4 from level to level."""
+    """Radiance 1 plus errors of diffuse light and, by day, of sunlight: each falls by a factor from level to level."""
 
-    def __init__(self, level, count):
-        self.level, self.declares = level, Declared(count)
+    def __init__(self, level, count, steps=0, falls=(0.25, 0.25)):
+        self.level, self.declares, self.steps, self.falls = level, Declared(count), steps, falls
         self.terms = {"emission": "of the sea"}
 
     def clear(self, wavenumber_cm1, sun):
-        return {"emission": np.full(wavenumber_cm1.size, 1.0 + 0.04 * 0.25**self.level)}
+        sunlit = min(self.level + self.steps, self.declares.numerical_levels - 1)
+        error = 0.04 * (self.falls[0] ** self.level + (sun is not None) * self.falls[1] ** sunlit)
+        return {"emission": np.full(wavenumber_cm1.size, 1.0 + error)}
+
+    def expect(self, suns):
+        pass
 
 
 @dataclass(frozen=True)
@@ -89,7 +104,13 @@ class Scene:
     extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
 
     def at_level(self, level):
-        return replace(self, model=ModelWithError(level, self.model.declares.numerical_levels), numerical_level=level)
+        own = self.model
+        model = ModelWithError(level, own.declares.numerical_levels, own.steps, own.falls)
+        return replace(self, model=model, numerical_level=level)
+
+    def with_finer_sunlight(self, steps):
+        own = self.model
+        return replace(self, model=ModelWithError(own.level, own.declares.numerical_levels, steps, own.falls))
 
 
 @pytest.mark.parametrize(("tolerance", "level"), [(0.1, 0), (0.02, 1), (3e-3, 2), (2e-4, 4), (3e-5, 6)])
@@ -99,6 +120,23 @@ def test_the_coarsest_level_within_the_tolerance_is_chosen(tolerance, level):
     assert chosen.level == level
     assert chosen.enough
     assert 0.04 * 0.25**level <= 1.1 * chosen.error <= 1.1 * tolerance
+
+
+@pytest.mark.parametrize(("sun", "steps"), [(Sun(40.0, 90.0, 1.0), True), (None, False)])
+def test_where_sunlight_alone_needs_a_fine_level_all_else_has_fewer_streams(sun, steps):
+    scene = Scene(ModelWithError(0, 8, falls=(0.001, 0.3) if steps else (0.3, 0.001)))
+    chosen = choose_level(scene, [sun], 5e-4)
+    assert chosen.enough
+    assert (chosen.sunlight_steps > 0) == steps
+    # 1.5 x 0.04 x 0.7 x 0.3^level is within the tolerance from level 4 on; with 0.001 from level 1 on, which a sixteenth
+    # of the error of level 0 forbids.
+    assert chosen.level + chosen.sunlight_steps == 4
+    assert chosen.level == (2 if steps else 4)
+
+
+def test_several_levels_have_one_that_is_as_fine_as_each():
+    one, other = NumericalLevel(2, 1e-4, True, 4), NumericalLevel(3, 2e-4, False, 0)
+    assert finest([one, other]) == finest([other, one]) == NumericalLevel(3, 2e-4, False, 3)
 
 
 def test_a_tolerance_beyond_the_finest_level_is_said():

@@ -22,7 +22,7 @@ from hcss_twin.engine.compile import table_key
 from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, choose_nodes
 from hcss_twin.plan.assembly import Assembly, expect
-from hcss_twin.plan.numerics import reference_level, spectral_level
+from hcss_twin.plan.numerics import for_spectra, reference_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
 
@@ -176,10 +176,11 @@ def _key(plan: Plan) -> str:
 
 def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tuple[Sun | None, ...]) -> Array:
     assembly, grid = plan.assembly.for_references, plan.spectral_grid
-    coarse, fine = spectral_level(assembly), reference_level(assembly)
-    for level in (0, coarse, assembly.numerical_level, fine):
-        expect(assembly.at_level(level).model, suns)
-    known = reference_spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+    few, fine = for_spectra(assembly), reference_level(assembly)
+    coarse, coarsest = few.numerical_level, few.at_level(0).model
+    for model in (coarsest, few.model, assembly.model, assembly.at_level(fine).model):
+        expect(model, suns)
+    known = reference_spectra(few.model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
     terms: Array = known @ grid.weights_cm1.T
     if fine != coarse:
         nodes = choose_nodes(grid, known, NODES_TOLERANCE)
@@ -194,7 +195,6 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tupl
             terms *= np.divide(total, whole, out=np.ones_like(whole), where=whole > 0.0)
         else:
             terms += change
-    coarsest = assembly.at_level(0).model
     first = (
         known if coarse == 0 else reference_spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
     )
@@ -211,10 +211,10 @@ def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     from hcss_twin.plan.texture import EXPANSION_STATES  # not for scenes without texture
 
     assert plan.texture is not None
-    grid, level = plan.spectral_grid, spectral_level(plan.assembly)
+    grid, few = plan.spectral_grid, for_spectra(plan.assembly)
     terms = []
     for state in EXPANSION_STATES:
-        model = plan.texture.perturbed(plan.assembly.at_level(level), state).model
+        model = plan.texture.perturbed(few, state).model
         expect(model, (sun,))
         spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
         terms.append(spectra @ grid.weights_cm1.T)

@@ -210,18 +210,20 @@ class BandColumns:
         sun: Sun | None,
         known: Sequence[ExactColumns] = (),
         tolerance: float = 0.0,
+        few: ExactColumns | None = None,
     ) -> ExactColumns:
-        """Columns at the exact nodes of all axes; derived from those for other suns or views, if given."""
+        """Columns at the exact nodes of all axes; derived from those for other suns or views, or ``few`` streams."""
         nothing = np.empty((0, len(self.quantities.terms), len(self.plan.bands)))
+        near = known or (() if few is None else (few,))
         alone: list[Array] = []
         for index, axis in enumerate(axes):
             columns = self.alone(index, sun)
             if axis is None:
                 alone.append(nothing)
-            elif not known:
+            elif not near:
                 alone.append(columns(axis.exact_m))
             else:
-                others = np.stack([each.alone[index] for each in known])
+                others = np.stack([each.alone[index] for each in near])
                 alone.append(single_layer(columns, axis.exact_m, others, tolerance))
 
         def both_layers(thickness_m: Array) -> Array:
@@ -230,10 +232,9 @@ class BandColumns:
         both: Array | None = None
         if pair is not None:
             if known and known[0].both is not None:
-                low, high = pair.low.exact_m, pair.high.exact_m
-                both = layer_pair(both_layers, low, high, known[0].both, tolerance)
+                both = layer_pair(both_layers, pair.low.exact_m, pair.high.exact_m, known[0].both, tolerance)
             if both is None:
-                both = pair.exact(both_layers)
+                both = pair.exact(both_layers, near[0].both if near else None)
         return ExactColumns(tuple(alone), both)
 
     def table(self, axes: tuple[ThicknessAxis | None, ...], exact: ExactColumns, sun: Sun | None) -> InstantTable:

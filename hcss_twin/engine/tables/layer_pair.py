@@ -38,6 +38,9 @@ Pairs = Callable[[Array], Array]
 FIRST_CROSSES = 3
 """Initial crosses, at the thinnest, the middle and the thickest cloud of both layers."""
 
+FIRST_CROSSES_NEAR = 2
+"""Initial crosses of a difference from columns that are near."""
+
 TRIED = 24
 """Number of elements outside the crosses that are computed for each error estimate."""
 
@@ -45,7 +48,9 @@ _RANK = 1e-9
 """Singular values below this fraction of the largest are treated as rounding errors."""
 
 
-def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> tuple[Array, float]:
+def complete(
+    columns: Pairs, low_m: Array, high_m: Array, tolerance: float, near: Array | None = None
+) -> tuple[Array, float]:
     """Return the columns of all pairs of thicknesses.
 
     Parameters
@@ -54,6 +59,8 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
         Ascending.
     tolerance : float
         Of the total of any band, relative.
+    near : ndarray (E, F, K, B), optional
+        Columns that differ little, such as those of fewer streams: the difference has a lower rank.
 
     Returns
     -------
@@ -63,12 +70,12 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
         Largest relative error of the total among the elements tested last; 0 if all were computed.
     """
     size = low_m.size, high_m.size
-    rows, across = (_first(each) for each in size)
+    rows, across = (_first(each, FIRST_CROSSES if near is None else FIRST_CROSSES_NEAR) for each in size)
     by_row = {row: _line(columns, low_m[row : row + 1], high_m) for row in rows}
     by_column = {column: _line(columns, low_m, high_m[column : column + 1]) for column in across}
     start = 0
     while True:
-        completed = _skeleton(by_row, by_column)
+        completed = _skeleton(by_row, by_column, near)
         tried = _elsewhere(size, by_row, by_column, start)
         if tried is None or len(by_row) >= min(size):
             return _line_by_line(columns, by_row, low_m, high_m), 0.0
@@ -85,8 +92,8 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
         by_column.setdefault(column, _line(columns, low_m, high_m[column : column + 1]))
 
 
-def _first(size: int) -> list[int]:
-    return sorted(set(np.linspace(0, size - 1, FIRST_CROSSES).round().astype(int).tolist()))
+def _first(size: int, count: int) -> list[int]:
+    return sorted(set(np.linspace(0, size - 1, count).round().astype(int).tolist()))
 
 
 def _line(columns: Pairs, low_m: Array, high_m: Array) -> Array:
@@ -101,16 +108,19 @@ def _line_by_line(columns: Pairs, by_row: dict[int, Array], low_m: Array, high_m
     )
 
 
-def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array]) -> Array:
-    """Complete the product from its crosses, which remain unchanged."""
+def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array], near: Array | None) -> Array:
+    """Complete the product, or its difference from one that is near, from its crosses, which remain unchanged."""
     rows, across = sorted(by_row), sorted(by_column)
     lines = np.stack([by_row[row] for row in rows])  # (I, F, K, B)
     columns = np.stack([by_column[column] for column in across], axis=1)  # (E, J, K, B)
-    centre = np.moveaxis(lines[:, across], (0, 1), (-2, -1))  # (K, B, I, J)
-    inverse = np.linalg.pinv(centre, rcond=_RANK)
-    completed: Array = np.einsum("ejkb,kbji,ifkb->efkb", columns, inverse, lines, optimize=True)
     # A term that approaches zero (the sea under both clouds) would otherwise become negative, which no column is.
     lowest = np.minimum(np.min(lines, axis=(0, 1)), np.min(columns, axis=(0, 1)))
+    own = (lines, columns) if near is None else (lines - near[rows], columns - near[:, across])
+    centre = np.moveaxis(own[0][:, across], (0, 1), (-2, -1))  # (K, B, I, J)
+    inverse = np.linalg.pinv(centre, rcond=_RANK)
+    completed: Array = np.einsum("ejkb,kbji,ifkb->efkb", own[1], inverse, own[0], optimize=True)
+    if near is not None:
+        completed += near
     np.maximum(completed, np.minimum(lowest, 0.0), out=completed)
     for index, column in enumerate(across):
         completed[:, column] = columns[:, index]
@@ -163,9 +173,9 @@ class LayerPair:
     cross_tolerance: float
     estimated_error: float
 
-    def exact(self, columns: ColumnsAt) -> Array:
+    def exact(self, columns: ColumnsAt, near: Array | None = None) -> Array:
         """Terms of the columns of all pairs of exact nodes (E, F, K, B), computed for some of them."""
-        return complete(columns, self.low.exact_m, self.high.exact_m, self.cross_tolerance)[0]
+        return complete(columns, self.low.exact_m, self.high.exact_m, self.cross_tolerance, near)[0]
 
     def dense(self, exact: Array, named: Callable[[Array], Array]) -> NDArray[np.float32]:
         """Interpolate exact columns onto all pairs of dense nodes.

@@ -19,7 +19,7 @@ from hcss_twin.engine.tables.thickness_axis import ColumnsAt, Source, place_axis
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.assembly import expect_views
-from hcss_twin.plan.numerics import spectral_level
+from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import EDGES, EXTREMES
 from hcss_twin.providers import Sun, View
@@ -54,8 +54,9 @@ def tables_together(
     """
     assert plan.views is not None
     views, allowed = image_views(plan), plan.budget
-    extreme, level = views.at(EXTREMES), spectral_level(plan.assembly)
-    spectrum = choose_spectrum(plan.at_level(level), allowed.wavenumbers, extreme, views.at(EDGES))
+    extreme = views.at(EXTREMES)
+    few_streams = replace(plan, assembly=for_spectra(plan.assembly))
+    spectrum = choose_spectrum(few_streams, allowed.wavenumbers, extreme, views.at(EDGES))
     toward = [_columns(plan, view, extreme, spectrum.nodes) for view in extreme]
     times = [time_nodes(each, each.plan, allowed.time) for each in toward]
     frames, time_error = max((each for each, _ in times), key=len), max(error for _, error in times)

@@ -368,16 +368,17 @@ class SlabSolver:
         """
         views, suns = _distinct(solvers)
         azimuths = [each._directions.relative_azimuth for each in solvers]
-        if len(views) == 1:
-            return self._sunlight_between(depth, albedo, moments, suns, views[0], azimuths)
-        every, own = self.views_at_once, list(zip(views, azimuths, strict=True))
-        digest = hashlib.sha256(repr((self._numerics, every, suns[0])).encode())
+        one_view, source = len(views) == 1, views[0] if len(views) == 1 else suns[0]
+        own = list(zip(suns if one_view else views, azimuths, strict=True))
+        every = own if one_view else self.views_at_once
+        sizes = self._numerics.sun_streams, self._numerics.sun_moments, self._numerics.azimuth_modes
+        digest = hashlib.sha256(repr((sizes, tuple(every), source)).encode())
         for array in (depth, albedo, moments):
             digest.update(np.ascontiguousarray(array).tobytes())
 
         def compute() -> tuple[Array, ...]:
             cosines, turned = zip(*every, strict=True)
-            return (self._sunlight_between(depth, albedo, moments, cosines, suns[0], turned),)
+            return (self._sunlight_between(depth, albedo, moments, cosines, source, turned),)
 
         return self._memory.get_or_compute(digest.digest(), compute)[0][[every.index(each) for each in own]]
 
