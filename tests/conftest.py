@@ -2,14 +2,19 @@
 
 import json
 import os
+import sys
 from pathlib import Path
+
+# Otherwise workers and commands in processes of their own compile the package, and rewrite the assertions, each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Workers of pytest-xdist share the processors: before numpy is loaded.
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import pytest
-from hypothesis import settings
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 settings.register_profile("fixed", derandomize=True, database=None, deadline=None)
 # pytest --hypothesis-profile=search draws others each time, and more of them.
