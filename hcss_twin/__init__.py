@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.analysis.uncertainty.fit import fit, fit_dimension
     from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
     from hcss_twin.core.errors import (
         CatalogError,
@@ -62,8 +61,6 @@ __all__ = [
     "__version__",
     "column_spectra",
     "export_cube",
-    "fit",
-    "fit_dimension",
     "hookimpl",
     "make_plan",
     "open_cube",
@@ -94,8 +91,6 @@ def __getattr__(name: str) -> Any:
         "Twin": "engine.twin",
         "column_spectra": "engine.column_spectra",
         "export_cube": "cube.export.cube_export",
-        "fit": "analysis.uncertainty.fit",
-        "fit_dimension": "analysis.uncertainty.fit",
         "hookimpl": "providers.registry.specs",
         "read_posterior": "analysis.uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
@@ -109,7 +104,7 @@ def __getattr__(name: str) -> Any:
         "simulate": "engine.simulate",
         "sweep": "sweeps.run",
     }
-    if name in ("EvaluationChoice", "evaluate"):
+    if name in ("EvaluationChoice", "evaluate", "fit", "fit_dimension"):
         return _of_hcss_evaluate(name)
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")

@@ -2,14 +2,19 @@
 
 import json
 import os
+import sys
 from pathlib import Path
+
+# Otherwise workers and commands in processes of their own compile the package, and rewrite the assertions, each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Workers of pytest-xdist share the processors: before numpy is loaded.
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import pytest
-from hypothesis import settings
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 settings.register_profile("fixed", derandomize=True, database=None, deadline=None)
 # pytest --hypothesis-profile=search draws others each time, and more of them.
@@ -25,15 +30,17 @@ def pytest_addoption(parser):
     parser.addoption("--quick", action="store_true", help="only the files of tests/quick.json: under a minute")
 
 
+def pytest_configure(config):
+    """Leave out the tests of plugins: pytest asks the function below about files beside this one only."""
+    if config.getoption("--quick") and config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+        config.args = [str(QUICK.parent)]
+
+
 def pytest_ignore_collect(collection_path, config):
     """Leave out files that are not quick; returning None leaves the decision to others."""
     if config.getoption("--quick") and collection_path.suffix == ".py":
         quick = json.loads(QUICK.read_text(encoding="utf-8"))
-        try:
-            name = collection_path.relative_to(QUICK.parent).as_posix()
-        except ValueError:
-            return True
-        return None if name in quick else True
+        return None if collection_path.relative_to(QUICK.parent).as_posix() in quick else True
     return None
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import click
 from hcss_bench.command import bench
 from hcss_evaluate.command import evaluate_command
+from hcss_evaluate.posterior.command import fit_command
 from hcss_paper.command import reproduce
 
 from hcss_twin.cli.main import cli
@@ -31,8 +32,8 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | 130, 143 | interrupted, terminated |
 
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
-(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md); `hcss bench`,
-`hcss evaluate` and `hcss reproduce` come with the plugins `hcss-bench`, `hcss-evaluate` and `hcss-paper`.
+(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md): `hcss bench` comes with
+`hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`, and `hcss reproduce` with `hcss-paper`.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
@@ -52,7 +53,12 @@ def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> It
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
-    of_plugins = [("hcss bench", bench), ("hcss evaluate", evaluate_command), ("hcss reproduce", reproduce)]
+    of_plugins = [
+        ("hcss bench", bench),
+        ("hcss evaluate", evaluate_command),
+        ("hcss fit", fit_command),
+        ("hcss reproduce", reproduce),
+    ]
     for words, command in sorted([*commands(), *of_plugins], key=itemgetter(0)):
         usage = " ".join(command.collect_usage_pieces(click.Context(command, info_name=words)))
         yield f"## `{words}`\n\n`{words} {usage}`\n\n{inspect.cleandoc(command.help or '')}\n"

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 TOPICS = {
     "Simulate": ("run", "plan", "validate", "sweep", "sense"),
     "Look at cubes": ("preview", "report", "volume", "export", "verify"),
-    "Clouds from images": ("import", "clouds", "match", "fit"),
+    "Clouds from images": ("import", "clouds", "match"),
     "Inputs": ("scenarios", "schema", "atmosphere"),
     "Plugins": ("plugins", "new-plugin", "check"),
     "This machine": ("cache",),
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
 
-OF_PLUGINS = {"bench": "hcss-bench", "evaluate": "hcss-evaluate", "reproduce": "hcss-paper"}
+OF_PLUGINS = {"bench": "hcss-bench", "evaluate": "hcss-evaluate", "fit": "hcss-evaluate", "reproduce": "hcss-paper"}
 """Commands of plugins that the repository of this package has in ``plugins/``."""
 
 

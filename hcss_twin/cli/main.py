@@ -17,7 +17,6 @@ from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.authors import check, new_plugin
 from hcss_twin.cli.clouds import clouds, import_command
 from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
-from hcss_twin.cli.fit import fit_command
 from hcss_twin.cli.group import CommandGroup
 from hcss_twin.cli.match import match_command
 from hcss_twin.cli.options import (
@@ -254,7 +253,6 @@ for _command in (
     check,
     clouds,
     export_command,
-    fit_command,
     import_command,
     match_command,
     new_plugin,

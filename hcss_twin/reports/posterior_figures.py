@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior
+from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.reports.figures import INK, LETTERS, WIDTH_IN, new_figure, panels, plain
@@ -66,7 +66,7 @@ def prior_density(name: str, text: str, values: Array) -> Array | None:
     name : str
         Name of the parameter: ``H``, ``mean_H``, ``spread_H``, ...; an unknown one has no limits.
     text : str
-        Prior in the format of :meth:`hcss_twin.analysis.uncertainty.parameter_space.Prior.parse`.
+        Prior in the format of :meth:`hcss_twin.analysis.uncertainty.priors.Prior.parse`.
     values : ndarray (n,)
 
     Returns

@@ -37,8 +37,8 @@ def test_results_are_those_recorded(name, tmp_path):
         pytest.skip(f"no tolerance holds for this case, and bits are those of another environment: {other}")
     if name == "imagery-clouds":
         pytest.importorskip("iris_sample_data")
-    if name == "evaluate":
-        pytest.importorskip("hcss_evaluate", reason="plugins/hcss-evaluate has the command")
+    if name in ("evaluate", "fit-dimension", "fit-image"):
+        pytest.importorskip("hcss_evaluate", reason="plugins/hcss-evaluate has the commands")
     if name == "zarr-quantized":
         pytest.importorskip("zarr", reason="the extra 'zarr'")
     found = record.compare(content["cases"][name], record.numbers_of(CASES[name], tmp_path / name), not other)

@@ -1,8 +1,6 @@
 """Elements have the same bits however a scene is divided, and scenes without elements none of them."""
 
 import json
-import subprocess
-import sys
 from functools import partial
 
 import numpy as np
@@ -150,15 +148,3 @@ def test_wrong_parameters_name_field_and_what_is_allowed(folder, parameters, fie
 def test_variables_of_elements_need_elements(folder):
     with pytest.raises(ScenarioError, match=r"the scene has no elements; allowed: with a section \[\[elements\]\]"):
         Scenario.from_toml(SCENE, {"elements": []}, base=folder)
-
-
-def test_a_scene_without_elements_and_derived_variables_imports_none_of_their_code():
-    code = f"""
-import sys
-from hcss_twin import Scenario, simulate
-simulate(Scenario.load("stratus", {{**{CHEAP!r}, "image.rows": 4, "image.columns": 4, "frames.count": 1}}))
-unused = "hcss_twin.models.elements", "hcss_twin.engine.element", "hcss_twin.engine.derived"
-print([each for each in sys.modules if each.startswith(unused)])
-"""
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert result.stdout.strip() == "[]"

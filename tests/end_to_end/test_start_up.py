@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -60,6 +61,31 @@ def test_a_run_with_kept_tables_imports_no_reader_no_plotter_and_no_solver(tmp_p
              "scipy.optimize", "scipy.interpolate", "scipy.integrate", "scipy.sparse", "scipy.ndimage",
              "scipy.special", "scipy.linalg"}  # fmt: skip
     assert sorted(found & heavy) == []
+
+
+@pytest.fixture(scope="module")
+def modules_of_a_plain_scene(tmp_path_factory):
+    """What a process has imported after it has computed a scene of clouds over open sea, nothing kept."""
+    folder = tmp_path_factory.mktemp("plain")
+    code = f"import hcss_twin, json, sys\nhcss_twin.simulate(hcss_twin.Scenario.load('stratus', {SCENARIO!r}))\n"
+    code += "print(json.dumps(sorted(sys.modules)))"
+    return json.loads(python(code, cwd=folder, HCSS_CACHE_DIR=folder / "cache").stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        r"models\.surface|plan\.surface|over_surfaces",
+        r"models\.elements|engine\.element",
+        r"engine\.derived",
+        "texture",
+        r"models\.atmosphere\.inversion",
+    ],
+)
+def test_a_scene_imports_no_code_of_what_it_does_not_have(modules_of_a_plain_scene, part):
+    own = [name for name in modules_of_a_plain_scene if name.startswith("hcss_twin.")]
+    assert "hcss_twin.engine.stream" in own
+    assert [name for name in own if re.search(part, name)] == []
 
 
 def test_compiling_is_told_once_when_it_is_done_and_not_when_kernels_are_kept(tmp_path):

@@ -1,8 +1,6 @@
 """Scenes with surfaces have the same bits however they are divided, and equal scenes with one surface alone."""
 
 import json
-import subprocess
-import sys
 from functools import partial
 
 import numpy as np
@@ -249,14 +247,3 @@ def test_outside_the_raster_is_an_error_that_names_it(folder):
 def test_variables_of_surfaces_need_surfaces(folder):
     with pytest.raises(ScenarioError, match=r"the scene is sea everywhere; allowed: with a section \[surfaces\]"):
         Scenario.from_toml(SCENE, {"surfaces": None, "output.variables": ["surface_class"]}, base=folder)
-
-
-def test_a_scene_without_surfaces_imports_none_of_their_code():
-    code = f"""
-import sys
-from hcss_twin import Scenario, simulate
-simulate(Scenario.load("stratus", {{**{CHEAP!r}, "image.rows": 4, "image.columns": 4, "frames.count": 1}}))
-print([each for each in sys.modules if ".models.surface" in each or "plan.surface" in each or "over_surfaces" in each])
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"

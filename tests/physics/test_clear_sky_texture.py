@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -140,15 +137,6 @@ def test_certificate_includes_the_texture() -> None:
         )
     )
     assert cube.attrs["hcss_certificate"].startswith("PASSED")
-
-
-def test_scenes_without_texture_do_not_import_it() -> None:
-    plain = {**BASE, "image": {"rows": 2, "columns": 2}, "radiance": {"model": "as-printed"}}
-    code = (
-        f"import sys; from hcss_twin import Scenario, simulate; simulate(Scenario.from_dict({plain!r})); "
-        "sys.exit(any('hcss_twin' in name and 'texture' in name for name in sys.modules))"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_keys_that_exclude_texture_are_named() -> None:

@@ -4,9 +4,9 @@ import os
 from dataclasses import replace
 
 import numpy as np
+from hcss_evaluate.posterior.fit import fit
 from input_files import FIT, SENSOR, SWEPT, noise, optics_table, small_stratus
 
-from hcss_twin.analysis.uncertainty.fit import fit
 from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
 from hcss_twin.core.catalog import Catalog, read_columns
 from hcss_twin.core.errors import PosteriorError

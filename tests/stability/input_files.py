@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
 
 from cheap import CHEAP
+from hcss_evaluate.posterior.fit import fit
 from posterior_example import example_posterior
 from surface_files import write_netcdf
 from tape7_text import radiance_run
@@ -19,7 +20,6 @@ from tape7_text import write as write_tape7
 
 from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.analysis.matching.target import ImageChoice
-from hcss_twin.analysis.uncertainty.fit import fit
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.engine.sense import sense_file

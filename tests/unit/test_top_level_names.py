@@ -16,7 +16,7 @@ def test_no_module_has_the_name_of_a_function_or_class_of_the_top_level(name):
     assert not (folder / f"{name}.py").exists()
 
 
-@pytest.mark.parametrize("name", ["EvaluationChoice", "evaluate"])
+@pytest.mark.parametrize("name", ["EvaluationChoice", "evaluate", "fit", "fit_dimension"])
 def test_a_name_that_moved_to_a_plugin_warns_or_names_the_plugin(monkeypatch, name):
     plugin = pytest.importorskip("hcss_evaluate", reason="plugins/hcss-evaluate has the names")
     with pytest.warns(DeprecationWarning, match=f"is now hcss_evaluate.{name}"):

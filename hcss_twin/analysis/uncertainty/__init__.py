@@ -1,1 +1,1 @@
-"""Uncertainty of cloud parameters given images: posteriors by Markov chain Monte Carlo."""
+"""Posteriors of ``hcss fit`` (plugin hcss-evaluate): their file, the mixing of their draws, priors."""

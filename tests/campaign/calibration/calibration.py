@@ -24,13 +24,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_evaluate.posterior.fit import fit_targets
+from hcss_evaluate.posterior.fit_run import FitOptions
 from scipy.stats import chi2, kstest
 
 from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
 from hcss_twin.analysis.matching.target import Target
-from hcss_twin.analysis.uncertainty.fit import fit_targets
-from hcss_twin.analysis.uncertainty.fit_run import FitOptions
-from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior
+from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.errors import HcssError, PosteriorError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.generator import FractalClouds

@@ -1,4 +1,4 @@
-"""Comparison of simulated with measured images: similarity metrics (:func:`evaluate`) and the realism test.
+"""Simulated beside measured images: similarity metrics (:func:`evaluate`), the realism test, posteriors (:func:`fit`).
 
     >>> from hcss_evaluate import EvaluationChoice, evaluate
     >>> result = evaluate("measured.nc", "cube.nc", EvaluationChoice(variable="CMI"))
@@ -14,12 +14,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hcss_evaluate.comparison.comparison import evaluate
     from hcss_evaluate.comparison.footage import EvaluationChoice
+    from hcss_evaluate.posterior.fit import fit, fit_dimension
 
-__all__ = ["EvaluationChoice", "evaluate"]
+__all__ = ["EvaluationChoice", "evaluate", "fit", "fit_dimension"]
 
 
 def __getattr__(name: str) -> Any:
-    homes = {"EvaluationChoice": "footage", "evaluate": "comparison"}
+    homes = {
+        "EvaluationChoice": "comparison.footage",
+        "evaluate": "comparison.comparison",
+        "fit": "posterior.fit",
+        "fit_dimension": "posterior.fit",
+    }
     if name not in homes:
         raise AttributeError(f"module 'hcss_evaluate' has no attribute '{name}'")
-    return getattr(import_module(f"hcss_evaluate.comparison.{homes[name]}"), name)
+    return getattr(import_module(f"hcss_evaluate.{homes[name]}"), name)

@@ -17,8 +17,9 @@ from emcee.state import State
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from hcss_twin.analysis.uncertainty.chains import Likelihood
-from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
+from hcss_evaluate.posterior.chains import Likelihood
+from hcss_evaluate.posterior.parameter_space import Space
+from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.arrays import Array
 
 # Initial spread of a population on the scale, and its scatter among walkers.

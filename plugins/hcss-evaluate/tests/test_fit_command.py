@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from hcss_evaluate import fit_dimension
+from hcss_evaluate.posterior import chains, fit
+from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
 
-import hcss_twin
-from hcss_twin import PosteriorError, fit_dimension, read_posterior
+from hcss_twin import PosteriorError, read_posterior
 from hcss_twin.analysis.matching.dimension_range import empty_frame
 from hcss_twin.analysis.matching.structure import simulate_image
-from hcss_twin.analysis.uncertainty import chains, fit
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
@@ -78,7 +78,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monke
     given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 200.0}
     fit_dimension(2.4, 0.05, "whole.nc", **given)
 
-    monkeypatch.setattr("hcss_twin.analysis.uncertainty.fit_run._SECONDS_APART", 0.0)
+    monkeypatch.setattr("hcss_evaluate.posterior.fit_run._SECONDS_APART", 0.0)
     extend, calls = chains.extend, []
 
     def dies(*arguments):
@@ -238,8 +238,3 @@ def test_an_existing_posterior_is_kept(here):
     done = hcss("fit", "--fd", 2.3, "--fd-error", 0.1, "-o", "p.nc", catch=True)
     assert "exists" in done.output
     assert Path("p.nc").read_text() == "mine"
-
-
-def test_the_functions_are_exported():
-    assert {"fit", "fit_dimension", "read_posterior", "PosteriorError"} <= set(hcss_twin.__all__)
-    assert hcss_twin.fit.__module__ == "hcss_twin.analysis.uncertainty.fit"

@@ -4,21 +4,21 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.integrate import dblquad
-from scipy.special import ndtri
-from scipy.stats import multivariate_normal, multivariate_t, rankdata
-
-from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
-from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
-from hcss_twin.analysis.uncertainty.image_data import (
+from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
+from hcss_evaluate.posterior.image_data import (
     ImageData,
     ScoreSemivariance,
     clipped_semivariance,
     field_scores,
     image_scores,
 )
-from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
+from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
+from scipy.integrate import dblquad
+from scipy.special import ndtri
+from scipy.stats import multivariate_normal, multivariate_t, rankdata
+
+from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.models.clouds.fractal.generator import FractalClouds

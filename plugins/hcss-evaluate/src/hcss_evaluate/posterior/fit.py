@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
+from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.chains import SingleModel, begin, extend, walkers_of
+from hcss_evaluate.posterior.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
+from hcss_evaluate.posterior.image_data import ImageData
+from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
+from hcss_evaluate.posterior.parameter_space import SHAPE, Space
+from hcss_evaluate.posterior.population import PopulationModel
+from hcss_evaluate.posterior.result import write_result
 from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
-from hcss_twin.analysis.uncertainty.chains import SingleModel, begin, extend, walkers_of
-from hcss_twin.analysis.uncertainty.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
-from hcss_twin.analysis.uncertainty.image_data import ImageData
-from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
-from hcss_twin.analysis.uncertainty.parameter_space import SHAPE, Space
-from hcss_twin.analysis.uncertainty.population import PopulationModel
 from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
-from hcss_twin.analysis.uncertainty.result import write_result
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 

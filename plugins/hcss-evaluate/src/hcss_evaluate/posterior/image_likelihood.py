@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
-from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise, contrasts
-from hcss_twin.analysis.uncertainty.image_data import ImageData, ScoreSemivariance
-from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE
+from hcss_evaluate.posterior.batch_variogram import BatchVariogram
+from hcss_evaluate.posterior.estimator_noise import EstimatorNoise, contrasts
+from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance
+from hcss_evaluate.posterior.parameter_space import SHAPE
+from hcss_twin.analysis.uncertainty.priors import KINDS
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, PosteriorError
 from hcss_twin.core.kernels import kernel
@@ -59,9 +60,9 @@ def log_densities(
     sky, threshold : ndarray (N,), float
         Thresholds of the sky, and the normal score above which the frame's pixels are cloudy, if ``uses_coverage``.
     first, step, table
-        Of :attr:`hcss_twin.analysis.uncertainty.image_data.ScoreSemivariance.table`.
+        Of :attr:`hcss_evaluate.posterior.image_data.ScoreSemivariance.table`.
     centre, width, mean, log_deviation, inverse, leverage, basis, freedom
-        Of :class:`hcss_twin.analysis.uncertainty.estimator_noise.EstimatorNoise`.
+        Of :class:`hcss_evaluate.posterior.estimator_noise.EstimatorNoise`.
     """
     number, lags = positions.shape[1], semivariance.shape[1]
     count = inverse.shape[0]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.uncertainty.parameter_space import SHAPE
+from hcss_evaluate.posterior.parameter_space import SHAPE
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.kernels import kernel

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel, stored
-from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood, on_scales
-from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE, Space
-from hcss_twin.analysis.uncertainty.population import PopulationModel
+from hcss_evaluate.posterior.chains import Convergence, MarkovChains, SingleModel, stored
+from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
+from hcss_evaluate.posterior.parameter_space import SHAPE, Space
+from hcss_evaluate.posterior.population import PopulationModel
 from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS, Diagnostic, VariogramCheck, write_posterior
+from hcss_twin.analysis.uncertainty.priors import KINDS
 from hcss_twin.core.arrays import Array
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from hcss_evaluate.posterior.chains import begin, extend
+from hcss_evaluate.posterior.parameter_space import Space
+from hcss_evaluate.posterior.population import PopulationModel
 from scipy.special import ndtr
 from scipy.stats import kstest
 
-from hcss_twin.analysis.uncertainty.chains import begin, extend
-from hcss_twin.analysis.uncertainty.parameter_space import Prior, Space
-from hcss_twin.analysis.uncertainty.population import PopulationModel
+from hcss_twin.analysis.uncertainty.priors import Prior
 
 LOW, HIGH = 0.02, 0.98
 USUAL = {"H": f"uniform:{LOW}:{HIGH}"}

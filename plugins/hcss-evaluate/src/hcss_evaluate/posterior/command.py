@@ -120,8 +120,8 @@ def fit_command(
     sampling["fixed"] = {name: _fixed(name, value) for name, value in fixed.items()}
     if fd is not None:
         refuse_image_options(options, "IMAGES", "coverage")
+    from hcss_evaluate.posterior.fit import fit, fit_dimension
     from hcss_twin.analysis.matching.target import ImageChoice
-    from hcss_twin.analysis.uncertainty.fit import fit, fit_dimension
     from hcss_twin.core.environment import announce_compilation
 
     with announce_compilation(partial(click.echo, err=True)), _bar(stop or Stop()) as report, worded_for_options():

@@ -4,19 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hcss_evaluate.posterior.chains import MarkovChains, SingleModel, begin, converge, extend, judge, stored, walkers_of
+from hcss_evaluate.posterior.fit import _pilot
+from hcss_evaluate.posterior.fit_run import Checkpoint, FitState
 
-from hcss_twin.analysis.uncertainty.chains import (
-    MarkovChains,
-    SingleModel,
-    begin,
-    converge,
-    extend,
-    judge,
-    stored,
-    walkers_of,
-)
-from hcss_twin.analysis.uncertainty.fit import _pilot
-from hcss_twin.analysis.uncertainty.fit_run import Checkpoint, FitState
 from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.core.errors import PosteriorError
 

@@ -1,0 +1,1 @@
+"""``hcss fit``: posteriors of cloud parameters given images, by Markov chain Monte Carlo."""
