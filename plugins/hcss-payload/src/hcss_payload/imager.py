@@ -52,8 +52,13 @@ def make_imager(scenario: Scenario, catalog: Catalog) -> CameraImager:
     ScenarioError
         If a section is invalid, contradicts other keys, or the camera looks beyond what is computed.
     """
+    return camera_imager(scenario, payload_of(scenario, catalog))
+
+
+def camera_imager(scenario: Scenario, payload: Payload) -> CameraImager:
+    """Return the imager of a payload above a scenario; raises as :func:`make_imager`."""
     _require_no_other_view(scenario)
-    return CameraImager(scenario, payload_of(scenario, catalog))
+    return CameraImager(scenario, payload)
 
 
 def _require_no_other_view(scenario: Scenario) -> None:
@@ -106,7 +111,7 @@ class CameraImager:
         self.pixel_size_m = float(np.median(footprints))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
         own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
-        self.points = payload.section.points or own
+        self.points = payload.points or own
         self.notes: tuple[str, ...] = (
             *NOTES,
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
@@ -155,7 +160,7 @@ class CameraImager:
         return rows[:, None], columns[None, :]
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
-        if self._payload.section.beyond == "missing" or np.all(kind == GROUND):
+        if self._payload.beyond == "missing" or np.all(kind == GROUND):
             return
         share = 100.0 * float(np.mean(kind != GROUND))
         message = (
@@ -178,7 +183,7 @@ class CameraImager:
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
         kept = (spec for spec in requested if spec.kind != "geometry")
-        if self._payload.section.beyond == "missing":
+        if self._payload.beyond == "missing":
             kept = (
                 replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
                 for spec in kept

@@ -6,7 +6,6 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from hcss_payload.attitude import Attitude
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
 from hcss_payload.live.kernels import TILE, reach_of, sky_rows
 from hcss_payload.live.octaves import SeenOctaves, keyframe_interval_s, seen_octaves, shape_of
@@ -35,7 +35,7 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import View
 
-__all__ = ["LiveFrame", "LiveTwin", "PointTarget", "PreparedPass"]
+__all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
 
 FINENESS = 2.0
 """Points of a tile per width of the smallest footprint of a pass."""
@@ -53,26 +53,6 @@ _AHEAD_S = 3.0
 """Time ahead of a frame for which tiles are made."""
 
 _STRIPS_PER_THREAD = 4
-
-
-@dataclass(frozen=True, eq=False)
-class LiveFrame:
-    """What the camera sees at one pose.
-
-    Attributes
-    ----------
-    pose : Pose
-        With the time.
-    radiance : ndarray of float32 (B, rows, columns)
-        Band radiance, W m-2 sr-1, mean over the pixel's footprint; as measured, if the scenario has a sensor. The first
-        row is the northern one if north is up.
-    digital_number : ndarray of int32 (B, rows, columns) or None
-        With a sensor that has a converter.
-    """
-
-    pose: Pose
-    radiance: NDArray[np.float32]
-    digital_number: NDArray[np.int32] | None = None
 
 
 class LiveTwin:
@@ -239,7 +219,7 @@ class PreparedPass:
         """Tiles of the sky that frames had to wait for."""
         return self.sky.stalls
 
-    def frame(self, time_s: float, pose: Pose | None = None, out: NDArray[np.float32] | None = None) -> LiveFrame:
+    def frame(self, time_s: float, pose: Pose | None = None, out: NDArray[np.float32] | None = None) -> Frame:
         """Return the frame of a pose.
 
         Parameters
@@ -270,7 +250,7 @@ class PreparedPass:
         if self._target is not None:
             self._target.add(time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
         number = None if self._sensor is None else self._sensor.measure(time_s, radiance, self._each)
-        return LiveFrame(pose, radiance, number)
+        return Frame(pose, radiance, number)
 
     def close(self) -> None:
         """End the threads."""
