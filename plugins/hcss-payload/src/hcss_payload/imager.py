@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from hcss_payload.build import Payload, payload_of
 from hcss_payload.checks import PayloadError
 from hcss_payload.directions import directions_around, view_of
+from hcss_payload.limb import Limb, tangent_heights_m
 from hcss_payload.pose import Pose
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
-from hcss_payload.ray_geometry import GROUND, LARGEST_ZENITH_DEG, SPACE, FrameGeometry
-from hcss_payload.ray_look_up import FrameViews, RayLookUp, frame_views
+from hcss_payload.ray_geometry import GROUND, LARGEST_ZENITH_DEG, LIMB, SPACE, FrameGeometry
+from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
@@ -32,6 +33,8 @@ from hcss_twin.providers import View
 TIMES, FIELD, FIELD_AT_LIMB = 33, 9, 129
 """Times of the pass, and points along each side of the detector, at which directions and extent are sampled."""
 
+_JUST_BEYOND = np.cos(np.radians(LARGEST_ZENITH_DEG + 1.0))
+
 FEWEST_POINTS, MOST_POINTS = 3, 8
 """Points along a pixel that are chosen without being asked for: between those of the scene, one point of a pixel shows
 20 to 50 % too much contrast between neighbours, 3 leave up to 4 %."""
@@ -41,6 +44,11 @@ NOTES = (
     "without optics, detector and smear",
     "camera: clouds are met at the height of each layer's flat side; each pixel has its own view, but the sun and the "
     "profile of [place]",
+)
+
+LIMB_NOTE = (
+    "camera: the limb is clear air of the profile of [place] along straight lines of sight; its clouds and scattered "
+    "sunlight are left out"
 )
 
 
@@ -100,7 +108,7 @@ class CameraImager:
         first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
         self._last: tuple[float, FrameGeometry] | None = None
-        self._last_views: tuple[float, FrameViews] | None = None
+        self._limb: Limb | None = None
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
         toward, places, footprints, limit_deg = self._along(times)
@@ -114,6 +122,7 @@ class CameraImager:
         self.points = payload.points or own
         self.notes: tuple[str, ...] = (
             *NOTES,
+            *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
@@ -137,7 +146,8 @@ class CameraImager:
             ground = rays.kind == GROUND
             if not ground.any():
                 continue
-            toward.append(rays.toward[ground])
+            # Between sampled pixels at the limit others may be closer to it.
+            toward.append(rays.toward[ground if limit_deg is None else rays.toward[..., 2] > _JUST_BEYOND])
             places.append(np.stack(geometry.place(rays), axis=-1)[ground])
             distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
             # The geometric mean of the sides of a footprint.
@@ -160,12 +170,12 @@ class CameraImager:
         return rows[:, None], columns[None, :]
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
-        if self._payload.beyond == "missing" or np.all(kind == GROUND):
+        if self._payload.beyond != "refuse" or np.all(kind == GROUND):
             return
         share = 100.0 * float(np.mean(kind != GROUND))
         message = (
             f"'refuse', and at time {time_s:g} s {share:.3g} % of the image see the Earth beyond zenith "
-            f"{LARGEST_ZENITH_DEG:g} deg, its limb or space; allowed: a pass or field without, or 'missing'"
+            f"{LARGEST_ZENITH_DEG:g} deg, its limb or space; allowed: a pass or field without, 'missing' or 'limb'"
         )
         raise ScenarioError([Problem("camera.beyond", message)])
 
@@ -183,12 +193,12 @@ class CameraImager:
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
         kept = (spec for spec in requested if spec.kind != "geometry")
-        if self._payload.beyond == "missing":
+        if self._payload.beyond != "refuse":
             kept = (
                 replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
                 for spec in kept
             )
-        return (*kept, *PIXEL_VARIABLES)
+        return (*kept, *PIXEL_VARIABLES, *((TANGENT_HEIGHT,) if self._payload.beyond == "limb" else ()))
 
     def require_supported(self, plan: Plan) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
@@ -215,6 +225,7 @@ class CameraImager:
                         require_in_reach(plan, layer_number, below, float(time_s))
         except PayloadError as error:
             raise ScenarioError([Problem("image", str(error))]) from error
+        self._limb = Limb(plan) if self._payload.beyond == "limb" and plan.needs_radiance else None
 
     def layout(self, plan: Plan) -> ImageLayout:
         """Return rows, columns and poses, and the extent of the ground that the frames show."""
@@ -263,6 +274,8 @@ class CameraImager:
                 if values.dtype.kind == "f":
                     values[..., beyond] = np.nan
                     values[..., rays.kind == SPACE] = 0.0
+        if self._payload.beyond == "limb":
+            self._complete_limb(frame, geometry, rays.kind, extent)
         latitude, longitude = geometry.place(rays)
         zenith, azimuth = geometry.angles_deg(rays)
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
@@ -270,6 +283,20 @@ class CameraImager:
             PIXEL_VARIABLES, (latitude, longitude, zenith, azimuth, distance, rays.kind), strict=True
         ):
             frame[spec.name] = np.ascontiguousarray(values, dtype=spec.dtype)
+
+    def _complete_limb(
+        self, frame: dict[str, NDArray[Any]], geometry: FrameGeometry, kind: NDArray[np.uint8], extent: Window
+    ) -> None:
+        """Add the tangent height of the pixels of limb and space, and the radiance of the limb."""
+        limb, beyond = kind == LIMB, kind >= LIMB
+        row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in extent)
+        places = (each[beyond] for each in np.meshgrid(row, column, indexing="ij"))
+        ray = geometry.pose.to_earth(geometry.camera.directions(*places))
+        height = np.full(kind.shape, np.nan, dtype=np.float32)
+        height[beyond] = tangent_heights_m(geometry.pose.position_m, ray)
+        frame[TANGENT_HEIGHT.name] = height
+        if self._limb is not None and limb.any():
+            frame["radiance"][..., limb] = self._limb(height[limb].astype(np.float64))
 
 
 def _pixel(name: str, units: str, long_name: str, text: str, standard: str | None, dtype: str) -> VariableSpec:
@@ -292,12 +319,17 @@ PIXEL_VARIABLES = (
         None, "float32"),
     replace(
         _pixel("pixel_kind", "1", "what the pixel sees",
-            f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees and limb, whose radiance is missing; or "
-            "space above 100 km, whose radiance is 0.", None, "uint8"),
+            f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees, whose radiance is missing; limb, whose "
+            "radiance is missing unless camera.beyond is 'limb'; or space above 100 km, whose radiance is 0.", None,
+            "uint8"),
         attributes=flags("ground slant_ground limb space"),
     ),
 )  # fmt: skip
 """Coordinates of the pixels of each frame."""
+
+_LEAST = "Least altitude above the ellipsoid along the line of sight of a pixel of limb or space."
+TANGENT_HEIGHT = _pixel("pixel_tangent_height", "m", "tangent height", _LEAST, None, "float32")
+"""Coordinate of pixels that miss the ground, with camera.beyond = "limb"."""
 
 
 def _coordinates(rows: int, columns: int, poses: Sequence[Pose]) -> tuple[tuple[VariableSpec, NDArray[Any]], ...]:

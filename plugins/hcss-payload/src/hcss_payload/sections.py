@@ -57,10 +57,11 @@ class CameraSection(ScenarioSection):
         description="n: a pixel is the mean of n x n points; default: as many as its footprint has points of the scene "
         "(image.pixel_size), 3 to 8.",
     )
-    beyond: Literal["refuse", "missing"] = Field(
+    beyond: Literal["refuse", "missing", "limb"] = Field(
         "refuse",
-        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", or "missing" values. '
-        "Space above the atmosphere has radiance 0.",
+        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", "missing" values, or '
+        '"limb": the thermal radiance of clear air at the limb, and missing values of ground beyond 75 degrees. Space '
+        "above the atmosphere has radiance 0.",
     )
 
 
