@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -291,7 +291,7 @@ class PreparedPass:
 
         self._each(strip, self._strips)
 
-    def _each(self, work: Callable[[tuple[int, int]], None], parts: list[tuple[int, int]]) -> None:
+    def _each(self, work: Callable[[Any], None], parts: list[Any]) -> None:
         if self._pool is None:
             for part in parts:
                 work(part)
