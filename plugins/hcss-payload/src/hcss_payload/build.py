@@ -42,6 +42,8 @@ class Payload:
         Points along each side of a pixel; None: chosen by its footprint.
     beyond : str
         As ``camera.beyond``.
+    integration_s, line_s : float
+        As ``camera.integration_time`` and ``camera.line_time``.
     """
 
     camera: Camera
@@ -50,6 +52,8 @@ class Payload:
     jitter: Jitter | None = None
     points: int | None = None
     beyond: str = "refuse"
+    integration_s: float = 0.0
+    line_s: float = 0.0
 
     def pose(self, time_s: float) -> Pose:
         """Return the pose at a time."""
@@ -80,7 +84,9 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
-    return Payload(optics, trajectory, toward, shaken, camera.points, camera.beyond)
+    return Payload(
+        optics, trajectory, toward, shaken, camera.points, camera.beyond, camera.integration_time, camera.line_time
+    )
 
 
 def scene_of(scenario: Scenario) -> Scenario:

@@ -59,6 +59,8 @@ def frames(
     jitter: Jitter | None = None,
     points: int | None = None,
     beyond: str = "refuse",
+    integration_s: float = 0.0,
+    line_s: float = 0.0,
 ) -> Iterator[Frame]:
     """Yield what a camera sees of a scenario at given times; a time has the same bits in every list of times.
 
@@ -72,6 +74,8 @@ def frames(
         Points along each side of a pixel; by default as for cubes.
     beyond : {"refuse", "missing"}
         As ``camera.beyond``.
+    integration_s, line_s : float
+        As ``camera.integration_time`` and ``camera.line_time``.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def frames(
         If the scenario has what a camera cannot show, or the camera looks beyond what is computed.
     """
     require_within("points", 1 if points is None else points, 1, 16)
-    payload = Payload(camera, trajectory, attitude, jitter, points, beyond)
+    payload = Payload(camera, trajectory, attitude, jitter, points, beyond, integration_s, line_s)
     plan = make_plan(scenario, imager=lambda planned, _: camera_imager(planned, payload))
     first, last = float(plan.frame_times_s[0]), float(plan.frame_times_s[-1])
     for time_s in times_s:

@@ -13,12 +13,13 @@ from hcss_payload.build import Payload, payload_of
 from hcss_payload.checks import PayloadError
 from hcss_payload.directions import directions_around, view_of
 from hcss_payload.limb import Limb, tangent_heights_m
-from hcss_payload.pose import Pose
+from hcss_payload.pose import Pose, pose_at
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
 from hcss_payload.ray_geometry import GROUND, LARGEST_ZENITH_DEG, LIMB, SPACE, FrameGeometry
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
+from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -41,10 +42,12 @@ FEWEST_POINTS, MOST_POINTS = 3, 8
 
 NOTES = (
     "camera: lines of sight are geometric, without aberration and refraction; pixels are points of the focal plane, "
-    "without optics, detector and smear",
+    "without optics and detector",
     "camera: clouds are met at the height of each layer's flat side; each pixel has its own view, but the sun and the "
     "profile of [place]",
 )
+
+_SMEARLESS = "elements and views are those of its middle"
 
 LIMB_NOTE = (
     "camera: the limb is clear air of the profile of [place] along straight lines of sight; its clouds and scattered "
@@ -111,6 +114,7 @@ class CameraImager:
         self._limb: Limb | None = None
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
+        self._shutter = self._shutter_over(times)
         toward, places, footprints, limit_deg = self._along(times)
         self.views = directions_around(toward, limit_deg)
         middle = self._geometry(float(times[times.size // 2])).nodes()
@@ -119,10 +123,12 @@ class CameraImager:
         self.pixel_size_m = float(np.median(footprints))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
         own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
-        self.points = payload.points or own
+        instants = self._shutter.instants
+        self.points = -(-(payload.points or own) // instants) * instants
         self.notes: tuple[str, ...] = (
             *NOTES,
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
+            *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
@@ -187,8 +193,31 @@ class CameraImager:
                 name, _, message = str(error).partition(": ")
                 field = name.replace("trajectory", "orbit").partition(".")[0]
                 raise ScenarioError([Problem(field, message)]) from error
-            self._last = time_s, FrameGeometry(self.camera, pose, self._centre)
+            lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
+            self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines)
         return self._last[1]
+
+    def _exposure(self, time_s: float) -> Exposure:
+        return exposure_of(self._shutter, time_s, self.camera, self._payload.pose)
+
+    def _shutter_over(self, times_s: Array) -> Shutter:
+        """Return the shutter with the instants that the largest smear of the pass needs."""
+        payload, half = self._payload, 0.5 * self._payload.integration_s
+        if half == 0.0:
+            return Shutter(line_s=payload.line_s)
+        try:
+            # With jitter the ends of single exposures say little: what it moves in that time is added.
+            nominal = [
+                [pose_at(time + off, payload.trajectory, payload.attitude) for off in (-half, half)]
+                for time in times_s.tolist()
+            ]
+            smear = max(smear_px(self.camera, *poses) for poses in nominal)
+            if payload.jitter is not None:
+                smear += payload.jitter.moved_rad(2.0 * half) / self.camera.pixel_rad
+            return Shutter(2.0 * half, payload.line_s, instants_for(smear))
+        except PayloadError as error:
+            field, _, message = str(error).partition(": ")
+            raise ScenarioError([Problem(field, message)]) from error
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
@@ -234,7 +263,7 @@ class CameraImager:
 
     def clouds(self, plan: Plan, time_s: float) -> RayClouds:
         """Return the clouds of a frame."""
-        return RayClouds(plan, self.camera, self._geometry(time_s).pose)
+        return RayClouds(plan, self.camera, self._exposure(time_s))
 
     def look_up(self, plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> RayLookUp:
         """Return the look-up of a frame."""
@@ -245,7 +274,7 @@ class CameraImager:
 
     def surface_stage(self, plan: Plan, tables: Any) -> RaySurfaceStage:
         """Return the surfaces at the points of the frames."""
-        return RaySurfaceStage(plan, tables, self._geometry, self.views)
+        return RaySurfaceStage(plan, tables, self._geometry, self._exposure, self.views)
 
     def element_stage(self, plan: Plan) -> RayElementStage:
         """Return the elements as the camera sees them."""

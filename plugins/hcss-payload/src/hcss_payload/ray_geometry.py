@@ -12,6 +12,7 @@ from hcss_payload.mesh import Mesh, MeshValues
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_payload.scene_plane import surface_place, toward_camera
+from hcss_payload.shutter import LinePoses
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED
 
@@ -50,11 +51,13 @@ class FrameGeometry:
     ----------
     centre : (float, float)
         Latitude and longitude of the centre of the scene's plane.
+    lines : LinePoses, optional
+        Poses of the lines, if they differ; directions to the camera are those to its place at the time of the frame.
     """
 
-    def __init__(self, camera: Camera, pose: Pose, centre: tuple[float, float]) -> None:
+    def __init__(self, camera: Camera, pose: Pose, centre: tuple[float, float], lines: LinePoses | None = None) -> None:
         self.camera, self.pose, self._centre = camera, pose, centre
-        self.mesh = Mesh(camera, pose)
+        self.mesh = Mesh(camera, pose, lines=lines)
         self._values = MeshValues(self.mesh, self._of)
         self._last: tuple[tuple[int, ...], PixelRays] | None = None
 
@@ -108,8 +111,7 @@ class FrameGeometry:
         kind = np.where(steep | np.isnan(toward[..., 0]), SLANT, GROUND).astype(np.uint8)
         if missed.any():
             at_row, at_column = (np.broadcast_to(each, missed.shape)[missed] for each in (row, column))
-            ray = self.pose.to_earth(self.camera.directions(at_row, at_column))
-            above = np.isnan(meet(self.pose.position_m, ray, ATMOSPHERE_M)[..., 0])
+            above = np.isnan(meet(*self.mesh.rays(at_row, at_column), ATMOSPHERE_M)[..., 0])
             kind[missed] = np.where(above, SPACE, LIMB)
         return PixelRays(position, toward, kind)
 

@@ -50,6 +50,15 @@ class CameraSection(ScenarioSection):
     mounting: Quaternion = Field(
         (0.0, 0.0, 0.0, 1.0), description="Quaternion x, y, z, w that turns vectors of the camera into the body's."
     )
+    integration_time: Duration = Field(
+        0.0, ge=0, le=100, description="Time over which pixels see the moving scene, around that of the frame, s."
+    )
+    line_time: Duration = Field(
+        0.0,
+        ge=-1,
+        le=1,
+        description="Rolling shutter: time from one row to the next, s; negative: from the last row on.",
+    )
     points: Whole | None = Field(
         None,
         ge=1,
