@@ -2,21 +2,25 @@
 
     python plugins/hcss-payload/benchmarks/live.py agreement --poses 200
     python plugins/hcss-payload/benchmarks/live.py speed
+    python plugins/hcss-payload/benchmarks/live.py hand-over
 
 Agreement is that of the mean, of the contrast and of that between neighbours, at random times of a pass from low orbit
 (zenith 36 to 50 degrees, by day) with jitter of 3 mrad and 20 mrad about the axis, with the models of the paper. The
-speed is processor time for each pixel, and its ratio to that of a copy of the frame in memory.
+speed is processor time for each pixel, and its ratio to that of a copy of the frame in memory. The hand-over is what
+server and client spend to pass a frame of 512 x 512 numbers through shared memory, and its ratio to the copy alone.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import time
 
 import numpy as np
 from hcss_payload import Camera, Circular, Jitter, Track
 from hcss_payload.frames import frames
-from hcss_payload.live import LiveTwin, PointTarget
+from hcss_payload.live import LiveClient, LiveTwin, PointTarget
+from hcss_payload.live.ring import Ring, RingShape
 
 from hcss_twin import Scenario
 
@@ -130,14 +134,41 @@ def speed(count: int) -> None:
                 )
 
 
+def hand_over(count: int) -> None:
+    """Print what a client spends on a frame."""
+    shape = RingShape(4, 1, 512, 512, np.dtype(np.uint16))
+    ring = Ring.create(f"hcss-hand-over-{os.getpid()}", shape, os.getpid())
+    client = LiveClient(ring.memory.name)
+    try:
+        out = np.empty((1, 512, 512), np.uint16)
+        taken, copied = [], []
+        for number in range(count):
+            ring.begin(number)[:] = number
+            began = time.perf_counter()
+            ring.publish(number, number + 1, np.eye(8)[-1], 0)
+            client.latest(out)
+            taken.append(time.perf_counter() - began)
+            began = time.perf_counter()
+            np.copyto(out, ring.frames[number % 4])
+            copied.append(time.perf_counter() - began)
+    finally:
+        client.close()
+        ring.close(delete=True)
+    least, middle = (1e6 * float(np.quantile(taken, share)) for share in (0.05, 0.5))
+    ratio = float(np.quantile(taken, 0.5) / np.quantile(copied, 0.5))
+    print(f"publication and copy {least:.0f} us (5 %), {middle:.0f} us (median), {ratio:.1f} times the copy")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("agreement", "speed"))
+    parser.add_argument("what", choices=("agreement", "speed", "hand-over"))
     parser.add_argument("--poses", type=int, default=40)
     parser.add_argument("--points", type=int, default=8)
     parser.add_argument("--frames", type=int, default=300)
     options = parser.parse_args()
     if options.what == "agreement":
         agreement(options.poses, options.points)
-    else:
+    elif options.what == "speed":
         speed(options.frames)
+    else:
+        hand_over(options.frames)
