@@ -150,6 +150,24 @@ def test_a_target_above_the_air_has_its_intensity_over_the_squared_distance():
     assert middle == pytest.approx([float(each) for each in seen], abs=1e-3)
 
 
+def test_targets_that_appear_at_run_time_have_the_light_of_prepared_ones():
+    trajectory, camera = above(700e3), Camera(33, 33, 1.0, 1e-4)
+    # In the air, in the cloud (33 to 1000 m) and above it; none at an altitude that is prepared.
+    targets = [PointTarget(30.0, 150.0, altitude, (3e3, 4e3)) for altitude in (13e3, 560.0, 5.0)]
+    live_twin = LiveTwin(scene(), camera)
+    with live_twin.prepare(trajectory, Nadir(trajectory), 0.0, 1.0, highest_target_m=20e3) as live:
+        without = live.frame(0.0).radiance.astype(float)
+        added = [live.frame(0.0, targets=[each]).radiance - without for each in targets]
+        both = live.frame(0.0, targets=targets[:2]).radiance - without
+        with pytest.raises(PayloadError, match=r"targets: altitude 21000 m, .* allowed: altitudes up to 20000 m"):
+            live.frame(0.0, targets=[PointTarget(30.0, 150.0, 21e3, (1.0, 1.0))])
+    assert both == pytest.approx(added[0] + added[1], abs=1e-5)
+    for target, own in zip(targets, added, strict=True):
+        with live_twin.prepare(trajectory, Nadir(trajectory), 0.0, 1.0, target=target) as live:
+            expected = live.frame(0.0).radiance - live.frame(0.0, targets=()).radiance
+        assert own.sum(axis=(1, 2)) == pytest.approx(expected.sum(axis=(1, 2)), rel=0.02)
+
+
 def test_cloud_weakens_a_target_below_by_its_optical_thickness():
     trajectory, camera = above(), Camera(33, 33, 1.0, 100.0 / 36e6)
     target = PointTarget(30.0, 150.0, 0.0, (1e9, 1e9))
@@ -159,8 +177,7 @@ def test_cloud_weakens_a_target_below_by_its_optical_thickness():
             trajectory, Nadir(trajectory), 0.0, 1.0, target=target
         ) as live:
             with_target = live.frame(0.0).radiance.astype(float)
-            live._target = None
-            light[coverage] = (with_target - live.frame(0.0).radiance).sum(axis=(1, 2))
+            light[coverage] = (with_target - live.frame(0.0, targets=()).radiance).sum(axis=(1, 2))
     output = {"certificate": 0, "variables": ["cloud_optical_thickness"]}
     cube = hcss_twin.simulate(scene(clouds=sky | {"coverage": 1.0}, pixels=33, samples=5, output=output))
     depth = cube["cloud_optical_thickness"].values[0][..., 16, 16]

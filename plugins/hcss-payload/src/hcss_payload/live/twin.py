@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from types import TracebackType
@@ -25,7 +25,7 @@ from hcss_payload.live.radiance import FieldRadiance
 from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
 from hcss_payload.live.sky import Sky, Tiles
-from hcss_payload.live.target import PointTarget, TargetLight
+from hcss_payload.live.target import TOP_M, PointTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
@@ -92,7 +92,8 @@ class LiveTwin:
         start_s: float,
         end_s: float,
         jitter: Jitter | None = None,
-        target: PointTarget | None = None,
+        target: PointTarget | Sequence[PointTarget] | None = None,
+        highest_target_m: float | None = None,
     ) -> PreparedPass:
         """Compile the tables of a pass, and make the sky below its start.
 
@@ -105,8 +106,11 @@ class LiveTwin:
             Within the scenario's frames.
         jitter : Jitter, optional
             Of poses that :meth:`PreparedPass.frame` makes itself.
-        target : PointTarget, optional
-            A source in the scene.
+        target : PointTarget or sequence of them, optional
+            Sources in the scene.
+        highest_target_m : float, optional
+            Altitude up to which frames may have targets that are decided on at run time; by default none but those
+            with altitude and colour of ``target``.
 
         Raises
         ------
@@ -119,7 +123,8 @@ class LiveTwin:
                 f"start_s, end_s: {start_s:g} to {end_s:g} s; allowed: within {first:g} to {last:g} s, the frames of "
                 "the scenario"
             )
-        return PreparedPass(self, trajectory, attitude, start_s, end_s, jitter, target)
+        targets = [] if target is None else [target] if isinstance(target, PointTarget) else list(target)
+        return PreparedPass(self, trajectory, attitude, start_s, end_s, jitter, targets, highest_target_m)
 
 
 class PreparedPass:
@@ -143,7 +148,8 @@ class PreparedPass:
         start_s: float,
         end_s: float,
         jitter: Jitter | None,
-        target: PointTarget | None,
+        targets: Sequence[PointTarget],
+        highest_target_m: float | None,
     ) -> None:
         plan, camera = twin.plan, twin.camera
         self._plan, self._camera, self._threads = plan, camera, twin.threads
@@ -176,10 +182,14 @@ class PreparedPass:
             plan, self._view, self._between_keyframes, start_s, end_s, plan.accuracy.relative
         )
         self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
-        self._target: TargetLight | None = None
-        if target is not None:
-            views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
-            self._target = TargetLight(plan, camera, target, views, self._radiance.edge)
+        self._targets = targets
+        views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
+        self._light = TargetLight(plan, camera, views, self._radiance.edge)
+        for target in targets:
+            self._light.prepare(target)
+        if highest_target_m is not None:
+            require_within("highest_target_m", highest_target_m, 1.0, TOP_M, "m")
+            self._light.prepare_up_to(highest_target_m)
         self._nodes = np.empty((*self._sight.directions.shape[:2], 2))
         footprints = [
             self._tiles(float(time), self._sight.places(pose)) for time, pose in zip(times, poses, strict=True)
@@ -220,7 +230,13 @@ class PreparedPass:
         """Tiles of the sky that frames had to wait for."""
         return self.sky.stalls
 
-    def frame(self, time_s: float, pose: Pose | None = None, out: NDArray[np.float32] | None = None) -> Frame:
+    def frame(
+        self,
+        time_s: float,
+        pose: Pose | None = None,
+        out: NDArray[np.float32] | None = None,
+        targets: Sequence[PointTarget] | None = None,
+    ) -> Frame:
         """Return the frame of a pose.
 
         Parameters
@@ -231,6 +247,8 @@ class PreparedPass:
             Of the same time; by default that of the pass, with its jitter.
         out : ndarray of float32 (B, rows, columns), optional
             Where the radiance is written; by default a new array.
+        targets : sequence of PointTarget, optional
+            Those of this frame; by default the prepared ones.
 
         Raises
         ------
@@ -248,8 +266,8 @@ class PreparedPass:
             raise PayloadError(f"out: {radiance.dtype} {radiance.shape}; allowed: contiguous float32 of shape {shape}")
         scene = radiance if self._sensor is None else self._sensor.scene
         self._fill(time_s, pose, scene)
-        if self._target is not None:
-            self._target.add(time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
+        for target in self._targets if targets is None else targets:
+            self._light.add(target, time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
         number = None if self._sensor is None else self._sensor.measure(time_s, radiance, self._each)
         return Frame(pose, radiance, number)
 
