@@ -100,6 +100,10 @@ def test_a_full_disk_has_a_limb_that_fades_to_space():
     kind, radiance = cube["pixel_kind"].values[0], cube["radiance"].values[0, 0]
     height = cube["pixel_tangent_height"].values[0]
     limb = kind == 2
+    zenith = cube["pixel_view_zenith"].values[0]
+    assert np.all(radiance[kind == 0] > 10.0)
+    assert np.all(np.isnan(radiance[kind == 1]))
+    assert 84.0 < np.nanmax(zenith[kind == 0]) <= 85.0 < np.nanmin(zenith[kind == 1])
     assert limb.sum() > 20
     assert np.all(np.isfinite(radiance[limb]))
     assert np.all((height[limb] > 0.0) & (height[limb] < 1e5))

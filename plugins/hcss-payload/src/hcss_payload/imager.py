@@ -16,7 +16,7 @@ from hcss_payload.limb import Limb, tangent_heights_m
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
-from hcss_payload.ray_geometry import GROUND, LARGEST_ZENITH_DEG, LIMB, SPACE, FrameGeometry
+from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, LIMB, SPACE, FrameGeometry
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
@@ -33,8 +33,6 @@ from hcss_twin.providers import View
 
 TIMES, FIELD, FIELD_AT_LIMB = 33, 9, 129
 """Times of the pass, and points along each side of the detector, at which directions and extent are sampled."""
-
-_JUST_BEYOND = np.cos(np.radians(LARGEST_ZENITH_DEG + 1.0))
 
 FEWEST_POINTS, MOST_POINTS = 3, 8
 """Points along a pixel that are chosen without being asked for: between those of the scene, one point of a pixel shows
@@ -104,6 +102,7 @@ class CameraImager:
 
     def __init__(self, scenario: Scenario, payload: Payload) -> None:
         self._payload, self._scenario = payload, scenario
+        self._largest_deg = LARGEST_WITH_LIMB_DEG if payload.beyond == "limb" else LARGEST_ZENITH_DEG
         self.camera = payload.camera
         self.rows, self.columns = self.camera.rows, self.camera.columns
         self._centre = scenario.place.latitude, scenario.place.longitude
@@ -144,7 +143,7 @@ class CameraImager:
             kind = geometry.exact(*self._sampled(FIELD)).kind
             self._require_ground(kind, time_s)
             if not np.all(kind == GROUND):
-                limit_deg = LARGEST_ZENITH_DEG
+                limit_deg = self._largest_deg
             # Between the sampled times jitter may turn the image as far as it ever does.
             jitter = self._payload.jitter
             margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
@@ -153,7 +152,9 @@ class CameraImager:
             if not ground.any():
                 continue
             # Between sampled pixels at the limit others may be closer to it.
-            toward.append(rays.toward[ground if limit_deg is None else rays.toward[..., 2] > _JUST_BEYOND])
+            toward.append(
+                rays.toward[ground if limit_deg is None else rays.toward[..., 2] > np.cos(np.radians(limit_deg + 1.0))]
+            )
             places.append(np.stack(geometry.place(rays), axis=-1)[ground])
             distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
             # The geometric mean of the sides of a footprint.
@@ -163,7 +164,7 @@ class CameraImager:
                 [
                     Problem(
                         "attitude",
-                        f"no pixel of any frame sees the ground below zenith {LARGEST_ZENITH_DEG:g} deg; "
+                        f"no pixel of any frame sees the ground below zenith {self._largest_deg:g} deg; "
                         "allowed: passes that do",
                     )
                 ]
@@ -194,7 +195,7 @@ class CameraImager:
                 field = name.replace("trajectory", "orbit").partition(".")[0]
                 raise ScenarioError([Problem(field, message)]) from error
             lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
-            self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines)
+            self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
         return self._last[1]
 
     def _exposure(self, time_s: float) -> Exposure:
@@ -348,9 +349,9 @@ PIXEL_VARIABLES = (
         None, "float32"),
     replace(
         _pixel("pixel_kind", "1", "what the pixel sees",
-            f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees, whose radiance is missing; limb, whose "
-            "radiance is missing unless camera.beyond is 'limb'; or space above 100 km, whose radiance is 0.", None,
-            "uint8"),
+            f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees ({LARGEST_WITH_LIMB_DEG:g} with "
+            "camera.beyond = 'limb'), whose radiance is missing; limb, whose radiance is missing without that; or "
+            "space above 100 km, whose radiance is 0.", None, "uint8"),
         attributes=flags("ground slant_ground limb space"),
     ),
 )  # fmt: skip

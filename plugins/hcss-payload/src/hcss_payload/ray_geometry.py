@@ -16,8 +16,8 @@ from hcss_payload.shutter import LinePoses
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED
 
-LARGEST_ZENITH_DEG = 75.0
-"""Beyond, refraction matters and ground pixels are many times longer than wide."""
+LARGEST_ZENITH_DEG, LARGEST_WITH_LIMB_DEG = 75.0, 85.0
+"""Beyond, refraction matters and ground pixels are many times longer than wide; the second where the limb is shown."""
 
 ATMOSPHERE_M = 100e3
 """Altitude above which rays see space."""
@@ -53,9 +53,19 @@ class FrameGeometry:
         Latitude and longitude of the centre of the scene's plane.
     lines : LinePoses, optional
         Poses of the lines, if they differ; directions to the camera are those to its place at the time of the frame.
+    largest_deg : float
+        View zenith up to which pixels are of the ground.
     """
 
-    def __init__(self, camera: Camera, pose: Pose, centre: tuple[float, float], lines: LinePoses | None = None) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        pose: Pose,
+        centre: tuple[float, float],
+        lines: LinePoses | None = None,
+        largest_deg: float = LARGEST_ZENITH_DEG,
+    ) -> None:
+        self._steepest = np.tan(np.radians(largest_deg))
         self.camera, self.pose, self._centre = camera, pose, centre
         self.mesh = Mesh(camera, pose, lines=lines)
         self._values = MeshValues(self.mesh, self._of)
@@ -105,7 +115,7 @@ class FrameGeometry:
     def _rays(self, values: Array, row: Array, column: Array) -> PixelRays:
         position, toward = values[..., :3], values[..., 3:]
         with np.errstate(invalid="ignore"):
-            steep = np.hypot(toward[..., 0], toward[..., 1]) > np.tan(np.radians(LARGEST_ZENITH_DEG)) * toward[..., 2]
+            steep = np.hypot(toward[..., 0], toward[..., 1]) > self._steepest * toward[..., 2]
         missed = np.isnan(position[..., 0])
         # Places too far from the scene for its plane have no direction.
         kind = np.where(steep | np.isnan(toward[..., 0]), SLANT, GROUND).astype(np.uint8)

@@ -69,8 +69,8 @@ class CameraSection(ScenarioSection):
     beyond: Literal["refuse", "missing", "limb"] = Field(
         "refuse",
         description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", "missing" values, or '
-        '"limb": the thermal radiance of clear air at the limb, and missing values of ground beyond 75 degrees. Space '
-        "above the atmosphere has radiance 0.",
+        '"limb": the ground to 85 degrees, missing values beyond, and the thermal radiance of clear air at the limb. '
+        "Space above the atmosphere has radiance 0.",
     )
 
 
