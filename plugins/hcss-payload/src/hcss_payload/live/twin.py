@@ -6,7 +6,6 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
@@ -18,8 +17,8 @@ from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
+from hcss_payload.live.footprints import PassFootprints
 from hcss_payload.live.kernels import TILE, reach_of, sky_rows
-from hcss_payload.live.octaves import SeenOctaves, blended, keyframe_interval_s, seen_octaves, shape_of
 from hcss_payload.live.plane import fit_plane
 from hcss_payload.live.radiance import FieldRadiance
 from hcss_payload.live.sensor import LiveSensor
@@ -46,12 +45,6 @@ _MARGIN_M = 20e3
 
 _POSES = 33
 """Times of a pass at which footprints are determined."""
-
-_POINT_STEPS = 4
-"""Steps of the distance of points for a factor of 2."""
-
-_FOOTPRINT_CHANGE = 0.1
-"""Largest relative change of the width of a footprint between two keyframes of a long pass."""
 
 _AHEAD_S = 3.0
 """Time ahead of a frame for which tiles are made."""
@@ -169,18 +162,12 @@ class PreparedPass:
             _MARGIN_M,
         )
         self._sight = Sight(camera, fit, step)
-        self._times, self._footprints = times, np.array([self._sight.footprint_m(pose) for pose in poses])
-        self._fineness = twin.fineness
-        every = [self._seen(float(time), None) for time in times]
-        self.removed = min(each.removed for each in every), max(each.removed for each in every)
-        change = np.abs(np.diff(np.log(np.hypot(*np.moveaxis(self._footprints, 1, 0))), axis=0)).max(initial=0.0)
-        longest = _FOOTPRINT_CHANGE * (times[-1] - times[0]) / max(change * (times.size - 1), 1e-9)
-        self.interval_s = min(keyframe_interval_s(each.octaves, longest) for each in every)
+        footprints_m = np.array([self._sight.footprint_m(pose) for pose in poses])
+        self._seen = PassFootprints(plan, times, footprints_m, twin.fineness)
+        self.removed, self.interval_s = self._seen.removed, self._seen.interval_s
         motion = plan.assembly.motion
         self._drift = np.array([motion.platform_speed_m_s, 0.0]) - np.array(motion.cloud_velocity_m_s)
-        self._radiance = FieldRadiance(
-            plan, self._view, self._between_keyframes, start_s, end_s, plan.accuracy.relative
-        )
+        self._radiance = FieldRadiance(plan, self._view, self._seen.of_frame, start_s, end_s, plan.accuracy.relative)
         self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
         self._targets = targets
         views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
@@ -199,13 +186,7 @@ class PreparedPass:
         capacity = 16 + 3 * max(
             (each.end_row - each.row + 2) * (each.end_column - each.column + 2) for each in footprints
         )
-        self.sky = Sky(
-            layer_seed(plan.scenario.seed, 0),
-            lambda time, keyframe: self._seen(time, self._point_m(keyframe)),
-            self.interval_s,
-            capacity,
-            self._ahead,
-        )
+        self.sky = Sky(layer_seed(plan.scenario.seed, 0), self._seen.of_tiles, self.interval_s, capacity, self._ahead)
         self.sky.require(footprints[0])
         self.sky.stalls = 0
         self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
@@ -327,39 +308,11 @@ class PreparedPass:
         """Return the nominal view of the optical axis."""
         return view_of_axis(self._plan, self._camera, pose_at(time_s, self.trajectory, self.attitude))
 
-    def _seen(self, time_s: float, point_m: float | None) -> SeenOctaves:
-        """Return the octaves that the footprint of the pass at a time leaves, at points of some distance."""
-        footprint = self._footprint_m(time_s)
-        point_m = float(np.hypot(*footprint)[0]) / self._fineness if point_m is None else point_m
-        return seen_octaves(shape_of(self._plan), self._plan.assembly.motion, point_m, footprint)
-
-    def _between_keyframes(self, time_s: float) -> SeenOctaves:
-        """Return the octaves of a frame, which are those of the keyframes before and after it."""
-        number = int(np.floor(time_s / self.interval_s))
-        point_m = self._point_m(number)
-        before, after = (self._seen(each * self.interval_s, point_m) for each in (number, number + 1))
-        between = blended(before, after, time_s / self.interval_s - number)
-        return replace(between, footprint=self._footprint_m(time_s))
-
-    def _footprint_m(self, time_s: float) -> Array:
-        place = np.interp(time_s, self._times, np.arange(self._times.size))
-        first = min(int(place), max(0, self._times.size - 2))
-        after = min(first + 1, self._times.size - 1)
-        footprint: Array = self._footprints[first] + (place - first) * (
-            self._footprints[after] - self._footprints[first]
-        )
-        return footprint
-
-    def _point_m(self, keyframe: int) -> float:
-        """Return the distance of the points of tiles: in steps of a factor, so that most keyframes share it."""
-        x, y = np.hypot(*self._footprint_m(keyframe * self.interval_s))
-        return float(2.0 ** (np.round(_POINT_STEPS * np.log2(np.sqrt(x * y) / self._fineness)) / _POINT_STEPS))
-
     def _tiles(self, time_s: float, places: Array) -> Tiles:
         """Turn places in the plane into points of the sky, which drifts, in the same array; return their tiles."""
         keyframe = int(np.floor(time_s / self.interval_s))
         places += self._drift * time_s
-        places /= self._point_m(keyframe)
+        places /= self._seen.point_m(keyframe)
         return tiles_around(places, keyframe)
 
     def _ahead(self, time_s: float) -> Iterator[Tiles]:
