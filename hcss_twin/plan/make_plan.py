@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
@@ -17,7 +18,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.imager import planned_imager
+from hcss_twin.plan.imager import Imager, planned_imager
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
@@ -55,6 +56,7 @@ def make_plan(
     keeps_results: bool = True,
     shelf: ResultCache | None = None,
     between: SeaTemperatures | None = None,
+    imager: Callable[[Scenario, Catalog], Imager | None] = planned_imager,
 ) -> Plan:
     """Resolve a scenario and decide what to compute.
 
@@ -68,6 +70,8 @@ def make_plan(
         Files and results of scenes planned earlier in this process.
     between : SeaTemperatures, optional
         Where the scene is one of many that differ in the temperature of the sea.
+    imager : callable
+        Makes the image geometry; by default that of the scenario's sections.
 
     Raises
     ------
@@ -81,17 +85,16 @@ def make_plan(
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf
-        return _make_plan(scenario, catalog, between)
+        return _make_plan(scenario, catalog, between, imager(scenario, catalog))
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 
 
-def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | None) -> Plan:
+def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | None, imager: Imager | None) -> Plan:
     frames, image = scenario.frames, scenario.image
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
-    imager = planned_imager(scenario, catalog)
     view = View(scenario.view.zenith, scenario.view.azimuth) if imager is None else imager.view
     slant = slant_paths(scenario.slant, view, zenith, azimuth)
     assembly = assemble(scenario, catalog, slant, between)

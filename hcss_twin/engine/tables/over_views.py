@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
@@ -85,6 +86,16 @@ class ViewedLookUp:
         part._up, part._across = self._up[extent[0]], self._across[extent[1]]
         return part
 
+    @property
+    def _shape(self) -> tuple[int, int]:
+        return len(self._up), len(self._across)
+
+    def _weights(self, y: slice, x: slice) -> Iterator[Array]:
+        """Yield the weights (y, x) of each node for a window."""
+        for up in self._up[y].T:
+            for across in self._across[x].T:
+                yield up[:, None] * across
+
     def fill(
         self,
         radiance: NDArray[np.float32],
@@ -96,7 +107,7 @@ class ViewedLookUp:
         if thickness_m:
             rows, columns = (size // samples for size in thickness_m[0].shape)
         else:
-            rows, columns, corner = len(self._up), len(self._across), (0, 0)
+            (rows, columns), corner = self._shape, (0, 0)
         step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns))
         for first in range(0, rows, step):
             strip = slice(first, min(first + step, rows))
@@ -105,20 +116,17 @@ class ViewedLookUp:
             x = slice(corner[1], corner[1] + columns)
             sums = np.zeros((radiance.shape[0], strip.stop - first, columns))
             part = np.empty(sums.shape, dtype=np.float32)
-            up, across = self._up[y], self._across[x]
-            for node, look_up in enumerate(self._look_ups):
+            for weight, look_up in zip(self._weights(y, x), self._look_ups, strict=True):
                 look_up.fill(part, points, samples)
-                row, column = divmod(node, across.shape[1])
-                _add(sums, part, np.ascontiguousarray(up[:, row]), np.ascontiguousarray(across[:, column]))
+                _add(sums, part, weight)
             # A vanishing term can become negative between nodes.
             radiance[:, y, x] = np.maximum(sums, 0.0)
 
 
 @kernel()
-def _add(sums, part, up, across):  # type: ignore[no-untyped-def]
-    """Add a part (C, y, x) to the sums, weighted by row and column."""
+def _add(sums, part, weight):  # type: ignore[no-untyped-def]
+    """Add a part (C, y, x) to the sums, weighted by pixel (y, x)."""
     for c in range(sums.shape[0]):
         for y in range(sums.shape[1]):
-            weight = up[y]
             for x in range(sums.shape[2]):
-                sums[c, y, x] += weight * across[x] * np.float64(part[c, y, x])
+                sums[c, y, x] += weight[y, x] * np.float64(part[c, y, x])

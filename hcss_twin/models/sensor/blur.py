@@ -93,7 +93,7 @@ class Blur:
         self._least = LEAST if parameters.method == "rows" else NEAR
         self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
         self._transfers: dict[tuple[str, tuple[int, ...]], Array] = {}
-        self._weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
+        self.weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
 
     @property
     def reach_pixels(self) -> int:
@@ -133,7 +133,7 @@ class Blur:
 
         Where these are too many, the image is blurred by transforms in double precision, and there are no weights.
         """
-        weights = self._weights[band.name]
+        weights = self.weights[band.name]
         if weights is not None:
             return image, weights
         if self._parameters.psf == "file":

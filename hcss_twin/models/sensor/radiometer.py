@@ -75,16 +75,26 @@ class Radiometer:
         """Return arrays for the measurement of frames of a shape (B, y, x)."""
         return {name: np.empty(shape, _TYPES[name]) for name in ("radiance", *self.variables)}
 
+    @property
+    def any_rows(self) -> bool:
+        """Whether :meth:`measure_into` may write some rows at little cost: no blur needs the whole frame."""
+        return all(weights is not None for weights in self._blur.weights.values())
+
     def measure_into(
-        self, clean: NDArray[np.float32], frame: int, found: Mapping[str, NDArray[Any]], bands: slice = slice(None)
+        self,
+        clean: NDArray[np.float32],
+        frame: int,
+        found: Mapping[str, NDArray[Any]],
+        bands: slice = slice(None),
+        lines: tuple[int, int] | None = None,
     ) -> None:
-        """Write the measurement by rows of ``clean`` (B, y, x), or of some of its bands, into :meth:`arrays`."""
+        """Write the measurement by rows of ``clean`` (B, y, x), or of some bands and rows, into :meth:`arrays`."""
         none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
         for index in range(len(self._channels))[bands]:
             channel = self._channels[index]
             image, weights = self._blur.by_rows(clean[index], channel.band)
             results = {name: each[index] for name, each in found.items()}
-            channel.measure_rows(image, weights, frame, {**none, **results})
+            channel.measure_rows(image, weights, frame, lines or (0, len(image)), {**none, **results})
 
 
 @dataclass(frozen=True)
@@ -200,13 +210,18 @@ class _Channel:
         return (signal - dark) / per_radiance, rate, number, flags
 
     def measure_rows(
-        self, image: NDArray[np.float32], weights: Weights, frame: int, results: Mapping[str, NDArray[Any]]
+        self,
+        image: NDArray[np.float32],
+        weights: Weights,
+        frame: int,
+        lines: tuple[int, int],
+        results: Mapping[str, NDArray[Any]],
     ) -> None:
-        """Write the results (Y, X) for a frame (Y, X) that is not blurred yet."""
+        """Write some rows of the results (Y, X) for a frame (Y, X) that is not blurred yet."""
         keys = tuple(np.uint64(self._random(stage, frame)[0]) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        if not measure(image, *weights, *self.pattern.arrays, self.detector, keys, self.inputs.corner, *written):
+        if not measure(image, *weights, *self.pattern.arrays, self.detector, keys, self.inputs.corner, lines, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
 
     @cached_property

@@ -62,7 +62,7 @@ class Detector(NamedTuple):
 
 @kernel()
 def measure(  # type: ignore[no-untyped-def]
-    image, down, across, reach, gain, offset, detector, keys, corner, radiance, rate, number, saturated
+    image, down, across, reach, gain, offset, detector, keys, corner, lines, radiance, rate, number, saturated
 ):
     """Write the measurement of a frame (Y, X) of one band; False if more electrons are expected than can be drawn.
 
@@ -81,6 +81,8 @@ def measure(  # type: ignore[no-untyped-def]
         Of normal and of Poisson numbers.
     corner : (int, int)
         Row and column of the first pixel in the image.
+    lines : (int, int)
+        First row to be written, and the one after the last.
     radiance, rate, number, saturated : ndarray (Y, X) of float32, float32, int32, uint8
         Results; all but the first may be of shape (0, 0).
     """
@@ -91,7 +93,7 @@ def measure(  # type: ignore[no-untyped-def]
     own_gain, own_offset = np.zeros(columns, np.float32), np.zeros(columns, np.float32)
     numbers = np.zeros((columns + skipped + BLOCK - 1) // BLOCK * BLOCK, np.float32)
     normals = numbers[skipped : skipped + columns]
-    for y in range(rows):
+    for y in range(lines[0], min(lines[1], rows)):
         if down.shape[0]:
             _blur_row(image, y, down, across, reach, wide, blurred)
         else:

@@ -89,8 +89,8 @@ def test_higher_layers_move_farther_against_the_sea():
     ]
     cube = hcss_twin.simulate(with_layers(layers))
     plan = hcss_twin.make_plan(with_layers(layers))
-    pose, everywhere = plan.imager._geometry(0.0).pose, (slice(0, 40), slice(0, 48))
-    places = [ScenePoints(plan, plan.imager.camera, pose, height, 1).window(everywhere) for height in (0.0, 8000.0)]
+    exposure, everywhere = plan.imager._exposure(0.0), (slice(0, 40), slice(0, 48))
+    places = [ScenePoints(plan, plan.imager.camera, exposure, height, 1).window(everywhere) for height in (0.0, 8000.0)]
     moved = np.hypot(*(high - low for low, high in zip(*places, strict=True))) * 100.0
     zenith = np.radians(cube["pixel_view_zenith"].values[0])
     # A straight line over the ellipsoid: h tan(zenith) to first order in h over the Earth's radius.

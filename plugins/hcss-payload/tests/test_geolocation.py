@@ -1,10 +1,12 @@
 """Lines of sight against PROJ and exact geometry."""
 
 import numpy as np
+import pyproj
 import pytest
 from hcss_payload import Camera, Circular, Geostationary, Jitter, Nadir, PayloadError, PushBroom, Track, pose_at
 from hcss_payload.mesh import Mesh
 from hcss_payload.rays import geographic, meet
+from hcss_payload.scene_plane import FARTHEST_DEG, to_scene
 from hcss_payload.trajectory import velocity_m_s
 from payload_scenes import camera
 
@@ -126,3 +128,17 @@ def test_pixels_invert_directions_with_distortion_and_mounting():
 def test_wrong_cameras_are_named(changes, message):
     with pytest.raises(PayloadError, match=message):
         camera(**changes)
+
+
+@pytest.mark.parametrize("centre", [(0.0, 140.7), (50.0, 10.0), (89.0, 0.0)])
+def test_places_in_the_plane_of_the_scene_are_geodesics_of_proj(centre):
+    rng = np.random.default_rng(1)
+    latitude, longitude = np.degrees(np.arcsin(rng.uniform(-1.0, 1.0, 2000))), rng.uniform(-180.0, 180.0, 2000)
+    x, y, _ = to_scene(latitude, longitude, centre)
+    azimuth, _, distance = pyproj.Geod(ellps="WGS84").inv(
+        *(np.full(2000, each) for each in reversed(centre)), longitude, latitude
+    )
+    near = np.isfinite(x)
+    assert np.all(near[distance < np.radians(FARTHEST_DEG - 1.0) * 6.36e6])
+    assert x[near] == pytest.approx((distance * np.sin(np.radians(azimuth)))[near], abs=1e-3)
+    assert y[near] == pytest.approx((distance * np.cos(np.radians(azimuth)))[near], abs=1e-3)

@@ -5,13 +5,8 @@ import pytest
 from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, PositionTable, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveTwin, PointTarget
-from hcss_payload.live.octaves import between, mean_variance
-from hcss_payload.live.radiance import TABLE_HALF, TABLE_PER_VALUE, intervals
-from scipy.special import ndtr
 
 import hcss_twin
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.physics.geodesy import to_earth_centred
 
 SIZE = 96
@@ -155,6 +150,24 @@ def test_a_target_above_the_air_has_its_intensity_over_the_squared_distance():
     assert middle == pytest.approx([float(each) for each in seen], abs=1e-3)
 
 
+def test_targets_that_appear_at_run_time_have_the_light_of_prepared_ones():
+    trajectory, camera = above(700e3), Camera(33, 33, 1.0, 1e-4)
+    # In the air, in the cloud (33 to 1000 m) and above it; none at an altitude that is prepared.
+    targets = [PointTarget(30.0, 150.0, altitude, (3e3, 4e3)) for altitude in (13e3, 560.0, 5.0)]
+    live_twin = LiveTwin(scene(), camera)
+    with live_twin.prepare(trajectory, Nadir(trajectory), 0.0, 1.0, highest_target_m=20e3) as live:
+        without = live.frame(0.0).radiance.astype(float)
+        added = [live.frame(0.0, targets=[each]).radiance - without for each in targets]
+        both = live.frame(0.0, targets=targets[:2]).radiance - without
+        with pytest.raises(PayloadError, match=r"targets: altitude 21000 m, .* allowed: altitudes up to 20000 m"):
+            live.frame(0.0, targets=[PointTarget(30.0, 150.0, 21e3, (1.0, 1.0))])
+    assert both == pytest.approx(added[0] + added[1], abs=1e-5)
+    for target, own in zip(targets, added, strict=True):
+        with live_twin.prepare(trajectory, Nadir(trajectory), 0.0, 1.0, target=target) as live:
+            expected = live.frame(0.0).radiance - live.frame(0.0, targets=()).radiance
+        assert own.sum(axis=(1, 2)) == pytest.approx(expected.sum(axis=(1, 2)), rel=0.02)
+
+
 def test_cloud_weakens_a_target_below_by_its_optical_thickness():
     trajectory, camera = above(), Camera(33, 33, 1.0, 100.0 / 36e6)
     target = PointTarget(30.0, 150.0, 0.0, (1e9, 1e9))
@@ -164,50 +177,11 @@ def test_cloud_weakens_a_target_below_by_its_optical_thickness():
             trajectory, Nadir(trajectory), 0.0, 1.0, target=target
         ) as live:
             with_target = live.frame(0.0).radiance.astype(float)
-            live._target = None
-            light[coverage] = (with_target - live.frame(0.0).radiance).sum(axis=(1, 2))
+            light[coverage] = (with_target - live.frame(0.0, targets=()).radiance).sum(axis=(1, 2))
     output = {"certificate": 0, "variables": ["cloud_optical_thickness"]}
     cube = hcss_twin.simulate(scene(clouds=sky | {"coverage": 1.0}, pixels=33, samples=5, output=output))
     depth = cube["cloud_optical_thickness"].values[0][..., 16, 16]
     assert -np.log(light[1.0] / light[1e-9]) == pytest.approx(depth.ravel(), rel=0.1)
-
-
-def test_variance_of_means_and_between_points_is_that_of_the_field():
-    step = 1.0 / 16.0
-    octave = Octave(0, 1.0, AxisScale(step, False), AxisScale(step, False), AxisScale(0.0, False), False)
-    field = FractalField(5, (octave,), 1).window(0.0, PixelWindow(0, 1600, 0.0), PixelWindow(0, 1600, 0.0))
-    for cells in (0.5, 1.5):
-        points = int(16 * cells)
-        sums = np.cumsum(np.cumsum(np.pad(field.astype(float), ((1, 0), (1, 0))), axis=0), axis=1)
-        means = sums[points:, points:] - sums[:-points, points:] - sums[points:, :-points] + sums[:-points, :-points]
-        assert np.var(means / points**2) == pytest.approx(mean_variance(cells) ** 2 * np.var(field), rel=0.02)
-    shares = np.linspace(0.0, 1.0, 33)[:, None, None]
-    blended = (1.0 - shares) * field[:, :-12:4] + shares * field[:, 12::4]
-    weight = np.full(33, 1.0)
-    weight[[0, -1]] = 0.5
-    assert np.average(np.mean(blended**2, axis=(1, 2)), weights=weight) == pytest.approx(
-        between(0.75) * np.var(field), rel=0.02
-    )
-    assert between(100.0) == pytest.approx(2.0 / 3.0)
-    assert mean_variance(0.0) == 1.0
-
-
-@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.7])
-def test_tables_of_a_step_are_the_normal_distribution(sigma):
-    edge = 0.3
-
-    def step(field):
-        return np.where(np.float32(field) >= np.float32(edge), 2.0, 1.0)[None]
-
-    start, end = intervals(step, edge, sigma)
-    value = edge + (np.arange(2 * TABLE_HALF + 1) - TABLE_HALF) / TABLE_PER_VALUE
-    if sigma == 0.0:
-        assert np.all(start[0] == np.where(np.arange(2 * TABLE_HALF) >= TABLE_HALF, 2.0, 1.0))
-        assert np.array_equal(start, end)
-    else:
-        exact = 1.0 + ndtr((value - edge) / sigma)
-        assert start[0] == pytest.approx(exact[:-1], abs=1e-4)
-        assert end[0] == pytest.approx(exact[1:], abs=1e-4)
 
 
 def test_what_live_frames_cannot_show_is_refused_by_name():

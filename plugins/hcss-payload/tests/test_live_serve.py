@@ -181,3 +181,17 @@ def test_a_scene_without_a_camera_is_not_served(files):
     (files / "scene.toml").write_text(SCENE)
     with pytest.raises(hcss_twin.ScenarioError, match=r"camera: is missing; a camera in orbit needs"):
         payload_of(hcss_twin.Scenario.load(files / "scene.toml"), Catalog(base=files))
+
+
+@needs_shm
+def test_a_server_whose_parent_ends_while_it_loads_ends_too(files):
+    name = f"hcss-test-orphan-{os.getpid()}"
+    # The child sleeps until its parent has ended, as if it took long to load.
+    late = command(name)
+    late[-1] = f"import time; time.sleep(1.0); {late[-1]}"
+    start = "import subprocess, sys; subprocess.Popen(sys.argv[1:])"
+    ran = subprocess.run(  # until all that write to its pipes have ended
+        [sys.executable, "-c", start, *late], cwd=files, capture_output=True, text=True, timeout=TIMEOUT_S, check=True
+    )
+    assert "the process that started this one has ended" in ran.stderr
+    assert not is_there(name)

@@ -38,23 +38,26 @@ class Payload:
 
     Attributes
     ----------
-    section : CameraSection
-        The keys of the camera.
+    points : int or None
+        Points along each side of a pixel; None: chosen by its footprint.
+    beyond : str
+        As ``camera.beyond``.
+    integration_s, line_s : float
+        As ``camera.integration_time`` and ``camera.line_time``.
     """
 
-    section: CameraSection
     camera: Camera
     trajectory: Trajectory
     attitude: Attitude
-    jitter: Jitter | None
+    jitter: Jitter | None = None
+    points: int | None = None
+    beyond: str = "refuse"
+    integration_s: float = 0.0
+    line_s: float = 0.0
 
     def pose(self, time_s: float) -> Pose:
         """Return the pose at a time."""
         return pose_at(time_s, self.trajectory, self.attitude, self.jitter)
-
-    def nominal_pose(self, time_s: float) -> Pose:
-        """Return the pose without jitter."""
-        return pose_at(time_s, self.trajectory, self.attitude)
 
 
 def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
@@ -81,7 +84,9 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
-    return Payload(camera, optics, trajectory, toward, shaken)
+    return Payload(
+        optics, trajectory, toward, shaken, camera.points, camera.beyond, camera.integration_time, camera.line_time
+    )
 
 
 def scene_of(scenario: Scenario) -> Scenario:

@@ -12,18 +12,21 @@ from numpy.typing import NDArray
 from hcss_payload.build import Payload, payload_of
 from hcss_payload.checks import PayloadError
 from hcss_payload.directions import directions_around, view_of
-from hcss_payload.pose import Pose
+from hcss_payload.limb import Limb, tangent_heights_m
+from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
+from hcss_payload.pose import pose_at
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
-from hcss_payload.ray_geometry import GROUND, LARGEST_ZENITH_DEG, SPACE, FrameGeometry
-from hcss_payload.ray_look_up import FrameViews, RayLookUp, frame_views
+from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, LIMB, SPACE, FrameGeometry
+from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
+from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.header import ImageLayout
-from hcss_twin.cube.variables import FRAME, VariableSpec, flags
+from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window
@@ -38,9 +41,16 @@ FEWEST_POINTS, MOST_POINTS = 3, 8
 
 NOTES = (
     "camera: lines of sight are geometric, without aberration and refraction; pixels are points of the focal plane, "
-    "without optics, detector and smear",
+    "without optics and detector",
     "camera: clouds are met at the height of each layer's flat side; each pixel has its own view, but the sun and the "
     "profile of [place]",
+)
+
+_SMEARLESS = "elements and views are those of its middle"
+
+LIMB_NOTE = (
+    "camera: the limb is clear air of the profile of [place] along straight lines of sight; its clouds and scattered "
+    "sunlight are left out"
 )
 
 
@@ -52,8 +62,13 @@ def make_imager(scenario: Scenario, catalog: Catalog) -> CameraImager:
     ScenarioError
         If a section is invalid, contradicts other keys, or the camera looks beyond what is computed.
     """
+    return camera_imager(scenario, payload_of(scenario, catalog))
+
+
+def camera_imager(scenario: Scenario, payload: Payload) -> CameraImager:
+    """Return the imager of a payload above a scenario; raises as :func:`make_imager`."""
     _require_no_other_view(scenario)
-    return CameraImager(scenario, payload_of(scenario, catalog))
+    return CameraImager(scenario, payload)
 
 
 def _require_no_other_view(scenario: Scenario) -> None:
@@ -88,6 +103,7 @@ class CameraImager:
 
     def __init__(self, scenario: Scenario, payload: Payload) -> None:
         self._payload, self._scenario = payload, scenario
+        self._largest_deg = LARGEST_WITH_LIMB_DEG if payload.beyond == "limb" else LARGEST_ZENITH_DEG
         self.camera = payload.camera
         self.rows, self.columns = self.camera.rows, self.camera.columns
         self._centre = scenario.place.latitude, scenario.place.longitude
@@ -95,9 +111,10 @@ class CameraImager:
         first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
         self._last: tuple[float, FrameGeometry] | None = None
-        self._last_views: tuple[float, FrameViews] | None = None
+        self._limb: Limb | None = None
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
+        self._shutter = self._shutter_over(times)
         toward, places, footprints, limit_deg = self._along(times)
         self.views = directions_around(toward, limit_deg)
         middle = self._geometry(float(times[times.size // 2])).nodes()
@@ -106,9 +123,12 @@ class CameraImager:
         self.pixel_size_m = float(np.median(footprints))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
         own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
-        self.points = payload.section.points or own
+        instants = self._shutter.instants
+        self.points = -(-(payload.points or own) // instants) * instants
         self.notes: tuple[str, ...] = (
             *NOTES,
+            *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
+            *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
@@ -124,7 +144,7 @@ class CameraImager:
             kind = geometry.exact(*self._sampled(FIELD)).kind
             self._require_ground(kind, time_s)
             if not np.all(kind == GROUND):
-                limit_deg = LARGEST_ZENITH_DEG
+                limit_deg = self._largest_deg
             # Between the sampled times jitter may turn the image as far as it ever does.
             jitter = self._payload.jitter
             margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
@@ -132,7 +152,10 @@ class CameraImager:
             ground = rays.kind == GROUND
             if not ground.any():
                 continue
-            toward.append(rays.toward[ground])
+            # Between sampled pixels at the limit others may be closer to it.
+            toward.append(
+                rays.toward[ground if limit_deg is None else rays.toward[..., 2] > np.cos(np.radians(limit_deg + 1.0))]
+            )
             places.append(np.stack(geometry.place(rays), axis=-1)[ground])
             distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
             # The geometric mean of the sides of a footprint.
@@ -142,7 +165,7 @@ class CameraImager:
                 [
                     Problem(
                         "attitude",
-                        f"no pixel of any frame sees the ground below zenith {LARGEST_ZENITH_DEG:g} deg; "
+                        f"no pixel of any frame sees the ground below zenith {self._largest_deg:g} deg; "
                         "allowed: passes that do",
                     )
                 ]
@@ -155,12 +178,12 @@ class CameraImager:
         return rows[:, None], columns[None, :]
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
-        if self._payload.section.beyond == "missing" or np.all(kind == GROUND):
+        if self._payload.beyond != "refuse" or np.all(kind == GROUND):
             return
         share = 100.0 * float(np.mean(kind != GROUND))
         message = (
             f"'refuse', and at time {time_s:g} s {share:.3g} % of the image see the Earth beyond zenith "
-            f"{LARGEST_ZENITH_DEG:g} deg, its limb or space; allowed: a pass or field without, or 'missing'"
+            f"{LARGEST_ZENITH_DEG:g} deg, its limb or space; allowed: a pass or field without, 'missing' or 'limb'"
         )
         raise ScenarioError([Problem("camera.beyond", message)])
 
@@ -172,18 +195,41 @@ class CameraImager:
                 name, _, message = str(error).partition(": ")
                 field = name.replace("trajectory", "orbit").partition(".")[0]
                 raise ScenarioError([Problem(field, message)]) from error
-            self._last = time_s, FrameGeometry(self.camera, pose, self._centre)
+            lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
+            self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
         return self._last[1]
+
+    def _exposure(self, time_s: float) -> Exposure:
+        return exposure_of(self._shutter, time_s, self.camera, self._payload.pose)
+
+    def _shutter_over(self, times_s: Array) -> Shutter:
+        """Return the shutter with the instants that the largest smear of the pass needs."""
+        payload, half = self._payload, 0.5 * self._payload.integration_s
+        if half == 0.0:
+            return Shutter(line_s=payload.line_s)
+        try:
+            # With jitter the ends of single exposures say little: what it moves in that time is added.
+            nominal = [
+                [pose_at(time + off, payload.trajectory, payload.attitude) for off in (-half, half)]
+                for time in times_s.tolist()
+            ]
+            smear = max(smear_px(self.camera, *poses) for poses in nominal)
+            if payload.jitter is not None:
+                smear += payload.jitter.moved_rad(2.0 * half) / self.camera.pixel_rad
+            return Shutter(2.0 * half, payload.line_s, instants_for(smear))
+        except PayloadError as error:
+            field, _, message = str(error).partition(": ")
+            raise ScenarioError([Problem(field, message)]) from error
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
         kept = (spec for spec in requested if spec.kind != "geometry")
-        if self._payload.section.beyond == "missing":
+        if self._payload.beyond != "refuse":
             kept = (
                 replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
                 for spec in kept
             )
-        return (*kept, *PIXEL_VARIABLES)
+        return (*kept, *PIXEL_VARIABLES, *((TANGENT_HEIGHT,) if self._payload.beyond == "limb" else ()))
 
     def require_supported(self, plan: Plan) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
@@ -210,15 +256,16 @@ class CameraImager:
                         require_in_reach(plan, layer_number, below, float(time_s))
         except PayloadError as error:
             raise ScenarioError([Problem("image", str(error))]) from error
+        self._limb = Limb(plan) if self._payload.beyond == "limb" and plan.needs_radiance else None
 
     def layout(self, plan: Plan) -> ImageLayout:
         """Return rows, columns and poses, and the extent of the ground that the frames show."""
         poses = [self._payload.pose(float(time_s)) for time_s in self._times_s]
-        return ImageLayout(_coordinates(self.rows, self.columns, poses), *self._extent)
+        return ImageLayout(coordinates(self.rows, self.columns, poses), *self._extent)
 
     def clouds(self, plan: Plan, time_s: float) -> RayClouds:
         """Return the clouds of a frame."""
-        return RayClouds(plan, self.camera, self._geometry(time_s).pose)
+        return RayClouds(plan, self.camera, self._exposure(time_s))
 
     def look_up(self, plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> RayLookUp:
         """Return the look-up of a frame."""
@@ -229,7 +276,7 @@ class CameraImager:
 
     def surface_stage(self, plan: Plan, tables: Any) -> RaySurfaceStage:
         """Return the surfaces at the points of the frames."""
-        return RaySurfaceStage(plan, tables, self._geometry, self.views)
+        return RaySurfaceStage(plan, tables, self._geometry, self._exposure, self.views)
 
     def element_stage(self, plan: Plan) -> RayElementStage:
         """Return the elements as the camera sees them."""
@@ -258,6 +305,8 @@ class CameraImager:
                 if values.dtype.kind == "f":
                     values[..., beyond] = np.nan
                     values[..., rays.kind == SPACE] = 0.0
+        if self._payload.beyond == "limb":
+            self._complete_limb(frame, geometry, rays.kind, extent)
         latitude, longitude = geometry.place(rays)
         zenith, azimuth = geometry.angles_deg(rays)
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
@@ -266,52 +315,19 @@ class CameraImager:
         ):
             frame[spec.name] = np.ascontiguousarray(values, dtype=spec.dtype)
 
-
-def _pixel(name: str, units: str, long_name: str, text: str, standard: str | None, dtype: str) -> VariableSpec:
-    return VariableSpec(
-        name, units, long_name, "geometry", text, FRAME, dtype, standard, may_be_missing=dtype != "uint8"
-    )
-
-
-PIXEL_VARIABLES = (
-    _pixel("pixel_latitude", "degrees_north", "latitude of the pixel",
-        "Geodetic latitude (WGS 84) where the line of sight of the pixel's centre meets the ellipsoid.", "latitude",
-        "float64"),
-    _pixel("pixel_longitude", "degrees_east", "longitude of the pixel",
-        "Longitude of that place, within 180 degrees of the scene's.", "longitude", "float64"),
-    _pixel("pixel_view_zenith", "degree", "zenith angle of the sensor at the pixel",
-        "Angle at that place between the ellipsoid's normal and the camera.", "sensor_zenith_angle", "float32"),
-    _pixel("pixel_view_azimuth", "degree", "azimuth angle of the sensor at the pixel",
-        "Bearing from that place toward the camera, clockwise from north.", "sensor_azimuth_angle", "float32"),
-    _pixel("pixel_slant_range", "m", "distance from the pixel to the sensor", "Distance from that place to the camera.",
-        None, "float32"),
-    replace(
-        _pixel("pixel_kind", "1", "what the pixel sees",
-            f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees and limb, whose radiance is missing; or "
-            "space above 100 km, whose radiance is 0.", None, "uint8"),
-        attributes=flags("ground slant_ground limb space"),
-    ),
-)  # fmt: skip
-"""Coordinates of the pixels of each frame."""
-
-
-def _coordinates(rows: int, columns: int, poses: Sequence[Pose]) -> tuple[tuple[VariableSpec, NDArray[Any]], ...]:
-    def spec(name: str, dims: tuple[str, ...], units: str, long_name: str, text: str, dtype: str) -> VariableSpec:
-        return VariableSpec(name, units, long_name, "coordinate", text, dims, dtype)
-
-    return (
-        (spec("row", ("row",), "1", "row of the detector", "From 0; the first row is the upper one.", "int32"),
-         np.arange(rows, dtype=np.int32)),
-        (spec("column", ("column",), "1", "column of the detector", "From 0, left to right.", "int32"),
-         np.arange(columns, dtype=np.int32)),
-        (spec("platform_position", ("time", "earth_axis"), "m", "position of the camera",
-              "Earth-fixed (ITRF, WGS 84): toward 0 N 0 E, 0 N 90 E and the north pole.", "float64"),
-         np.array([pose.position_m for pose in poses])),
-        (spec("platform_quaternion", ("time", "quaternion_component"), "1", "orientation of the camera's body",
-              "x, y, z, w; turns vectors of the body (z ahead, x along columns, y along rows) into Earth-fixed ones.",
-              "float64"),
-         np.array([pose.quaternion for pose in poses])),
-    )  # fmt: skip
+    def _complete_limb(
+        self, frame: dict[str, NDArray[Any]], geometry: FrameGeometry, kind: NDArray[np.uint8], extent: Window
+    ) -> None:
+        """Add the tangent height of the pixels of limb and space, and the radiance of the limb."""
+        limb, beyond = kind == LIMB, kind >= LIMB
+        row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in extent)
+        places = (each[beyond] for each in np.meshgrid(row, column, indexing="ij"))
+        ray = geometry.pose.to_earth(geometry.camera.directions(*places))
+        height = np.full(kind.shape, np.nan, dtype=np.float32)
+        height[beyond] = tangent_heights_m(geometry.pose.position_m, ray)
+        frame[TANGENT_HEIGHT.name] = height
+        if self._limb is not None and limb.any():
+            frame["radiance"][..., limb] = self._limb(height[limb].astype(np.float64))
 
 
 def _range(values: Array) -> tuple[float, float]:

@@ -92,6 +92,12 @@ class Jitter:
         lines = sum(float(np.linalg.norm(line.amplitude_rad)) for line in self.lines)
         return 6.0 * float(np.linalg.norm(self.rms_rad)) + lines
 
+    def moved_rad(self, time_s: float) -> float:
+        """Return the largest change to expect within a time: three times its root mean square, of all axes."""
+        frequency, amplitude, _ = self._sinusoids
+        swing = np.sin(np.pi * np.minimum(frequency * time_s, 0.5))
+        return 3.0 * float(np.sqrt(2.0 * np.sum((swing[:, None] * amplitude) ** 2)))
+
     @cached_property
     def _sinusoids(self) -> tuple[Array, Array, Array]:
         """Frequencies (K,), amplitudes (K, 3) and phases (K, 3); each has the mean square of its interval."""

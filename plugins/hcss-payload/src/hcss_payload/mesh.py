@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hcss_payload.camera import Camera
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
+from hcss_payload.shutter import LinePoses
 from hcss_twin.core.arrays import Array
 
 STEP, TOLERANCE_PX = 8, 0.02
@@ -37,6 +38,8 @@ class Mesh:
         Points along each side of a pixel; each is the centre of its square.
     step, tolerance_px : int, float
         Points between rays, and the largest error of a point's place in the image, in pixels.
+    lines : LinePoses, optional
+        Poses of the lines, if they differ from that of the frame.
     """
 
     camera: Camera
@@ -45,6 +48,7 @@ class Mesh:
     points: int = 1
     step: int = STEP
     tolerance_px: float = TOLERANCE_PX
+    lines: LinePoses | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -53,9 +57,16 @@ class Mesh:
 
     def exact_m(self, row: Array, column: Array) -> Array:
         """Return the positions (..., 3) that points (...) of the image see; NaN in space."""
+        return meet(*self.rays(row, column), self.altitude_m)
+
+    def rays(self, row: Array, column: Array) -> tuple[Array, Array]:
+        """Return the origin (3,) or origins (..., 3), and the Earth-fixed directions (..., 3), of points (...)."""
         per = self.points
-        direction = self.camera.directions((row + 0.5) / per - 0.5, (column + 0.5) / per - 0.5)
-        return meet(self.pose.position_m, self.pose.to_earth(direction), self.altitude_m)
+        at_row = (row + 0.5) / per - 0.5
+        direction = self.camera.directions(at_row, (column + 0.5) / per - 0.5)
+        if self.lines is None:
+            return self.pose.position_m, self.pose.to_earth(direction)
+        return self.lines.rays(at_row, direction)
 
     def positions_m(self) -> Array:
         """Return the positions (y, x, 3) that all points see; NaN in space."""

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
 from hcss_payload.mesh import Mesh, MeshValues
-from hcss_payload.pose import Pose
 from hcss_payload.scene_plane import surface_place, to_scene
+from hcss_payload.shutter import Exposure
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.stream import FrameClouds
@@ -38,9 +38,11 @@ class ScenePoints:
     ----------
     per_pixel : int
         Points of the frame along each side of a pixel.
+    exposure : Exposure
+        The instants of the frame.
     """
 
-    def __init__(self, plan: Plan, camera: Camera, pose: Pose, altitude_m: float, per_pixel: int) -> None:
+    def __init__(self, plan: Plan, camera: Camera, exposure: Exposure, altitude_m: float, per_pixel: int) -> None:
         place = plan.scenario.place
         centre = place.latitude, place.longitude
 
@@ -50,12 +52,23 @@ class ScenePoints:
             x, y, _ = to_scene(*surface_place(position_m), centre)
             return np.stack((x, y), axis=-1)
 
-        self._values = MeshValues(Mesh(camera, pose, altitude_m, per_pixel), in_plane)
+        self._instants = [
+            MeshValues(Mesh(camera, pose, altitude_m, per_pixel, lines=lines), in_plane)
+            for pose, lines in exposure.instants
+        ]
+        self._which = exposure.shutter.which(per_pixel) if len(self._instants) > 1 else None
         self._grid, self._per, self._per_pixel = plan.grid, plan.scenario.image.samples_per_pixel, per_pixel
 
     def window(self, window: Window) -> tuple[Array, Array]:
         """Return row and column (y, x) of the points of a window of pixels; centres of points are whole numbers."""
-        return self._in_points(self._values.window(*(points_of(pixels, self._per_pixel) for pixels in window)))
+        points = [points_of(pixels, self._per_pixel) for pixels in window]
+        places = self._instants[0].window(*points)
+        if self._which is not None:
+            for number, instant in enumerate(self._instants[1:], start=1):
+                own, per = instant.window(*points), self._per_pixel
+                for y, x in np.argwhere(self._which == number):
+                    places[y::per, x::per] = own[y::per, x::per]
+        return self._in_points(places)
 
     def _in_points(self, place_m: Array) -> tuple[Array, Array]:
         point_m = self._grid.pixel_size_m / self._per
@@ -66,7 +79,10 @@ class ScenePoints:
 
     def around_nodes(self) -> Window | None:
         """Return the pixels of the scene that the nodes of the mesh see."""
-        return self.around(*self._in_points(self._values.at_nodes))
+        each = [self._in_points(instant.at_nodes) for instant in self._instants]
+        return self.around(
+            *(np.concatenate([np.ravel(place) for place in places]) for places in zip(*each, strict=True))
+        )
 
     def around(self, row: Array, column: Array) -> Window | None:
         """Return the pixels of the scene that hold places; None if all are NaN."""
@@ -78,8 +94,8 @@ class ScenePoints:
 class RayClouds:
     """Thickness of every layer at the points of one frame."""
 
-    def __init__(self, plan: Plan, camera: Camera, pose: Pose) -> None:
-        self._plan, self._camera, self._pose = plan, camera, pose
+    def __init__(self, plan: Plan, camera: Camera, exposure: Exposure) -> None:
+        self._plan, self._camera, self._exposure = plan, camera, exposure
 
     def thickness_m(self, window: Window) -> list[Thickness]:
         """Return the thickness of each layer at the points of a window of pixels, in or around the image."""
@@ -93,7 +109,7 @@ class RayClouds:
     def _points(self) -> list[ScenePoints]:
         plan = self._plan
         heights = (reference_height_m(layer) for layer in plan.layers)
-        return [ScenePoints(plan, self._camera, self._pose, height, plan.samples_per_pixel) for height in heights]
+        return [ScenePoints(plan, self._camera, self._exposure, height, plan.samples_per_pixel) for height in heights]
 
     @cached_property
     def _clouds(self) -> list[FrameClouds]:
@@ -104,7 +120,8 @@ class RayClouds:
         per = plan.scenario.image.samples_per_pixel
         return [
             FrameClouds(
-                replace(plan, assembly=own, layers=own.layers, samples_per_pixel=per, imager=None), self._pose.time_s
+                replace(plan, assembly=own, layers=own.layers, samples_per_pixel=per, imager=None),
+                self._exposure.pose.time_s,
             )
             for own in alone
         ]
@@ -115,7 +132,7 @@ class RayClouds:
         below = points.around(row, column)
         if below is None or not plan.assembly.cloudy_layers[number]:
             return np.zeros(row.shape, dtype=np.float32)
-        require_in_reach(plan, number, below, self._pose.time_s)
+        require_in_reach(plan, number, below, self._exposure.pose.time_s)
         (field,) = self._clouds[number].thickness_m(below)
         corner = [points_of(pixels, plan.scenario.image.samples_per_pixel).start for pixels in below]
         result = np.empty(row.shape, dtype=np.float32)

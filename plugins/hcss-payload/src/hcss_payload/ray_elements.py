@@ -16,6 +16,9 @@ from hcss_twin.plan.plan import Plan
 _NOWHERE = -1e9
 """Row and column of what the camera does not see."""
 
+_LINE_STEPS = 4
+"""Steps to the line that sees an element; each reduces the error by the ratio of image motion to the speed of lines."""
+
 GeometryAt = Callable[[float], FrameGeometry]
 
 
@@ -52,6 +55,13 @@ class RayElements(InstantElements):
         position = to_earth_centred(latitude, longitude) + np.asarray(altitude_m)[..., None] * up
         away = position - pose.position_m
         row, column = self.geometry.camera.pixels(pose.to_body(away))
+        lines = self.geometry.mesh.lines
+        for _ in range(_LINE_STEPS):  # the row decides over the pose, and this over the row
+            if lines is None:
+                break
+            turn, origin = lines.at(row)
+            away = position - origin
+            row, column = self.geometry.camera.pixels(np.einsum("...ji,...j->...i", turn, away))
         hidden = np.sum(away * up, axis=-1) >= 0.0  # below the horizon
         nowhere = hidden | np.isnan(row)
         return np.where(nowhere, _NOWHERE, row + 0.5), np.where(nowhere, _NOWHERE, column + 0.5)

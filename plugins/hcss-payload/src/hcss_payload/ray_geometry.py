@@ -12,11 +12,12 @@ from hcss_payload.mesh import Mesh, MeshValues
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_payload.scene_plane import surface_place, toward_camera
+from hcss_payload.shutter import LinePoses
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED
 
-LARGEST_ZENITH_DEG = 75.0
-"""Beyond, refraction matters and ground pixels are many times longer than wide."""
+LARGEST_ZENITH_DEG, LARGEST_WITH_LIMB_DEG = 75.0, 85.0
+"""Beyond, refraction matters and ground pixels are many times longer than wide; the second where the limb is shown."""
 
 ATMOSPHERE_M = 100e3
 """Altitude above which rays see space."""
@@ -50,11 +51,23 @@ class FrameGeometry:
     ----------
     centre : (float, float)
         Latitude and longitude of the centre of the scene's plane.
+    lines : LinePoses, optional
+        Poses of the lines, if they differ; directions to the camera are those to its place at the time of the frame.
+    largest_deg : float
+        View zenith up to which pixels are of the ground.
     """
 
-    def __init__(self, camera: Camera, pose: Pose, centre: tuple[float, float]) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        pose: Pose,
+        centre: tuple[float, float],
+        lines: LinePoses | None = None,
+        largest_deg: float = LARGEST_ZENITH_DEG,
+    ) -> None:
+        self._steepest = np.tan(np.radians(largest_deg))
         self.camera, self.pose, self._centre = camera, pose, centre
-        self.mesh = Mesh(camera, pose)
+        self.mesh = Mesh(camera, pose, lines=lines)
         self._values = MeshValues(self.mesh, self._of)
         self._last: tuple[tuple[int, ...], PixelRays] | None = None
 
@@ -102,14 +115,13 @@ class FrameGeometry:
     def _rays(self, values: Array, row: Array, column: Array) -> PixelRays:
         position, toward = values[..., :3], values[..., 3:]
         with np.errstate(invalid="ignore"):
-            steep = np.hypot(toward[..., 0], toward[..., 1]) > np.tan(np.radians(LARGEST_ZENITH_DEG)) * toward[..., 2]
+            steep = np.hypot(toward[..., 0], toward[..., 1]) > self._steepest * toward[..., 2]
         missed = np.isnan(position[..., 0])
         # Places too far from the scene for its plane have no direction.
         kind = np.where(steep | np.isnan(toward[..., 0]), SLANT, GROUND).astype(np.uint8)
         if missed.any():
             at_row, at_column = (np.broadcast_to(each, missed.shape)[missed] for each in (row, column))
-            ray = self.pose.to_earth(self.camera.directions(at_row, at_column))
-            above = np.isnan(meet(self.pose.position_m, ray, ATMOSPHERE_M)[..., 0])
+            above = np.isnan(meet(*self.mesh.rays(at_row, at_column), ATMOSPHERE_M)[..., 0])
             kind[missed] = np.where(above, SPACE, LIMB)
         return PixelRays(position, toward, kind)
 

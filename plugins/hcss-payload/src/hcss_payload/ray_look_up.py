@@ -6,29 +6,24 @@ the rectangle, where polynomials of lower order do: their tables are combination
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_payload.directions import Directions, require_inside
 from hcss_payload.ray_geometry import GROUND, FrameGeometry
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 from hcss_twin.plan.views import ViewAxis
-from hcss_twin.plan.windows import Window, points_of
-
-Thickness = NDArray[np.float32]
+from hcss_twin.plan.windows import Window, length
 
 LOST = 1e-5
 """Largest relative error of the polynomials of a frame, relative to those of the pass."""
-
-VALUES_AT_ONCE = 2**20
-"""Maximum pixels times channels that are summed together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +111,7 @@ def frame_views(
     return whole
 
 
-class RayLookUp:
+class RayLookUp(ViewedLookUp):
     """Look-up of a frame with the direction of each pixel."""
 
     def __init__(
@@ -124,52 +119,25 @@ class RayLookUp:
     ) -> None:
         self._views, self._look_ups = views, views.look_ups(look_ups)
         self._directions, self._geometry = directions, geometry
-        camera = geometry.camera
-        self._extent: Window = slice(0, camera.rows), slice(0, camera.columns)
+        self._rows, self._columns = slice(0, geometry.camera.rows), slice(0, geometry.camera.columns)
 
     def of_part(self, extent: Window) -> RayLookUp:
-        """Return the look-up of some rows and columns, counted from the first of this one."""
+        """Return the look-up of some rows and columns of the image, counted from the first of them."""
         part = copy(self)
-        part._extent = self._moved(extent)
+        part._rows, part._columns = extent
         return part
 
-    def fill(
-        self,
-        radiance: NDArray[np.float32],
-        thickness_m: Sequence[Thickness],
-        samples: int = 1,
-        corner: tuple[int, int] = (0, 0),
-    ) -> None:
-        """Write the radiance of a window like :meth:`hcss_twin.engine.tables.look_up.LookUp.fill`."""
-        if thickness_m:
-            rows, columns = (size // samples for size in thickness_m[0].shape)
-        else:
-            (rows, columns), corner = (each.stop - each.start for each in self._extent), (0, 0)
-        step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns))
-        for first in range(0, rows, step):
-            strip = slice(first, min(first + step, rows))
-            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
-            x = slice(corner[1], corner[1] + columns)
-            points = [np.ascontiguousarray(each[points_of(strip, samples)]) for each in thickness_m]
-            shape = strip.stop - first, columns
-            weights = self._weights(self._moved((y, x))).reshape(-1, *shape)
-            sums = np.zeros((radiance.shape[0], *shape))
-            part = np.empty(sums.shape, dtype=np.float32)
-            for weight, look_up in zip(weights, self._look_ups, strict=True):
-                look_up.fill(part, points, samples)
-                sums += weight * part
-            # A vanishing term can become negative between nodes.
-            radiance[:, y, x] = np.maximum(sums, 0.0)
+    @property
+    def _shape(self) -> tuple[int, int]:
+        return length(self._rows), length(self._columns)
 
-    def _weights(self, window: Window) -> Array:
-        return pixel_weights(self._views, self._directions, self._geometry, window)
-
-    def _moved(self, window: Window) -> Window:
+    def _weights(self, y: slice, x: slice) -> Iterator[Array]:
         rows, columns = (
-            slice(pixels.start + whole.start, pixels.stop + whole.start)
-            for pixels, whole in zip(window, self._extent, strict=True)
+            slice(each.start + whole.start, each.stop + whole.start)
+            for each, whole in ((y, self._rows), (x, self._columns))
         )
-        return rows, columns
+        of_pixels = pixel_weights(self._views, self._directions, self._geometry, (rows, columns))
+        yield from of_pixels.reshape(-1, length(y), length(x))
 
 
 def pixel_weights(views: FrameViews, directions: Directions, geometry: FrameGeometry, window: Window) -> Array:

@@ -11,6 +11,7 @@ from hcss_payload.directions import Directions
 from hcss_payload.ray_clouds import ScenePoints, nearest
 from hcss_payload.ray_geometry import FrameGeometry
 from hcss_payload.ray_look_up import FrameViews, frame_views, pixel_weights
+from hcss_payload.shutter import Exposure
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_surfaces import SurfaceLookUp, SurfaceStage
@@ -28,10 +29,11 @@ class RaySurfaceStage(SurfaceStage):
         plan: Plan,
         tables: RadianceTables | None,
         geometry_at: Callable[[float], FrameGeometry],
+        exposure_at: Callable[[float], Exposure],
         directions: Directions,
     ) -> None:
         super().__init__(plan, tables)
-        self._geometry_at, self._directions = geometry_at, directions
+        self._geometry_at, self._exposure_at, self._directions = geometry_at, exposure_at, directions
         self._points: tuple[float, ScenePoints] | None = None
 
     def at(self, time_s: float, window: Window) -> SurfaceMap:
@@ -54,8 +56,8 @@ class RaySurfaceStage(SurfaceStage):
 
     def _sampled(self, time_s: float, window: Window) -> SurfaceMap:
         if self._points is None or self._points[0] != time_s:
-            geometry = self._geometry_at(time_s)
-            points = ScenePoints(self._plan, geometry.camera, geometry.pose, 0.0, self._samples)
+            camera = self._geometry_at(time_s).camera
+            points = ScenePoints(self._plan, camera, self._exposure_at(time_s), 0.0, self._samples)
             self._points = time_s, points
         row, column = self._points[1].window(window)
         below = self._points[1].around(row, column)

@@ -20,7 +20,7 @@ def meet(origin_m: Array, direction: Array, altitude_m: float = 0.0) -> Array:
 
     Parameters
     ----------
-    origin_m : ndarray (3,)
+    origin_m : ndarray (3,) or (..., 3)
         Earth-fixed start of the rays, above the surface.
     direction : ndarray (..., 3)
         Earth-fixed unit vectors.
@@ -28,7 +28,7 @@ def meet(origin_m: Array, direction: Array, altitude_m: float = 0.0) -> Array:
     axes = np.array([SEMI_MAJOR_AXIS_M, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M]) + altitude_m
     start, step = origin_m / axes, direction / axes
     square = np.sum(step * step, axis=-1)
-    half = -(step @ start)
+    half = -(step @ start) if start.ndim == 1 else -np.sum(step * start, axis=-1)
     # |start + s step|^2 = 1; the point closest to the centre decides, so that no difference of large squares does.
     closest = start + (half / square)[..., None] * step
     inside = (1.0 - np.sum(closest * closest, axis=-1)) / square

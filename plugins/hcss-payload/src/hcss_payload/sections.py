@@ -50,6 +50,15 @@ class CameraSection(ScenarioSection):
     mounting: Quaternion = Field(
         (0.0, 0.0, 0.0, 1.0), description="Quaternion x, y, z, w that turns vectors of the camera into the body's."
     )
+    integration_time: Duration = Field(
+        0.0, ge=0, le=100, description="Time over which pixels see the moving scene, around that of the frame, s."
+    )
+    line_time: Duration = Field(
+        0.0,
+        ge=-1,
+        le=1,
+        description="Rolling shutter: time from one row to the next, s; negative: from the last row on.",
+    )
     points: Whole | None = Field(
         None,
         ge=1,
@@ -57,9 +66,10 @@ class CameraSection(ScenarioSection):
         description="n: a pixel is the mean of n x n points; default: as many as its footprint has points of the scene "
         "(image.pixel_size), 3 to 8.",
     )
-    beyond: Literal["refuse", "missing"] = Field(
+    beyond: Literal["refuse", "missing", "limb"] = Field(
         "refuse",
-        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", or "missing" values. '
+        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", "missing" values, or '
+        '"limb": the ground to 85 degrees, missing values beyond, and the thermal radiance of clear air at the limb. '
         "Space above the atmosphere has radiance 0.",
     )
 

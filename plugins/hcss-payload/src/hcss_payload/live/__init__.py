@@ -2,6 +2,6 @@
 
 from hcss_payload.live.client import LiveClient, ServedFrame
 from hcss_payload.live.scenario_pass import live_pass
-from hcss_payload.live.twin import LiveFrame, LiveTwin, PointTarget, PreparedPass
+from hcss_payload.live.twin import LiveTwin, PointTarget, PreparedPass
 
-__all__ = ["LiveClient", "LiveFrame", "LiveTwin", "PointTarget", "PreparedPass", "ServedFrame", "live_pass"]
+__all__ = ["LiveClient", "LiveTwin", "PointTarget", "PreparedPass", "ServedFrame", "live_pass"]

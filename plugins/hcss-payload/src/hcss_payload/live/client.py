@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import cached_property
 from types import TracebackType
 from typing import Self
 
@@ -15,6 +16,9 @@ from hcss_payload.live.ring import Ring
 from hcss_payload.pose import Pose
 
 _NAP_S, _SPIN_S = 5e-5, 2e-3
+_EARLY = 0.8
+"""Share of the time that the last frame took for which a client sleeps."""
+
 _TRIES = 100
 
 
@@ -26,9 +30,8 @@ class ServedFrame:
     ----------
     number, pose_number : int
         Of the frame, from 0, and of the pose that :meth:`LiveClient.send_pose` returned.
-    time_s : float
-        Of the pose.
-    pose : Pose
+    pose_values : ndarray (8,)
+        Time, position and quaternion of the pose.
     image : ndarray of float32 or uint16 (bands, rows, columns)
         Radiance, or digital numbers of a sensor with a converter.
     published_ns : int
@@ -37,10 +40,19 @@ class ServedFrame:
 
     number: int
     pose_number: int
-    time_s: float
-    pose: Pose
+    pose_values: NDArray[np.float64]
     image: NDArray[np.float32] | NDArray[np.uint16]
     published_ns: int
+
+    @property
+    def time_s(self) -> float:
+        """Time of the pose."""
+        return float(self.pose_values[0])
+
+    @cached_property
+    def pose(self) -> Pose:
+        """The pose, whose checks take as long as the hand-over of the frame."""
+        return Pose(self.time_s, self.pose_values[1:4], self.pose_values[4:])
 
 
 class LiveClient:
@@ -60,6 +72,7 @@ class LiveClient:
     """
 
     def __init__(self, name: str, timeout_s: float = 0.0) -> None:
+        self._usual_s = 0.0
         until = time.monotonic() + timeout_s
         while True:
             try:
@@ -82,25 +95,34 @@ class LiveClient:
         """Ask for the frame of a pose, in place of poses that the server has not begun; return the pose's number."""
         return self._ring.post(pose)
 
-    def latest(self) -> ServedFrame | None:
-        """Return a copy of the newest frame; None if there is none yet."""
+    def latest(self, out: NDArray[np.float32] | NDArray[np.uint16] | None = None) -> ServedFrame | None:
+        """Return a copy of the newest frame; None if there is none yet.
+
+        Parameters
+        ----------
+        out : ndarray of the shape and type of frames, optional
+            Where the image is written; by default a new array.
+        """
         ring = self._ring
         for _ in range(_TRIES):
             count = int(ring.header["frames"])
             if count == 0:
                 return None
-            slot, frame = (each[(count - 1) % ring.shape.slots] for each in (ring.slots, ring.frames))
+            slot, frame = ring.slots[(count - 1) % ring.shape.slots], ring.frames[(count - 1) % ring.shape.slots]
             before = int(slot["sequence"])
             if before % 2 == 0:
-                image, values = frame.copy(), slot["pose"].copy()
+                image = np.empty_like(frame) if out is None else out
+                np.copyto(image, frame, casting="no")
+                values = slot["pose"].copy()
                 number, pose_number, published = (int(slot[n]) for n in ("number", "pose_number", "published_ns"))
                 if int(slot["sequence"]) == before:
-                    pose = Pose(float(values[0]), values[1:4], values[4:])
-                    return ServedFrame(number, pose_number, pose.time_s, pose, image, published)
+                    return ServedFrame(number, pose_number, values, image, published)
         raise PayloadError("latest: frames are written faster than read; allowed: `--slots` for more of them")
 
-    def wait(self, pose_number: int, timeout_s: float = 1.0) -> ServedFrame:
-        """Return the newest frame as soon as it is that of a pose, or of a later one.
+    def wait(
+        self, pose_number: int, timeout_s: float = 1.0, out: NDArray[np.float32] | NDArray[np.uint16] | None = None
+    ) -> ServedFrame:
+        """Return the newest frame as soon as it is that of a pose, or of a later one; ``out`` as for :meth:`latest`.
 
         Raises
         ------
@@ -111,13 +133,18 @@ class LiveClient:
         while True:
             count = int(self._ring.header["frames"])
             if count and int(self._ring.slots[(count - 1) % self._ring.shape.slots]["pose_number"]) >= pose_number:
-                frame = self.latest()
+                frame = self.latest(out)
                 if frame is not None and frame.pose_number >= pose_number:
+                    self._usual_s = time.monotonic() - start
                     return frame
             waited = time.monotonic() - start
             if waited > timeout_s:
                 raise TimeoutError(f"no frame of pose {pose_number} within {timeout_s:g} s; counts: {self.counts()}")
-            if waited > _SPIN_S:
+            # Leaves the processor to others, but looks without pause around the time that the last frame took.
+            early = min(_EARLY * self._usual_s, timeout_s) - waited
+            if early > 0.0:
+                time.sleep(early)
+            elif waited > self._usual_s + _SPIN_S:
                 time.sleep(_NAP_S)
 
     def counts(self) -> dict[str, int]:

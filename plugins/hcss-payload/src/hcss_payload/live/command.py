@@ -6,6 +6,7 @@ import os
 
 import click
 
+from hcss_payload.checks import PayloadError
 from hcss_twin.cli.options import load, set_option
 
 
@@ -35,7 +36,7 @@ def serve(
     Its sections [camera], [orbit], [attitude] and [jitter] are the camera and the nominal pass. Clients use
     hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
-    parent = None if outlive_parent else os.getppid()  # first, since it may end during the preparation
+    parent = None if outlive_parent else _parent()  # first, since it may end during the preparation
     from hcss_payload.live.scenario_pass import live_pass
     from hcss_payload.live.server import Server
 
@@ -50,3 +51,24 @@ def serve(
     kind = "digital numbers" if live.has_numbers else "radiance"
     text = f"{name}: {bands} x {rows} x {columns} {kind}, times {live.start_s:g} to {live.end_s:g} s"
     server.serve(lambda: click.echo(text))
+
+
+def _parent() -> int:
+    """Return the process that started this one.
+
+    Raises
+    ------
+    PayloadError
+        If it has ended while this one was loading: the process that adopts orphans has no part in their session.
+    """
+    parent = os.getppid()
+    try:
+        session = os.getsid(parent)
+    except (PermissionError, ProcessLookupError):
+        session = -1
+    # The leader of a session may have been started from another one.
+    if session != os.getsid(0) != os.getpid():
+        raise PayloadError(
+            "parent: the process that started this one has ended; allowed: one that goes on, or --outlive-parent"
+        )
+    return parent

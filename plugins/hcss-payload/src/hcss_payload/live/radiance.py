@@ -1,7 +1,8 @@
 """Radiance of live frames: tables along the pass, as a function of the field that a pixel sees.
 
 The field in a pixel is its mean plus a normal number with the variance that the footprint has removed, so the radiance
-of a pixel is that of the field blurred by this normal number. Along the pass tables stand at times close enough that
+of a pixel is that of the field blurred by this normal number, as far as contrast allows
+(:mod:`hcss_payload.live.prefilter`). Along the pass tables stand at times close enough that
 the radiance between them, tested in the middle, is interpolated within the scenario's accuracy.
 """
 
@@ -17,7 +18,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from hcss_payload.live.kernels import TABLE_HALF, TABLE_PER_VALUE
-from hcss_payload.live.octaves import shape_of
+from hcss_payload.live.octaves import SeenOctaves, shape_of
+from hcss_payload.live.prefilter import Sharpness, sharpness
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
@@ -26,8 +28,8 @@ from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
-SMALLEST_SIGMA = 0.02
-"""Below, the cloud's edge is sharp: an interval of the table would be as wide as the blur."""
+SMALLEST_SIGMA = 0.005
+"""Below, the cloud's edge is sharp: an interval of the table is as wide as twice the blur."""
 
 _FINE = 4
 """Cells in which the radiance is averaged, per interval of the table."""
@@ -56,8 +58,8 @@ class FieldRadiance:
 
     Parameters
     ----------
-    view_at, sigma_at : callable
-        The view of the optical axis, and the standard deviation of the field inside a pixel, at a time in s.
+    view_at, seen_at : callable
+        The view of the optical axis, and the octaves that a pixel sees, at a time in s.
     tolerance : float
         Largest relative error between tables.
 
@@ -71,12 +73,12 @@ class FieldRadiance:
         self,
         plan: Plan,
         view_at: Callable[[float], View],
-        sigma_at: Callable[[float], float],
+        seen_at: Callable[[float], SeenOctaves],
         start_s: float,
         end_s: float,
         tolerance: float,
     ) -> None:
-        self._plan, self._view_at, self._sigma_at = plan, view_at, sigma_at
+        self._plan, self._view_at, self._seen_at = plan, view_at, seen_at
         layer = plan.layers[0]
         self.edge = edge_of(layer.coverage)
         self.middle = np.float32(TABLE_HALF - self.edge * TABLE_PER_VALUE)
@@ -131,7 +133,7 @@ class FieldRadiance:
             look_up.fill(values, [thickness])
             return values[: len(self._plan.bands), 0].astype(np.float64)
 
-        start, end = intervals(radiance, self.edge, self._sigma_at(time_s))
+        start, end = intervals(radiance, self.edge, sharpness(radiance, self.edge, self._seen_at(time_s)))
         return Moment(time_s, np.ascontiguousarray(np.stack((start, end - start), axis=-1).swapaxes(0, 1), np.float32))
 
 
@@ -140,28 +142,34 @@ def edge_of(coverage: float) -> float:
     return -NormalDist().inv_cdf(coverage) if 0.0 < coverage < 1.0 else 0.0
 
 
-def intervals(radiance: Callable[[Array], Array], edge: float, sigma: float) -> tuple[Array, Array]:
+def intervals(radiance: Callable[[Array], Array], edge: float, shown: Sharpness) -> tuple[Array, Array]:
     """Return the radiance (B, I) at the start and at the end of the intervals of a table.
 
     Parameters
     ----------
     radiance : callable
         Radiance (B, N) of values (N,) of the field, which may jump at ``edge``.
-    sigma : float
-        Standard deviation of the normal number over which it is averaged.
+    shown : Sharpness
+        Of each band: the standard deviation over which it is averaged, and the scale of the field.
     """
     value = edge + (np.arange(2 * TABLE_HALF + 1) - TABLE_HALF) / TABLE_PER_VALUE
-    if sigma < SMALLEST_SIGMA:
+    if np.all(shown.sigma < SMALLEST_SIGMA):
         start, end = value[:-1].copy(), value[1:].copy()
         end[TABLE_HALF - 1] = np.nextafter(np.float32(edge), np.float32(-np.inf))
         start[TABLE_HALF] = np.nextafter(np.float32(edge), np.float32(np.inf))
         return radiance(start), radiance(end)
-    # Cells whose middles are a whole number of cells and a half from every value of the table.
+    # Interpolation between values averages, too: over the variance of a triangle.
+    sigma = np.sqrt(np.maximum(shown.sigma**2 - TABLE_PER_VALUE**-2 / 6.0, SMALLEST_SIGMA**2))
+    # Cells whose ends are a whole number of cells from the edge.
     cell = 1.0 / (TABLE_PER_VALUE * _FINE)
-    reach = math.ceil(_REACH * sigma / cell)
-    middle = value[0] + cell * (np.arange(-reach, _FINE * 2 * TABLE_HALF + reach) + 0.5)
-    weight = np.diff(ndtr(cell * np.arange(-reach, reach + 1) / sigma))
-    weight /= weight.sum()
-    fine = np.stack([np.convolve(each, weight, mode="valid") for each in radiance(middle)])
-    nodes = fine[:, ::_FINE]
-    return nodes[:, :-1], nodes[:, 1:]
+    reach = math.ceil(_REACH * float(sigma.max()) / cell)
+    half = math.ceil(float(shown.scale.max()) * np.abs(value).max() / cell) + math.ceil(abs(edge) / cell)
+    middle = edge + cell * (np.arange(-half - reach, half + reach) + 0.5)
+    nodes = edge + cell * np.arange(-half, half + 1)[1:-1]
+    result = []
+    for own, width, scale in zip(radiance(middle), sigma, shown.scale, strict=True):
+        weight = np.diff(ndtr(cell * np.arange(-reach, reach + 1) / width))
+        averaged = np.convolve(own, weight / weight.sum(), mode="valid")
+        result.append(np.interp(scale * value, nodes, averaged[1:-1]))
+    fine = np.stack(result)
+    return fine[:, :-1], fine[:, 1:]

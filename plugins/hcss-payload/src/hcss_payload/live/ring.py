@@ -85,10 +85,12 @@ class Ring:
     def __init__(self, memory: shared_memory.SharedMemory, shape: RingShape) -> None:
         self.memory, self.shape = memory, shape
         self.header = np.ndarray((), _HEADER, memory.buf)
-        self.slots, self.frames = [], []
+        self.slots: list[dict[str, NDArray[Any]]] = []
+        self.frames: list[NDArray[Any]] = []
         start = _up(_HEADER.itemsize)
         for _ in range(shape.slots):
-            self.slots.append(np.ndarray((), _SLOT, memory.buf, start))
+            slot = np.ndarray((), _SLOT, memory.buf, start)
+            self.slots.append({name: slot[name] for name in _SLOT.names or ()})  # a look-up by name takes long
             start += _up(_SLOT.itemsize)
             self.frames.append(np.ndarray((shape.bands, shape.rows, shape.columns), shape.dtype, memory.buf, start))
             start += _up(shape.frame_bytes)
@@ -168,7 +170,7 @@ class Ring:
     def publish(self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int) -> None:
         """Make the frame of a slot visible, whose writing :meth:`begin` announced."""
         slot = self.slots[number % self.shape.slots]
-        slot["number"], slot["pose_number"], slot["published_ns"] = number, pose_number, published_ns
+        slot["number"][...], slot["pose_number"][...], slot["published_ns"][...] = number, pose_number, published_ns
         slot["pose"][:] = pose
         slot["sequence"] += np.uint64(1)
         self.header["frames"] = number + 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hcss_payload.build import payload_of, scene_of
 from hcss_payload.live.target import PointTarget
 from hcss_payload.live.twin import FINENESS, LiveTwin, PreparedPass
@@ -15,7 +17,8 @@ def live_pass(
     end_s: float | None = None,
     threads: int = 2,
     fineness: float = FINENESS,
-    target: PointTarget | None = None,
+    target: PointTarget | Sequence[PointTarget] | None = None,
+    highest_target_m: float | None = None,
 ) -> PreparedPass:
     """Prepare live frames along the pass of a scenario.
 
@@ -26,7 +29,9 @@ def live_pass(
     threads : int
     fineness : float
         Points of the sky per width of a pixel.
-    target : PointTarget, optional
+    target : PointTarget or sequence of them, optional
+    highest_target_m : float, optional
+        Altitude up to which frames may have targets that are decided on at run time.
 
     Raises
     ------
@@ -38,4 +43,4 @@ def live_pass(
     payload = payload_of(scenario, Catalog(base=scenario.base))
     twin = LiveTwin(scene_of(scenario), payload.camera, threads, fineness)
     last = float(twin.plan.frame_times_s[-1]) if end_s is None else end_s
-    return twin.prepare(payload.trajectory, payload.attitude, start_s, last, payload.jitter, target)
+    return twin.prepare(payload.trajectory, payload.attitude, start_s, last, payload.jitter, target, highest_target_m)

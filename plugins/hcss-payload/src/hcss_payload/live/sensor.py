@@ -15,7 +15,10 @@ from hcss_twin.plan.sensor_stages import build_stages
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands
 
-Each = Callable[[Callable[[tuple[int, int]], None], list[tuple[int, int]]], None]
+Each = Callable[[Callable[[Any], None], list[Any]], None]
+
+_LINES = 64
+"""Rows that a thread measures at once."""
 
 TICKS_PER_S = 1e6
 """Noise is numbered by the time in microseconds: frames at the same microsecond have the same noise."""
@@ -63,7 +66,10 @@ class LiveSensor:
                 'method = "rows", for live frames'
             )
         self.scene = np.zeros((len(plan.bands), camera.rows, camera.columns), np.float32)
-        self._bands = [(number, number + 1) for number in range(len(plan.bands))]
+        # Parts of the frame, by band and row, that threads may measure at once.
+        ends = range(0, camera.rows, _LINES) if sensor.any_rows else (0,)
+        step = _LINES if sensor.any_rows else camera.rows
+        self._parts = [(band, first, first + step) for band in range(len(plan.bands)) for first in ends]
         self._results = {name: each for name, each in sensor.arrays(self.scene.shape).items() if name != "radiance"}
 
     @property
@@ -77,11 +83,16 @@ class LiveSensor:
         Parameters
         ----------
         each : callable
-            Runs work for each of several pairs, here of the bands.
+            Runs work for each of several parts of a frame.
         """
         number = round(time_s * TICKS_PER_S)
         results = {**self._results, "radiance": radiance}
-        each(lambda band: self._sensor.measure_into(self.scene, number, results, slice(*band)), self._bands)
+
+        def part(own: tuple[int, int, int]) -> None:
+            band, first, last = own
+            self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), (first, last))
+
+        each(part, self._parts)
         return results.get("digital_number")
 
 

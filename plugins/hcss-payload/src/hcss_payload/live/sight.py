@@ -74,11 +74,8 @@ class Sight:
             )
         return out
 
-    def widths_m(self, pose: Pose) -> tuple[float, float]:
-        """Return the widths of the footprint of the pixel on the axis, along x and y of the sky.
-
-        Those of the square pixel: the root of the sum of squares of what its two sides extend along an axis.
-        """
+    def footprint_m(self, pose: Pose) -> Array:
+        """Return the footprint (2, 2) of the pixel on the axis, x and y of its sides along columns and rows."""
         row, column = self.camera.centre
         around = self.camera.directions(
             np.array([row - 0.5, row + 0.5])[:, None], np.array([column - 0.5, column + 0.5])
@@ -86,8 +83,7 @@ class Sight:
         place = self.places(pose, directions=np.ascontiguousarray(around))
         along = 0.5 * (place[0, 1] - place[0, 0] + place[1, 1] - place[1, 0])
         down = 0.5 * (place[1, 0] - place[0, 0] + place[1, 1] - place[0, 1])
-        width = np.hypot(along, down)
-        return float(width[0]), float(width[1])
+        return np.stack((along, down))
 
 
 def mesh_step(camera: Camera, poses: list[Pose], altitude_m: float) -> int:

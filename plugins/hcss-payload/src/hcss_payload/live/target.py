@@ -26,6 +26,9 @@ FieldAt = Callable[[Array], float]
 _VALUES, _REACH = 256, 7.0
 """Values of the field above the edge of clouds for which transmission is tabulated, and their range."""
 
+_INSIDE, _ALTITUDES, _LOWEST_M, TOP_M = 9, 16, 250.0, 100e3
+"""Altitudes within the cloud and in all at which the light of targets is prepared, and the limits of these, m."""
+
 _TOUCH_M = 100.0
 """Distance by which the surface must be in front of a target to hide it; a ship is on it."""
 
@@ -70,7 +73,7 @@ class PointTarget:
 
 
 class TargetLight:
-    """The light of a target that arrives along a pass.
+    """The light of targets that arrives along a pass.
 
     Parameters
     ----------
@@ -80,22 +83,63 @@ class TargetLight:
         Value of the field at the edges of clouds.
     """
 
-    def __init__(
-        self, plan: Plan, camera: Camera, target: PointTarget, views: Sequence[tuple[float, View]], edge: float
-    ) -> None:
-        if len(target.intensity) != len(plan.bands):
-            raise PayloadError(
-                f"target.intensity: {len(target.intensity)} values; allowed: {len(plan.bands)}, one a band"
-            )
-        self._camera, self._target = camera, target
-        self._intensity, self._edge = np.array(target.intensity), edge
+    def __init__(self, plan: Plan, camera: Camera, views: Sequence[tuple[float, View]], edge: float) -> None:
+        self._plan, self._paths, self._camera, self._edge = plan, ElementPaths(plan), camera, edge
         self._has_gaps = plan.layers[0].coverage < 1.0
         self._field = edge + np.linspace(0.0 if self._has_gaps else -_REACH, _REACH, _VALUES)
         self._times = np.array([time for time, _ in views])
-        self._arriving = np.stack([self._shares(plan, view.zenith_deg) for _, view in views])
+        self._zeniths_deg = [view.zenith_deg for _, view in views]
+        self._own: dict[tuple[float, float | None], Array] = {}
+        self._nodes_m, self._tables = np.zeros(0), np.zeros(0)
 
-    def add(self, time_s: float, pose: Pose, radiance: NDArray[np.float32], field_at: FieldAt) -> None:
-        """Add the target to the pixels (B, rows, columns) whose middles are around it.
+    def prepare(self, target: PointTarget) -> None:
+        """Compute the light of targets like one, at its altitude and of its colour."""
+        self._require_bands(target)
+        key = target.altitude_m, target.temperature_K
+        if key not in self._own:
+            self._own[key] = self._along(*key)
+
+    def prepare_up_to(self, highest_m: float) -> None:
+        """Compute the light of targets without colour at any altitude up to one, between which it is linear."""
+        layer = self._plan.layers[0]
+        inside = np.linspace(layer.base_m, layer.top_m, _INSIDE)
+        nodes = np.concatenate(([0.0, highest_m], inside, np.geomspace(_LOWEST_M, TOP_M, _ALTITUDES)))
+        self._nodes_m = np.unique(nodes[nodes <= highest_m])
+        self._tables = np.stack([self._along(float(altitude), None) for altitude in self._nodes_m])
+
+    def _along(self, altitude_m: float, temperature_K: float | None) -> Array:
+        """Return the shares (T, 1 + N, B) along the pass."""
+        return np.stack([self._shares(zenith, altitude_m, temperature_K) for zenith in self._zeniths_deg])
+
+    def _require_bands(self, target: PointTarget) -> None:
+        if len(target.intensity) != len(self._plan.bands):
+            raise PayloadError(
+                f"target.intensity: {len(target.intensity)} values; allowed: {len(self._plan.bands)}, one a band"
+            )
+
+    def _arriving(self, target: PointTarget) -> Array:
+        """Return the shares (T, 1 + N, B) of a target."""
+        self._require_bands(target)
+        own = self._own.get((target.altitude_m, target.temperature_K))
+        if own is not None:
+            return own
+        highest = float(self._nodes_m[-1]) if self._nodes_m.size else 0.0
+        if target.temperature_K is not None or not (self._nodes_m.size and target.altitude_m <= highest):
+            raise PayloadError(
+                f"targets: altitude {target.altitude_m:g} m, temperature {target.temperature_K} are not prepared; "
+                f"allowed: altitudes up to {highest:g} m (highest_target_m) without temperature, or those of targets "
+                "that are"
+            )
+        after = max(1, int(np.searchsorted(self._nodes_m, target.altitude_m)))
+        low, high = self._nodes_m[after - 1], self._nodes_m[after]
+        later = (target.altitude_m - low) / (high - low)
+        between: Array = (1.0 - later) * self._tables[after - 1] + later * self._tables[after]
+        return between
+
+    def add(
+        self, target: PointTarget, time_s: float, pose: Pose, radiance: NDArray[np.float32], field_at: FieldAt
+    ) -> None:
+        """Add a target to the pixels (B, rows, columns) whose middles are around it.
 
         The four pixels share its light like a source as wide as a pixel.
 
@@ -104,48 +148,48 @@ class TargetLight:
         field_at : callable
             The field that a direction (3,) of the body meets.
         """
-        ray = self._target.position_m(time_s) - pose.position_m
+        ray = target.position_m(time_s) - pose.position_m
         distance = float(np.linalg.norm(ray))
         toward = pose.to_body(ray / distance)
         row, column = (float(each) for each in self._camera.pixels(toward))
         rows, columns = radiance.shape[1:]
         if not (-1.0 < row < rows and -1.0 < column < columns) or self._is_hidden(pose, ray, distance):
             return
-        share = self._share(time_s, field_at(toward))
+        share = self._share(self._arriving(target), time_s, field_at(toward))
         # The solid angle of a pixel falls with the third power of the cosine of its distance from the axis.
         across = self._camera.directions(*(np.array(each) for each in (row, column)))
         axis = self._camera.directions(*(np.array(each) for each in self._camera.centre))
         solid_angle = self._camera.pixel_rad**2 * float(across @ axis) ** 3
-        light = share * self._intensity / (distance**2 * solid_angle)
+        light = share * np.array(target.intensity) / (distance**2 * solid_angle)
         y, x = math.floor(row), math.floor(column)
         for i, down in ((y, y + 1 - row), (y + 1, row - y)):
             for j, along in ((x, x + 1 - column), (x + 1, column - x)):
                 if 0 <= i < rows and 0 <= j < columns:
                     radiance[:, i, j] += (down * along * light).astype(np.float32)
 
-    def _share(self, time_s: float, field: float) -> Array:
+    def _share(self, along: Array, time_s: float, field: float) -> Array:
         """Return the share (B,) of the light that arrives through the cloud of a value of the field."""
         place = float(np.interp(time_s, self._times, np.arange(self._times.size)))
         before = min(int(place), max(0, self._times.size - 2))
         after = min(before + 1, self._times.size - 1)
-        table = self._arriving[before] + (place - before) * (self._arriving[after] - self._arriving[before])
+        table = along[before] + (place - before) * (along[after] - along[before])
         if self._has_gaps and field < self._edge:
             clear: Array = table[0]
             return clear
         share: Array = np.array([np.interp(field, self._field, each) for each in table[1:].T])
         return share
 
-    def _shares(self, plan: Plan, zenith_deg: float) -> Array:
+    def _shares(self, zenith_deg: float, altitude: float, temperature_K: float | None) -> Array:
         """Return the shares (1 + N, B) in the clear, and at the values of the field."""
-        paths, layer, altitude = ElementPaths(plan), plan.layers[0], self._target.altitude_m
-        exponent = shape_of(plan).brightness_exponent
+        paths, layer = self._paths, self._plan.layers[0]
+        exponent = shape_of(self._plan).brightness_exponent
         thickness = field_thickness(self._field[None].astype(np.float32), layer, exponent)[0]
         thickness[0] = max(thickness[0], np.float32(layer.thickness_min_m))
         air = paths.air(altitude, zenith_deg)
         heights = paths.heights_above([thickness], altitude)
         clouds = [paths.through_cloud(heights[:, n : n + 1], zenith_deg) for n in range(thickness.size)]
         arriving = [air, *(air * each for each in clouds)]
-        return np.stack([paths.band_mean(each, self._target.temperature_K) for each in arriving])
+        return np.stack([paths.band_mean(each, temperature_K) for each in arriving])
 
     def _is_hidden(self, pose: Pose, ray: Array, distance: float) -> bool:
         """Return whether the Earth is in front of the target."""

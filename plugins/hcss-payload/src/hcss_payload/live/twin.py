@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +15,16 @@ from numpy.typing import NDArray
 from hcss_payload.attitude import Attitude
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
+from hcss_payload.live.footprints import PassFootprints
 from hcss_payload.live.kernels import TILE, reach_of, sky_rows
-from hcss_payload.live.octaves import SeenOctaves, keyframe_interval_s, seen_octaves, shape_of
 from hcss_payload.live.plane import fit_plane
 from hcss_payload.live.radiance import FieldRadiance
 from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
 from hcss_payload.live.sky import Sky, Tiles
-from hcss_payload.live.target import PointTarget, TargetLight
+from hcss_payload.live.target import TOP_M, PointTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
@@ -35,7 +35,7 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import View
 
-__all__ = ["LiveFrame", "LiveTwin", "PointTarget", "PreparedPass"]
+__all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
 
 FINENESS = 2.0
 """Points of a tile per width of the smallest footprint of a pass."""
@@ -46,33 +46,10 @@ _MARGIN_M = 20e3
 _POSES = 33
 """Times of a pass at which footprints are determined."""
 
-_POINT_STEPS = 4
-"""Steps of the distance of points for a factor of 2."""
-
 _AHEAD_S = 3.0
 """Time ahead of a frame for which tiles are made."""
 
 _STRIPS_PER_THREAD = 4
-
-
-@dataclass(frozen=True, eq=False)
-class LiveFrame:
-    """What the camera sees at one pose.
-
-    Attributes
-    ----------
-    pose : Pose
-        With the time.
-    radiance : ndarray of float32 (B, rows, columns)
-        Band radiance, W m-2 sr-1, mean over the pixel's footprint; as measured, if the scenario has a sensor. The first
-        row is the northern one if north is up.
-    digital_number : ndarray of int32 (B, rows, columns) or None
-        With a sensor that has a converter.
-    """
-
-    pose: Pose
-    radiance: NDArray[np.float32]
-    digital_number: NDArray[np.int32] | None = None
 
 
 class LiveTwin:
@@ -108,7 +85,8 @@ class LiveTwin:
         start_s: float,
         end_s: float,
         jitter: Jitter | None = None,
-        target: PointTarget | None = None,
+        target: PointTarget | Sequence[PointTarget] | None = None,
+        highest_target_m: float | None = None,
     ) -> PreparedPass:
         """Compile the tables of a pass, and make the sky below its start.
 
@@ -121,8 +99,11 @@ class LiveTwin:
             Within the scenario's frames.
         jitter : Jitter, optional
             Of poses that :meth:`PreparedPass.frame` makes itself.
-        target : PointTarget, optional
-            A source in the scene.
+        target : PointTarget or sequence of them, optional
+            Sources in the scene.
+        highest_target_m : float, optional
+            Altitude up to which frames may have targets that are decided on at run time; by default none but those
+            with altitude and colour of ``target``.
 
         Raises
         ------
@@ -135,7 +116,8 @@ class LiveTwin:
                 f"start_s, end_s: {start_s:g} to {end_s:g} s; allowed: within {first:g} to {last:g} s, the frames of "
                 "the scenario"
             )
-        return PreparedPass(self, trajectory, attitude, start_s, end_s, jitter, target)
+        targets = [] if target is None else [target] if isinstance(target, PointTarget) else list(target)
+        return PreparedPass(self, trajectory, attitude, start_s, end_s, jitter, targets, highest_target_m)
 
 
 class PreparedPass:
@@ -159,7 +141,8 @@ class PreparedPass:
         start_s: float,
         end_s: float,
         jitter: Jitter | None,
-        target: PointTarget | None,
+        targets: Sequence[PointTarget],
+        highest_target_m: float | None,
     ) -> None:
         plan, camera = twin.plan, twin.camera
         self._plan, self._camera, self._threads = plan, camera, twin.threads
@@ -179,26 +162,21 @@ class PreparedPass:
             _MARGIN_M,
         )
         self._sight = Sight(camera, fit, step)
-        self._times, self._widths = times, np.array([self._sight.widths_m(pose) for pose in poses])
-        self._fineness = twin.fineness
-        every = [self._seen(float(time), None) for time in times]
-        self.removed = min(each.removed for each in every), max(each.removed for each in every)
-        self.interval_s = min(keyframe_interval_s(each.octaves) for each in every)
+        footprints_m = np.array([self._sight.footprint_m(pose) for pose in poses])
+        self._seen = PassFootprints(plan, times, footprints_m, twin.fineness)
+        self.removed, self.interval_s = self._seen.removed, self._seen.interval_s
         motion = plan.assembly.motion
         self._drift = np.array([motion.platform_speed_m_s, 0.0]) - np.array(motion.cloud_velocity_m_s)
-        self._radiance = FieldRadiance(
-            plan,
-            self._view,
-            lambda time: float(np.sqrt(max(0.0, self._seen(time, None).removed))),
-            start_s,
-            end_s,
-            plan.accuracy.relative,
-        )
+        self._radiance = FieldRadiance(plan, self._view, self._seen.of_frame, start_s, end_s, plan.accuracy.relative)
         self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
-        self._target: TargetLight | None = None
-        if target is not None:
-            views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
-            self._target = TargetLight(plan, camera, target, views, self._radiance.edge)
+        self._targets = targets
+        views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
+        self._light = TargetLight(plan, camera, views, self._radiance.edge)
+        for target in targets:
+            self._light.prepare(target)
+        if highest_target_m is not None:
+            require_within("highest_target_m", highest_target_m, 1.0, TOP_M, "m")
+            self._light.prepare_up_to(highest_target_m)
         self._nodes = np.empty((*self._sight.directions.shape[:2], 2))
         footprints = [
             self._tiles(float(time), self._sight.places(pose)) for time, pose in zip(times, poses, strict=True)
@@ -208,13 +186,7 @@ class PreparedPass:
         capacity = 16 + 3 * max(
             (each.end_row - each.row + 2) * (each.end_column - each.column + 2) for each in footprints
         )
-        self.sky = Sky(
-            layer_seed(plan.scenario.seed, 0),
-            lambda time, keyframe: self._seen(time, self._point_m(keyframe)),
-            self.interval_s,
-            capacity,
-            self._ahead,
-        )
+        self.sky = Sky(layer_seed(plan.scenario.seed, 0), self._seen.of_tiles, self.interval_s, capacity, self._ahead)
         self.sky.require(footprints[0])
         self.sky.stalls = 0
         self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
@@ -239,7 +211,13 @@ class PreparedPass:
         """Tiles of the sky that frames had to wait for."""
         return self.sky.stalls
 
-    def frame(self, time_s: float, pose: Pose | None = None, out: NDArray[np.float32] | None = None) -> LiveFrame:
+    def frame(
+        self,
+        time_s: float,
+        pose: Pose | None = None,
+        out: NDArray[np.float32] | None = None,
+        targets: Sequence[PointTarget] | None = None,
+    ) -> Frame:
         """Return the frame of a pose.
 
         Parameters
@@ -250,6 +228,8 @@ class PreparedPass:
             Of the same time; by default that of the pass, with its jitter.
         out : ndarray of float32 (B, rows, columns), optional
             Where the radiance is written; by default a new array.
+        targets : sequence of PointTarget, optional
+            Those of this frame; by default the prepared ones.
 
         Raises
         ------
@@ -267,10 +247,10 @@ class PreparedPass:
             raise PayloadError(f"out: {radiance.dtype} {radiance.shape}; allowed: contiguous float32 of shape {shape}")
         scene = radiance if self._sensor is None else self._sensor.scene
         self._fill(time_s, pose, scene)
-        if self._target is not None:
-            self._target.add(time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
+        for target in self._targets if targets is None else targets:
+            self._light.add(target, time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
         number = None if self._sensor is None else self._sensor.measure(time_s, radiance, self._each)
-        return LiveFrame(pose, radiance, number)
+        return Frame(pose, radiance, number)
 
     def close(self) -> None:
         """End the threads."""
@@ -310,7 +290,7 @@ class PreparedPass:
 
         self._each(strip, self._strips)
 
-    def _each(self, work: Callable[[tuple[int, int]], None], parts: list[tuple[int, int]]) -> None:
+    def _each(self, work: Callable[[Any], None], parts: list[Any]) -> None:
         if self._pool is None:
             for part in parts:
                 work(part)
@@ -328,26 +308,11 @@ class PreparedPass:
         """Return the nominal view of the optical axis."""
         return view_of_axis(self._plan, self._camera, pose_at(time_s, self.trajectory, self.attitude))
 
-    def _seen(self, time_s: float, point_m: float | None) -> SeenOctaves:
-        """Return the octaves that the footprint of the pass at a time leaves, at points of some distance."""
-        width = self._width_m(time_s)
-        point_m = width[0] / self._fineness if point_m is None else point_m
-        return seen_octaves(shape_of(self._plan), self._plan.assembly.motion, point_m, width)
-
-    def _width_m(self, time_s: float) -> tuple[float, float]:
-        x, y = (float(np.interp(time_s, self._times, self._widths[:, axis])) for axis in (0, 1))
-        return x, y
-
-    def _point_m(self, keyframe: int) -> float:
-        """Return the distance of the points of tiles: in steps of a factor, so that most keyframes share it."""
-        x, y = self._width_m(keyframe * self.interval_s)
-        return float(2.0 ** (np.round(_POINT_STEPS * np.log2(np.sqrt(x * y) / self._fineness)) / _POINT_STEPS))
-
     def _tiles(self, time_s: float, places: Array) -> Tiles:
         """Turn places in the plane into points of the sky, which drifts, in the same array; return their tiles."""
         keyframe = int(np.floor(time_s / self.interval_s))
         places += self._drift * time_s
-        places /= self._point_m(keyframe)
+        places /= self._seen.point_m(keyframe)
         return tiles_around(places, keyframe)
 
     def _ahead(self, time_s: float) -> Iterator[Tiles]:

@@ -1,0 +1,149 @@
+"""Shutter of a camera: the instants within its integration time, and lines that are read in turn.
+
+A pixel is the mean over the integration time. Each of its points stands for one instant, such that every row and every
+column of points has all of them: then the mean covers area and time at the cost of the area alone. Two instants for
+each pixel of smear suffice, since more would be closer than the points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from hcss_payload.camera import Camera
+from hcss_payload.checks import PayloadError
+from hcss_payload.pose import Pose
+from hcss_payload.rays import meet
+from hcss_twin.core.arrays import Array
+
+PoseAt = Callable[[float], Pose]
+
+MOST_INSTANTS = 16
+"""Largest number of instants: half as many pixels of smear."""
+
+_PER_PIXEL = 2.0
+"""Instants for each pixel of smear."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinePoses:
+    """Poses of the lines of a detector, between which poses are linear.
+
+    Attributes
+    ----------
+    position_m : ndarray (rows + 2, 3)
+        Of the lines from -1 on.
+    turn : ndarray (rows + 2, 3, 3)
+        From the body to the Earth.
+    """
+
+    position_m: Array
+    turn: Array
+
+    def rays(self, row: Array, direction: Array) -> tuple[Array, Array]:
+        """Return origins and Earth-fixed directions (..., 3) of directions (..., 3) of the body, at rows (...)."""
+        turn, origin = self.at(np.broadcast_to(row, direction.shape[:-1]))
+        ray = np.einsum("...ij,...j->...i", turn, direction)
+        return origin, ray / np.linalg.norm(ray, axis=-1, keepdims=True)
+
+    def at(self, row: Array) -> tuple[Array, Array]:
+        """Return turns (..., 3, 3) and positions (..., 3) at rows (...); those of the first or last line beyond it."""
+        place = np.clip(np.nan_to_num(row) + 1.0, 0.0, len(self.turn) - 1.0)
+        first = np.minimum(place.astype(np.int64), len(self.turn) - 2)
+        share = (place - first)[..., None]
+        turn = self.turn[first] + share[..., None] * (self.turn[first + 1] - self.turn[first])
+        return turn, self.position_m[first] + share * (self.position_m[first + 1] - self.position_m[first])
+
+
+@dataclass(frozen=True)
+class Shutter:
+    """When the pixels of a frame see the scene.
+
+    Parameters
+    ----------
+    integration_s : float
+        Around the time of the frame; 0: an instant.
+    line_s : float
+        Time from one line to the next, around the time of the frame in the middle line; negative: upward.
+    instants : int
+        Of the integration time.
+    """
+
+    integration_s: float = 0.0
+    line_s: float = 0.0
+    instants: int = 1
+
+    def times_s(self, time_s: float) -> list[float]:
+        """Return the instants of a frame, in the middles of equal parts of the integration time."""
+        return [time_s + ((number + 0.5) / self.instants - 0.5) * self.integration_s for number in range(self.instants)]
+
+    def lines(self, time_s: float, camera: Camera, pose_at: PoseAt) -> LinePoses | None:
+        """Return the poses of the lines of an instant; None if all lines see the same instant."""
+        if self.line_s == 0.0:
+            return None
+        rows = np.arange(-1.0, camera.rows + 1.0)
+        poses = [pose_at(time_s + (row - 0.5 * (camera.rows - 1)) * self.line_s) for row in rows.tolist()]
+        turns = Rotation.from_quat([pose.quaternion for pose in poses]).as_matrix()
+        return LinePoses(np.array([pose.position_m for pose in poses]), turns)
+
+    def which(self, points: int) -> NDArray[np.int64]:
+        """Return the instant (points, points) of each point of a pixel; ``points`` is a multiple of their number."""
+        place = np.arange(points)
+        instant: NDArray[np.int64] = (place[:, None] + place[None, :]) % self.instants
+        return instant
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """One frame's instants.
+
+    Attributes
+    ----------
+    pose : Pose
+        At the time of the frame.
+    instants : tuple of (Pose, LinePoses or None)
+        Of each instant; without smear that of the frame.
+    """
+
+    shutter: Shutter
+    pose: Pose
+    instants: tuple[tuple[Pose, LinePoses | None], ...]
+
+
+def exposure_of(shutter: Shutter, time_s: float, camera: Camera, pose_at: PoseAt) -> Exposure:
+    """Return the instants of the frame of a time."""
+    times = shutter.times_s(time_s) if shutter.instants > 1 else [time_s]
+    each = tuple((pose_at(instant), shutter.lines(instant, camera, pose_at)) for instant in times)
+    return Exposure(shutter, pose_at(time_s), each)
+
+
+def smear_px(camera: Camera, before: Pose, after: Pose) -> float:
+    """Return how far the ground moves through the image between two poses, pixels; 0 if it is not seen."""
+    border = (np.linspace(-0.5, size - 0.5, 3) for size in (camera.rows, camera.columns))
+    row, column = (each.ravel() for each in np.meshgrid(*border))
+    ground = meet(before.position_m, before.to_earth(camera.directions(row, column)))
+    at_row, at_column = camera.pixels(after.to_body(ground - after.position_m))
+    moved = np.hypot(at_row - row, at_column - column)
+    return float(np.nanmax(moved)) if np.any(np.isfinite(moved)) else 0.0
+
+
+def instants_for(smear: float) -> int:
+    """Return how many instants a smear (pixels) needs.
+
+    Raises
+    ------
+    PayloadError
+        If they are too many.
+    """
+    count = max(1, math.ceil(_PER_PIXEL * smear))
+    if count > MOST_INSTANTS:
+        raise PayloadError(
+            f"camera.integration_time: smears by {smear:.3g} pixels; allowed: up to {MOST_INSTANTS / _PER_PIXEL:g}, "
+            "with a shorter time, or an attitude that follows the ground"
+        )
+    return count

@@ -1,0 +1,95 @@
+"""Integration time and rolling shutter of cubes: means over instants, the sinc of linear motion, the poses of lines."""
+
+import numpy as np
+import pytest
+from camera_scenes import PASS, scenario
+from hcss_payload import Camera, Circular, Jitter, PayloadError, PushBroom, Track, pose_at
+from hcss_payload.rays import geographic, meet
+from hcss_payload.shutter import Shutter, instants_for, smear_px
+
+import hcss_twin
+from hcss_twin.core.errors import ScenarioError
+
+ORBIT = Circular.above(7e5, 98.2, 30.0, 153.0, 60.0)
+STILL = {"attitude": {"provider": "push-broom", "roll": -20.0}, "frames": {"count": 1}, "output": {"certificate": 0}}
+CAMERA = {"rows": 64, "columns": 48, "points": 4}
+
+
+def image(**camera):
+    cube = hcss_twin.simulate(scenario(PASS, STILL, {"camera": CAMERA | camera}))
+    return cube["radiance"].values[0, 0].astype(float)
+
+
+def test_every_row_and_column_of_points_has_all_instants():
+    shutter = Shutter(0.1, 0.0, 4)
+    which = shutter.which(8)
+    for lines in (which, which.T):
+        assert all(np.array_equal(np.bincount(line), np.full(4, 2)) for line in lines)
+    assert shutter.times_s(1.0) == pytest.approx([0.9625, 0.9875, 1.0125, 1.0375])
+
+
+def test_smear_is_the_ground_speed_over_the_pixel():
+    camera, attitude = Camera(64, 48, 0.15, 1.5e-5), PushBroom(ORBIT)
+    before, after = (pose_at(time_s, ORBIT, attitude) for time_s in (60.0, 60.02))
+    # A circular orbit over the turning Earth: the ground below moves at 6.7 to 7 km/s, pixels are 70 m wide.
+    assert smear_px(camera, before, after) == pytest.approx(0.02 * 6.85e3 / 70.0, rel=0.04)
+    assert instants_for(0.0) == 1
+    assert instants_for(2.2) == 5
+    with pytest.raises(PayloadError, match=r"camera\.integration_time: smears by 9 pixels; allowed: up to 8"):
+        instants_for(9.0)
+
+
+def test_linear_motion_smears_by_its_sinc():
+    # Rows of a push-broom attitude follow the motion: 2 pixels in this time.
+    sharp, smeared = image(), image(integration_time=0.022)
+    camera = Camera(64, 48, 0.15, 1.5e-5)
+    attitude = PushBroom(ORBIT, roll_deg=-20.0)
+    moved = smear_px(camera, *(pose_at(time_s, ORBIT, attitude) for time_s in (-0.011, 0.011)))
+    assert 1.5 < moved < 3.0
+    window = np.hanning(64)[:, None]
+    power = [
+        np.mean(np.abs(np.fft.rfft((each - each.mean()) * window, axis=0)) ** 2, axis=1) for each in (sharp, smeared)
+    ]
+    frequency = np.fft.rfftfreq(64)
+    low = (frequency > 0.02) & (frequency * moved < 0.6)
+    ratio = np.sqrt(power[1][low] / power[0][low])
+    assert ratio == pytest.approx(np.sinc(frequency[low] * moved), abs=0.08)
+    assert smeared.mean() == pytest.approx(sharp.mean(), rel=2e-3)
+
+
+def test_rows_of_a_rolling_shutter_see_what_their_own_pose_sees():
+    line_s, shaken = 2e-3, {"jitter": {"rms": ["200 urad", "200 urad", "200 urad"], "highest": 50.0, "seed": 3}}
+    parts = {"camera": {"line_time": line_s}, "output": {"certificate": 0}, "clouds": {"coverage": 0.0}}
+    cube = hcss_twin.simulate(scenario(PASS, parts, shaken, {"frames": {"count": 1}}))
+    camera, track = Camera(40, 48, 0.15, 1.5e-5), Track(ORBIT, 30.0, 150.0)
+    jitter, columns = Jitter((2e-4, 2e-4, 2e-4), highest_hz=50.0, seed=3), np.arange(48.0)
+    for row in (0, 7, 20, 39):
+        pose = pose_at((row - 19.5) * line_s, ORBIT, track, jitter)
+        seen = meet(pose.position_m, pose.to_earth(camera.directions(np.full(48, float(row)), columns)))
+        latitude, longitude, _ = geographic(seen)
+        # The mesh errs by up to .02 of a pixel of 100 m.
+        assert cube["pixel_latitude"].values[0, row] == pytest.approx(latitude, abs=0.02 * 100.0 / 111e3)
+        assert cube["pixel_longitude"].values[0, row] == pytest.approx(longitude, abs=0.03 * 100.0 / 96e3)
+
+
+def test_a_target_is_in_the_pixel_that_sees_its_place_when_its_row_is_read():
+    source = {"x": 800.0, "y": -900.0, "altitude": 0.0, "intensity": 1e6}
+    parts = {
+        "camera": {"line_time": 2e-2},
+        "clouds": {"coverage": 0.0},
+        "frames": {"count": 1},
+        "elements": [{"provider": "point-sources", "parameters": {"tracks": [source]}}],
+        "output": {"certificate": 0},
+    }
+    cube = hcss_twin.simulate(scenario(PASS, parts))
+    bright = np.unravel_index(np.argmax(cube["radiance"].values[0, 0]), (40, 48))
+    latitude, longitude = (cube[f"pixel_{name}"].values[0] for name in ("latitude", "longitude"))
+    # Lengths of a degree at 30 N on the ellipsoid.
+    away = np.hypot((latitude - 30.0) * 110_852.0 + 900.0, (longitude - 150.0) * 96_486.0 - 800.0)
+    nearest = np.unravel_index(np.argmin(away), away.shape)
+    assert np.abs(np.subtract(bright, nearest)).max() <= 1
+
+
+def test_too_much_smear_is_refused_by_name():
+    with pytest.raises(ScenarioError, match=r"camera\.integration_time: smears by .* pixels; allowed: up to 8"):
+        hcss_twin.make_plan(scenario(PASS, STILL, {"camera": {"integration_time": 0.5}}))
