@@ -129,8 +129,8 @@ def test_where_sunlight_alone_needs_a_fine_level_all_else_has_fewer_streams(sun,
     chosen = choose_level(scene, [sun], 5e-4)
     assert chosen.enough
     assert (chosen.sunlight_steps > 0) == steps
-    # 1.5 x 0.04 x 0.7 x 0.3^level is within the tolerance from level 4 on; with 0.001 from level 1 on, which a sixteenth
-    # of the error of level 0 forbids.
+    # 1.5 x 0.04 x 0.7 x 0.3^level is within the tolerance from level 4 on; with 0.001, from level 1 on, which a
+    # sixteenth of the error of level 0 forbids.
     assert chosen.level + chosen.sunlight_steps == 4
     assert chosen.level == (2 if steps else 4)
 
