@@ -17,6 +17,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.clouds import has_single_layer
+from hcss_twin.scenario.coverage import with_coverage_modes
 from hcss_twin.scenario.former_defaults import applies, with_former_defaults
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
@@ -164,7 +165,7 @@ class Scenario(ScenarioModel):
             raise ScenarioError(
                 [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems], origin
             )
-        scenario = with_viewing(scenario)
+        scenario = with_coverage_modes(with_viewing(scenario), registry)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
