@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hcss_twin.analysis.matching.likeness import Likeness, likeness
 from hcss_twin.analysis.matching.quantities import MatchedQuantity, compare, describe_unmatched
 from hcss_twin.analysis.matching.search import (
     BRIGHTNESS_EXPONENT,
@@ -68,8 +69,10 @@ class Match:
         Semivariances of the image, and their means over the validation simulations.
     simulations : int
         Number of images that the search simulated.
+    likeness : Likeness
+        Of the image and the validation simulations.
     unmatched : tuple of str
-        Descriptions of the quantities that differ.
+        What differs; the first says so if no fractal field looks like the image.
     """
 
     target: Target
@@ -81,6 +84,7 @@ class Match:
     simulated_structure: Structure
     start_rmse: tuple[float, ...]
     simulations: int
+    likeness: Likeness
     unmatched: tuple[str, ...]
 
     @property
@@ -129,7 +133,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     images = [simulate_image(best, image.coverage, image, each) for each in fresh]
     begun = [simulate_image(first, image.coverage, image, each) for each in fresh] if budget else images
     simulated = mean_structure([image_structure(each.level, lags) for each in images])
-    quantities = compare(image, images)
+    quantities, alike = compare(image, images), likeness(image, images)
     return Match(
         target=target,
         parameters=best,
@@ -140,7 +144,8 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         simulated_structure=simulated,
         start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
         simulations=simulations,
-        unmatched=(*_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
+        likeness=alike,
+        unmatched=(*_unlike(alike), *_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
     )
 
 
@@ -152,6 +157,19 @@ def rounded(parameters: FractalParameters) -> FractalParameters:
         float(f"{each:.4g}") for each in (parameters.H, *parameters.L, parameters.brightness_exponent)
     )
     return parameters.model_copy(update={"H": hurst, "L": (x, y), "brightness_exponent": exponent})
+
+
+def _unlike(alike: Likeness) -> tuple[str, ...]:
+    """Say so if no fractal field looks like the image."""
+    if alike.is_fractal:
+        return ()
+    times = alike.distance / max(alike.of_realisations)
+    return (
+        f"no fractal field looks like this image: in kurtosis and skewness at 1 to 8 pixels it is {times:.1f} times as "
+        "far from the realisations of its match as any of them from the others; its clouds are organised (cells, "
+        "streets, fibres, edges). Simulate such clouds from the image itself: generators `surrogate`, `imagery`, or "
+        "`example` of hcss-skies",
+    )
 
 
 def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:

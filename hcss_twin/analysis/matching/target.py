@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
+from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
@@ -132,7 +133,23 @@ def _read(path: Path, choice: ImageChoice) -> Target:
         notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     if source.pixel_size_m is not None and size != source.pixel_size_m:
         notes.append(f"Pixels of {source.pixel_size_m:.6g} m are treated as pixels of {size:g} m.")
-    return Target(CloudImage(level, size), path.name, tuple(notes))
+    return Target(CloudImage(level, size), path.name, (*notes, *_notes_of_plugins(path, choice.variable)))
+
+
+NOTES = "hcss_twin.image_notes"
+"""Entry point group of functions of an image's path and variable that return notes on it, none if it is not theirs."""
+
+
+def _notes_of_plugins(path: Path, variable: str | None) -> tuple[str, ...]:
+    notes: list[str] = []
+    for origin, entry_point in installed(NOTES):
+        try:
+            if isinstance(entry_point, BaseException):
+                raise entry_point
+            notes += map(str, entry_point.load()(path, variable))
+        except FAILURES as error:  # a match needs no notes
+            notes.append(f"{origin} has no notes: {describe(error)}")
+    return tuple(notes)
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,21 @@ def fit_detail(height: Array) -> Detail | None:
     return Detail(0.5 * (low + high), exponent)
 
 
+def described(detail: Detail | None) -> str:
+    """Return a sentence on the detail of an image.
+
+    A spectrum k^-e along a line is that of a surface with fractal dimension (7 - e) / 2, for e of 1 to 3.
+    """
+    if detail is None:
+        return "Too little cloud to estimate the detail below the pixel; `example` takes that of other images."
+    dimension = f"{3.5 - 0.5 * detail.exponent:.2f}" if detail.exponent <= 3.0 else "2"
+    limit = " (limit of the extrapolation)" if detail.exponent in EXPONENTS else ""
+    return (
+        "Detail below the pixel, extrapolated from octaves of 2 to 8 pixels without the sensor's blur: strength "
+        f"{detail.strength:.2f}, exponent {detail.exponent:.2f}{limit}, fractal dimension {dimension}."
+    )
+
+
 def _first_halving(level: Array, strength: float, exponent: float) -> float:
     """Return the variance of the halves of pixels about the pixels."""
     children = np.empty((2 * level.shape[0] - 4, 2 * level.shape[1] - 4))
