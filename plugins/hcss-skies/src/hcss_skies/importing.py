@@ -133,7 +133,7 @@ def import_example(
 
 def detail_of(kelvin: Array, warm_K: float) -> Detail | None:
     """Return the detail of an image of brightness temperature below its pixel, without the blur of its sensor."""
-    return fit_detail(warm_K - sharpened(kelvin, CELL_BLUR_PIXELS))
+    return fit_detail(warm_K - sharpened(kelvin, CELL_BLUR_PIXELS), warm_K - sharpened(kelvin) - CLEAR_K)
 
 
 def clear_sky_K(kelvin: Array) -> float:
