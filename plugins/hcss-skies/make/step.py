@@ -2,8 +2,8 @@
 
     python make/step.py BLOCKS.nc [FIRST [EVERY]]
 
-Lines through the spectrum at wavelengths of 2.8 to 10 and of 0.6 to 1.6 pixels are compared at 2 pixels: two skies of 128
-pixels of the example at a quarter of its pixel, outside a scene.
+Lines through the spectrum at wavelengths of 2.8 to 10 and of 0.6 to 1.6 pixels are compared at 2 pixels: two skies of
+128 pixels of the example at a quarter of its pixel, outside a scene.
 """
 
 import math
