@@ -210,7 +210,7 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
             }
             for each in found.quantities
         ],
-        "likeness": {**asdict(found.likeness), "is_fractal": found.likeness.is_fractal},
+        "likeness": {**asdict(found.likeness), "ratio": found.likeness.ratio},
         "unmatched": found.unmatched,
     }
     return _Result(match_fragment(found, cloud_type), answer, _match_text(found), partial(draw_match, found), found)

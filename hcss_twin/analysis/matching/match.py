@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.analysis.matching.likeness import Likeness, likeness
-from hcss_twin.analysis.matching.quantities import MatchedQuantity, compare, describe_unmatched
+from hcss_twin.analysis.matching.quantities import Likeness, MatchedQuantity, compare, describe_unmatched, likeness
 from hcss_twin.analysis.matching.search import (
     BRIGHTNESS_EXPONENT,
     FEWEST_CELLS,
@@ -145,7 +144,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
         simulations=simulations,
         likeness=alike,
-        unmatched=(*_unlike(alike), *_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
+        unmatched=(*alike.unmatched, *_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
     )
 
 
@@ -157,19 +156,6 @@ def rounded(parameters: FractalParameters) -> FractalParameters:
         float(f"{each:.4g}") for each in (parameters.H, *parameters.L, parameters.brightness_exponent)
     )
     return parameters.model_copy(update={"H": hurst, "L": (x, y), "brightness_exponent": exponent})
-
-
-def _unlike(alike: Likeness) -> tuple[str, ...]:
-    """Say so if no fractal field looks like the image."""
-    if alike.is_fractal:
-        return ()
-    times = alike.distance / max(alike.of_realisations)
-    return (
-        f"no fractal field looks like this image: in kurtosis and skewness at 1 to 8 pixels it is {times:.1f} times as "
-        "far from the realisations of its match as any of them from the others; its clouds are organised (cells, "
-        "streets, fibres, edges). Simulate such clouds from the image itself: generators `surrogate`, `imagery`, or "
-        "`example` of hcss-skies",
-    )
 
 
 def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:

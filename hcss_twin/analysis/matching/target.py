@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -136,20 +137,15 @@ def _read(path: Path, choice: ImageChoice) -> Target:
     return Target(CloudImage(level, size), path.name, (*notes, *_notes_of_plugins(path, choice.variable)))
 
 
-NOTES = "hcss_twin.image_notes"
-"""Entry point group of functions of an image's path and variable that return notes on it, none if it is not theirs."""
-
-
-def _notes_of_plugins(path: Path, variable: str | None) -> tuple[str, ...]:
-    notes: list[str] = []
-    for origin, entry_point in installed(NOTES):
+def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
+    """Yield what functions of the entry point group note on an image; a match does not need them."""
+    for origin, entry_point in installed("hcss_twin.image_notes"):
         try:
             if isinstance(entry_point, BaseException):
                 raise entry_point
-            notes += map(str, entry_point.load()(path, variable))
-        except FAILURES as error:  # a match needs no notes
-            notes.append(f"{origin} has no notes: {describe(error)}")
-    return tuple(notes)
+            yield from entry_point.load()(path, variable)
+        except FAILURES as error:
+            yield f"{origin} has no notes: {describe(error)}"
 
 
 @dataclass(frozen=True)

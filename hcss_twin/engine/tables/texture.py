@@ -34,22 +34,10 @@ PIXELS_AT_ONCE = 2**14
 PARABOLA_SHARE = 0.25
 """Share of the accuracy up to which two states of vapour are enough."""
 
-_TRIED: Sequence[State] = (
-    (1.2, -1.2),
-    (0.6, -0.9),
-    (-0.6, -0.6),
-    (0.6, -0.3),
-    (-0.6, 0.3),
-    (0.6, 0.6),
-    (-0.6, 0.9),
-    (-1.2, 1.2),
-)
-"""States up to two standard deviations of both, whose clear radiance tests the interpolation.
-
-Dense in vapour, because haze is a table of relative humidity: the logarithm of its optics is linear between 70, 80 and
-99 %. Where the humidity of the path passes 70 or 80 %, sunlight that haze scatters has a kink, which no polynomial of
-a few states describes. Its error is the largest near the kink, wherever that is.
-"""
+_VAPOURS = -1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2
+_TRIED = tuple(zip((1.2, 0.6, -0.6, 0.6, -0.6, 0.6, -0.6, -1.2), _VAPOURS, strict=True))
+"""States up to two standard deviations of both, whose clear radiance tests the interpolation. Haze is a table of
+relative humidity: where that of the path passes 70 or 80 %, sunlight that it scatters has a kink of largest error."""
 
 
 def compile_texture(
