@@ -7,7 +7,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -210,6 +210,7 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
             }
             for each in found.quantities
         ],
+        "likeness": {**asdict(found.likeness), "ratio": found.likeness.ratio},
         "unmatched": found.unmatched,
     }
     return _Result(match_fragment(found, cloud_type), answer, _match_text(found), partial(draw_match, found), found)

@@ -221,7 +221,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         anchor=section.anchor or cloud_type.layer.anchor,
         thickness_min_m=geometry.thickness_min,
         coverage=section.coverage,
-        coverage_mode=section.coverage_mode,
+        coverage_mode=section.coverage_mode or "frame",
         edge_taper=section.edge_taper,
         temperature_K=None if section.temperature == "climatology" else section.temperature,
         microphysics=particles,

@@ -51,10 +51,11 @@ class Layer(ScenarioSection):
 
     type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
     coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
-    coverage_mode: Literal["frame", "field"] = Field(
-        "frame",
+    coverage_mode: Literal["frame", "field"] | None = Field(
+        None,
         description='"frame": exactly this coverage in every frame; "field": one threshold for the unbounded sky, '
-        "exact in the mean. `hcss plan` warns about generators that may ignore it.",
+        'exact in the mean; default: "field" for several frames that differ, if the generator can, else "frame". '
+        "`hcss plan` warns about generators that may ignore it.",
     )
     edge_taper: Fraction = Field(
         0.0,

@@ -18,6 +18,7 @@ FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "0.1": {
             "atmosphere.coefficients": "lowtran7",
             "atmosphere.gases.others": "profile",
+            "clouds.coverage_mode": "frame",
             "clouds.parameters.method": "otsu",
             "optics.parameters.ice_phase_function": "henyey-greenstein",
             "sensor.parameters.method": "frames",
@@ -25,7 +26,9 @@ FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 """By version: dotted key and its default. Keys of ``optics`` also apply to the optics of individual layers, those of
-``sensor`` to a sensor or each of its stages, if there is one."""
+``sensor`` and ``clouds`` to each stage or layer, if there is one."""
+
+_PARTS: Mapping[str, str] = MappingProxyType({"clouds": "layers", "sensor": "stages"})
 
 
 def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -36,17 +39,12 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     version = filled.get("defaults")
     for key, value in (FORMER.get(version, {}) if isinstance(version, str) else {}).items():
         section, *others = key.split(".")
-        if section == "sensor" and section not in filled:
-            continue
-        stages = filled[section].get("stages") if section == "sensor" and isinstance(filled[section], Mapping) else None
-        if isinstance(stages, list) and stages:
-            own = [_with_default(stage, key, others, value) for stage in stages]
-            filled[section] = {**filled[section], "stages": own}
-            continue
-        filled[section] = _with_default(filled.get(section, {}), key, others, value)
-        clouds = filled.get("clouds")
-        if section == "clouds" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
-            filled[section] = {**clouds, "layers": [_with_default(one, key, others, value) for one in clouds["layers"]]}
+        given, clouds = filled.get(section, {}), filled.get("clouds")
+        parts = given.get(_PARTS.get(section)) if isinstance(given, Mapping) else None
+        if isinstance(parts, list):
+            filled[section] = {**given, _PARTS[section]: [_with_default(one, key, others, value) for one in parts]}
+        elif bool(given) if section == "clouds" else section != "sensor" or section in filled:  # not for a clear sky
+            filled[section] = _with_default(given, key, others, value)
         if section == "optics" and isinstance(clouds, Mapping) and isinstance(clouds.get("layers"), list):
             layers = [
                 {**layer, section: _with_default(layer[section], key, others, value)}
@@ -76,6 +74,8 @@ def applies(key: str, section: Mapping[str, Any]) -> bool:
     """Return whether a key applies: some belong to one provider, and coefficients exclude a file of your own."""
     if key == "atmosphere.coefficients":
         return section.get("provider", "band-model") in BAND_MODEL and "file" not in section.get("parameters", {})
+    if key == "clouds.coverage_mode":
+        return True
     if key.startswith("clouds."):
         parameters = section.get("parameters", {})
         return section.get("generator") in OF_IMAGES and isinstance(parameters, Mapping) and "entry" not in parameters

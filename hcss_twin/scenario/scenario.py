@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from pydantic import BaseModel, PrivateAttr, ValidationError
 
@@ -16,7 +16,8 @@ from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_f
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.scenario.clouds import has_single_layer
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.clouds import Layer, has_single_layer
 from hcss_twin.scenario.former_defaults import applies, with_former_defaults
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
@@ -25,6 +26,8 @@ from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section_types import selected
 from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
+
+_Scenario = TypeVar("_Scenario", bound=ScenarioModel)
 
 SWEEP = "sweep"
 """Section of a file that describes many scenarios."""
@@ -164,7 +167,7 @@ class Scenario(ScenarioModel):
             raise ScenarioError(
                 [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems], origin
             )
-        scenario = with_viewing(scenario)
+        scenario = _with_coverage_modes(with_viewing(scenario), registry)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
@@ -221,6 +224,27 @@ class Scenario(ScenarioModel):
         for section, element in zip(data.get("elements", ()), self.elements, strict=True):
             section["provider"] = selected(element, "provider")
         return json.dumps(data, indent=1)
+
+
+def _with_coverage_modes(scenario: _Scenario, registry: Registry) -> _Scenario:
+    """Return a valid scenario whose layers all have a coverage mode.
+
+    A threshold of each frame changes pixels that no cloud moved into, which looks like targets.
+    """
+
+    def mode(layer: Layer) -> str:
+        wind = scenario.motion.wind_speed if layer.wind_speed is None else layer.wind_speed
+        still = scenario.motion.evolution_time == "frozen" and scenario.motion.platform_speed == wind == 0.0
+        if scenario.frames.count == 1 or still:
+            return "frame"
+        entry = registry.resolve(Kind.CLOUDS, selected(layer, "generator"))
+        # All generators of this package can; their code is not loaded here.
+        can = entry.is_own or "coverage_mode" in getattr(registry.provider_class(entry), "honours", ())
+        return "field" if can else "frame"
+
+    layers = [each if each.coverage_mode else each.model_copy(update={"coverage_mode": mode(each)})
+              for each in scenario.clouds.layers]  # fmt: skip
+    return scenario.model_copy(update={"clouds": scenario.clouds.model_copy(update={"layers": tuple(layers)})})
 
 
 _PROVIDER_KEYS = {"atmosphere": ("provider",), "sea": ("model",), "optics": ("provider",), "radiance": ("model",)}

@@ -160,7 +160,7 @@ def test_the_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
 
 
 def test_strata_of_rare_clouds_are_checked():
-    made = cube(clouds__coverage=0.01, image__rows=100, image__columns=100)
+    made = cube(clouds__coverage=0.01, clouds__coverage_mode="frame", image__rows=100, image__columns=100)
     strata = found_strata(made)
     assert strata["clear"]["pixels"] == 9900
     assert sum(each["pixels"] for name, each in strata.items() if name != "clear") == 100

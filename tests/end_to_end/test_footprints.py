@@ -33,7 +33,7 @@ def image(tmp_path_factory):
 def layers(kind, image):
     high = {"type": "cirrus", "coverage": 0.4}
     if kind == "whole frames":
-        return [{"type": "cumulus", "coverage": 0.45}, high]
+        return [{"type": "cumulus", "coverage": 0.45, "coverage_mode": "frame"}, high | {"coverage_mode": "frame"}]
     if kind == "one sky":
         return [{"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"}, high | {"coverage_mode": "field"}]
     parameters = {"image": str(image), "method": "coverage", "cloud_is": "bright"}
@@ -147,14 +147,15 @@ def test_windows_of_any_size_give_the_same_cube(image, kind):
 
 @pytest.mark.parametrize("coverage", [0.01, 0.37, 0.9])
 def test_coverage_by_frame_is_exact_over_all_points(coverage):
-    asked = scenario([{"type": "cumulus", "coverage": coverage}], 4, **{"output.variables": ["cloud_fraction"]})
+    clouds = [{"type": "cumulus", "coverage": coverage, "coverage_mode": "frame"}]
+    asked = scenario(clouds, 4, **{"output.variables": ["cloud_fraction"]})
     cube = simulate(asked)
     points = ROWS * COLUMNS * 16
     assert np.all(np.abs(cube.cloud_fraction.sum(("y", "x")) * 16 - coverage * points) <= 1)
 
 
 def test_whole_frames_of_too_many_points_are_refused_with_what_to_do(monkeypatch):
-    clouds = [{"type": "cumulus", "coverage": 0.3}]
+    clouds = [{"type": "cumulus", "coverage": 0.3, "coverage_mode": "frame"}]
     # The fractal generator can sum a frame up instead.
     make_plan(scenario(clouds, 40, rows=800, columns=800))
     monkeypatch.delattr(FractalClouds, "frame_summary")

@@ -70,8 +70,8 @@ def test_seeds_of_layers_differ_and_the_first_is_that_of_the_scene():
 
 def test_layers_of_the_same_type_are_independent_of_each_other():
     twins = cube(
-        {"type": "stratus", "coverage": 0.5},
-        {"type": "stratus", "coverage": 0.5, "base": 4000, "top": 4967},
+        {"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"},
+        {"type": "stratus", "coverage": 0.5, "coverage_mode": "frame", "base": 4000, "top": 4967},
         **{"output.variables": ["cloud_layer_thickness"]},
     )
     low, high = (twins.cloud_layer_thickness[0, index].values > 0 for index in (0, 1))
@@ -185,7 +185,7 @@ def test_a_layer_is_named_as_the_file_has_it_whatever_its_altitude():
 def test_plan_and_provenance_name_both_layers(both):
     plan = make_plan(scenario(CIRRUS, CUMULUS))
     assert [layer["name"] for layer in describe(plan)["layers"]] == ["cumulus", "cirrus"]
-    assert "cirrus: coverage 0.6, 6000..10000 m, 50 to 4000 m thick" in plan_text(plan)
+    assert "cirrus: coverage 0.6 of the sky on average, 6000..10000 m, 50 to 4000 m thick" in plan_text(plan)
     assert set(json.loads(both.attrs["hcss_providers"])) >= {"clouds[0]", "clouds[1]"}
     assert "cirrus over cumulus clouds" in both.attrs["summary"]
     assert plan.uncompressed_bytes == 2 * 48 * 64 * (BANDS * 4 + 1)

@@ -25,6 +25,7 @@ SMALL = CHEAP | {
     "output.certificate": 0,
     "time": "2024-04-20T14:30:00Z",
 }
+FRAME = {"clouds.coverage_mode": "frame"}
 CLASSES = ("all", CLEAR, *PARTS)
 QUANTILES = [0.05, 0.5, 0.95]
 
@@ -37,11 +38,11 @@ def posterior(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(posterior, tmp_path_factory):
     path = tmp_path_factory.mktemp("found") / "a.nc"
-    return hcss_twin.propagate("stratus", path, draws=8, posterior=posterior, overrides=SMALL)
+    return hcss_twin.propagate("stratus", path, draws=8, posterior=posterior, overrides=SMALL | FRAME)
 
 
 def scene(values, variables=("radiance", "brightness_temperature", "cloud_mask", "cloud_thickness")):
-    overrides = SMALL | {"output.variables": list(variables), "output.certificate": 0} | values
+    overrides = SMALL | FRAME | {"output.variables": list(variables), "output.certificate": 0} | values
     return hcss_twin.simulate(hcss_twin.Scenario.load("stratus", overrides))
 
 

@@ -15,6 +15,7 @@ SCENE = CHEAP | {
     "image.rows": 20,
     "image.columns": 24,
     "frames.count": 2,
+    "clouds.coverage_mode": "frame",
     "bands": ["lwir-10.8"],
     "time": "2024-04-20T14:30:00Z",
     "clouds.parameters.H": 0.4,

@@ -104,7 +104,10 @@ def test_other_frame_ranges_hold_the_same_pixels():
 @pytest.mark.parametrize("coverage", [0.0, 0.001, 0.37, 1.0])
 def test_coverage_is_exact_to_one_pixel(coverage):
     cube = simulate(
-        Scenario.load("simulated", {**SMALL, "clouds.coverage": coverage, "output.variables": ["cloud_mask"]})
+        Scenario.load(
+            "simulated",
+            {**SMALL, "clouds.coverage": coverage, "clouds.coverage_mode": "frame", "output.variables": ["cloud_mask"]},
+        )
     )
     pixels = cube.sizes["y"] * cube.sizes["x"]
     assert np.all(np.abs(cube.cloud_mask.sum(("y", "x")) - coverage * pixels) <= 1)

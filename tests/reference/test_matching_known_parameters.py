@@ -126,7 +126,7 @@ def test_judgement_uses_seeds_that_the_search_has_not_seen():
 )
 def test_the_typical_seed_has_the_median_error_and_of_two_the_lower(rmse, typical):
     seeds = tuple(range(10, 10 + len(rmse)))
-    found = Match(None, None, (), rmse, seeds, None, None, (), 0, ())
+    found = Match(None, None, (), rmse, seeds, None, None, (), 0, None, ())
     assert found.typical_seed == typical
 
 

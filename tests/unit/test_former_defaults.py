@@ -31,7 +31,7 @@ def test_layers_with_optics_of_their_own_have_the_former_defaults_too():
     layers = [{"type": "cirrus", "optics": {"provider": "bulk"}}, {"type": "stratus"}]
     first, second = optics("0.1", clouds={"layers": layers})["clouds"]["layers"]
     assert first["optics"]["parameters"] == {PHASE: "henyey-greenstein"}
-    assert second == {"type": "stratus"}
+    assert second == {"type": "stratus", "coverage_mode": "frame"}
 
 
 @pytest.mark.parametrize("provider", ["mie", "my-optics"])
@@ -73,6 +73,34 @@ def test_clouds_from_images_have_the_former_threshold(generator):
     of_image = {"generator": generator, "parameters": {"image": "image.nc"}}
     one, two = (optics("0.1", clouds=clouds)["clouds"] for clouds in (of_image, {"layers": [of_image, {}]}))
     assert one["parameters"] == two["layers"][0]["parameters"] == {"image": "image.nc", "method": "otsu"}
-    assert two["layers"][1] == {}
-    kept = {"generator": generator, "parameters": {"entry": "cloud.nc"}}
+    assert two["layers"][1] == {"coverage_mode": "frame"}
+    kept = {"generator": generator, "coverage_mode": "field", "parameters": {"entry": "cloud.nc"}}
     assert optics("0.1", clouds=kept)["clouds"] == kept
+
+
+FIELD, FRAME = "field", "frame"
+STILL = {"motion": {"wind_speed": 0.0, "evolution_time": "frozen"}}
+
+
+@pytest.mark.parametrize(
+    ("keys", "layer", "expected"),
+    [
+        ({}, {}, FIELD),
+        ({}, {"coverage_mode": "frame"}, FRAME),
+        ({"defaults": "0.1"}, {}, FRAME),
+        ({"frames": {"count": 1}}, {}, FRAME),
+        (STILL, {}, FRAME),
+        (STILL, {"wind_speed": 5.0}, FIELD),
+        (STILL | {"platform": {"altitude": 7e5, "mode": "push-broom"}}, {}, FIELD),
+    ],
+)
+def test_frames_that_differ_have_one_threshold_for_the_sky(keys, layer, expected):
+    scenario = Scenario.from_dict({**GIVEN, **keys, "clouds": {"layers": [layer, {"type": "cirrus"} | layer]}})
+    assert [each.coverage_mode for each in scenario.clouds.layers] == [expected, expected]
+    again = Scenario.from_dict(json.loads(scenario.to_json()), {"frames.count": 1})
+    assert [each.coverage_mode for each in again.clouds.layers] == [expected, expected]
+
+
+@pytest.mark.parametrize("clouds", [{}, {"clouds": {}}, {"clouds": {"layers": []}}])
+def test_a_clear_sky_stays_one(clouds):
+    assert Scenario.from_dict({**GIVEN, **clouds, "defaults": "0.1"}).clouds.layers == ()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.analysis.matching.quantities import MatchedQuantity, compare, describe_unmatched
+from hcss_twin.analysis.matching.quantities import Likeness, MatchedQuantity, compare, describe_unmatched, likeness
 from hcss_twin.analysis.matching.search import (
     BRIGHTNESS_EXPONENT,
     FEWEST_CELLS,
@@ -68,8 +68,10 @@ class Match:
         Semivariances of the image, and their means over the validation simulations.
     simulations : int
         Number of images that the search simulated.
+    likeness : Likeness
+        Of the image and the validation simulations.
     unmatched : tuple of str
-        Descriptions of the quantities that differ.
+        What differs; the first says so if no fractal field looks like the image.
     """
 
     target: Target
@@ -81,6 +83,7 @@ class Match:
     simulated_structure: Structure
     start_rmse: tuple[float, ...]
     simulations: int
+    likeness: Likeness
     unmatched: tuple[str, ...]
 
     @property
@@ -129,7 +132,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     images = [simulate_image(best, image.coverage, image, each) for each in fresh]
     begun = [simulate_image(first, image.coverage, image, each) for each in fresh] if budget else images
     simulated = mean_structure([image_structure(each.level, lags) for each in images])
-    quantities = compare(image, images)
+    quantities, alike = compare(image, images), likeness(image, images)
     return Match(
         target=target,
         parameters=best,
@@ -140,7 +143,8 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         simulated_structure=simulated,
         start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
         simulations=simulations,
-        unmatched=(*_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
+        likeness=alike,
+        unmatched=(*alike.unmatched, *_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
+from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
@@ -132,7 +134,18 @@ def _read(path: Path, choice: ImageChoice) -> Target:
         notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     if source.pixel_size_m is not None and size != source.pixel_size_m:
         notes.append(f"Pixels of {source.pixel_size_m:.6g} m are treated as pixels of {size:g} m.")
-    return Target(CloudImage(level, size), path.name, tuple(notes))
+    return Target(CloudImage(level, size), path.name, (*notes, *_notes_of_plugins(path, choice.variable)))
+
+
+def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
+    """Yield what functions of the entry point group note on an image; a match does not need them."""
+    for origin, entry_point in installed("hcss_twin.image_notes"):
+        try:
+            if isinstance(entry_point, BaseException):
+                raise entry_point
+            yield from entry_point.load()(path, variable)
+        except FAILURES as error:
+            yield f"{origin} has no notes: {describe(error)}"
 
 
 @dataclass(frozen=True)

@@ -169,3 +169,10 @@ def test_a_scene_without_radiance_is_refused_by_field(tmp_path):
     assert isinstance(done.exception, ScenarioError)
     assert "output.variables" in str(done.exception)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_texture_of_clear_sky_is_refused():
+    done = bench("--set", "sea.temperature_texture=0.5")
+    (problem,) = done.exception.problems
+    assert problem.field == "sea.temperature_texture"
+    assert problem.message.startswith("0.5 given, but reference columns have no texture")

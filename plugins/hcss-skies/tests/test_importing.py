@@ -1,6 +1,7 @@
 """Examples from images: heights, channels, missing pixels, detail; wrong files are refused in one line."""
 
 import os
+import re
 from pathlib import Path
 
 import netCDF4
@@ -211,3 +212,20 @@ def test_real_files_are_imported(tmp_path):
     (product,) = Path(folder, "images").glob("*Cloud_Top_Height.nc")
     with pytest.raises(CatalogError, match=r"38.3% of the pixels are missing"):
         import_example(product)
+
+
+def test_match_and_fit_know_the_detail_below_the_pixel(tmp_path):
+    """Of the spectrum that the image was made with, seen through the blur of a sensor; other images have no note."""
+    from hcss_twin.analysis.matching.target import ImageChoice, read_target
+
+    height = 1500.0 * np.exp(0.6 * rough_field(512, 3.2)).reshape(256, 2, 256, 2).mean(axis=(1, 3))
+    write_image(tmp_path / "image.nc", 300.0 - 6.5e-3 * gaussian_filter(height, 0.5, mode="wrap"))
+    (note,) = (each for each in read_target(tmp_path / "image.nc").notes if "below the pixel" in each)
+    exponent, dimension = (float(each) for each in re.findall(r"(?:exponent|dimension) (\d\.\d+)", note))
+    assert exponent == pytest.approx(2.2, abs=0.2)
+    assert dimension == pytest.approx((7.0 - exponent) / 2.0, abs=0.01)
+    assert "extrapolated" in note
+    assert "sensor's blur" in note
+    np.save(tmp_path / "grey.npy", height / height.max())
+    notes = read_target(tmp_path / "grey.npy", ImageChoice(pixel_size_m=3000.0)).notes
+    assert not any("below the pixel" in each for each in notes)

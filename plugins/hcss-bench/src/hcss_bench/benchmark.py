@@ -246,6 +246,14 @@ def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...]) -> Pl
     if not plan.needs_radiance:
         message = "none of these needs radiance, so there is nothing to measure; add radiance"
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
+    if plan.texture is not None:
+        textures = {
+            "sea.temperature_texture": scenario.sea.temperature_texture,
+            "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture,
+        }
+        message = "given, but reference columns have no texture: errors would be those of another scene; allowed: 0"
+        problems = [Problem(key, f"{value:g} {message}") for key, value in textures.items() if value > 0.0]
+        raise ScenarioError(problems, scenario.origin)
     return plan
 
 

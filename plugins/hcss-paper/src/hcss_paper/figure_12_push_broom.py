@@ -38,6 +38,7 @@ def sequence(model: Model, seed: int, size: int = SIDE_PIXELS, frames: int = len
             "image": {"rows": size, "columns": size, "pixel_size": PIXEL_M},
             "motion.platform_speed": SPEED_M_S,
             "motion.wind_speed": 0.0,
+            "clouds.coverage_mode": "frame",  # eq 5
             "seed": seed,
         },
     )

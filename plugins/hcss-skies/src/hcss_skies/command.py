@@ -98,7 +98,7 @@ def import_image(
 
     The example belongs into the folder skies/ beside a scenario, which then names it without .nc.
     """
-    from hcss_skies.detail_of_image import EXPONENTS
+    from hcss_skies.detail_of_image import described
     from hcss_skies.example import write_example
     from hcss_skies.importing import import_example
     from hcss_twin.errors import CatalogError
@@ -126,14 +126,6 @@ def import_image(
         + f", cloud cover {example.coverage:.2f}."
         + ("" if done.second else " One channel: cloud tops above the opaque height are not known.")
     )
-    if example.detail is None:
-        click.echo("Too little cloud to estimate the detail below the pixel; the generator takes that of other images.")
-    else:
-        click.echo(
-            "Detail below the pixel, extrapolated from octaves of 2 to 8 pixels: "
-            f"strength {example.detail.strength:.2f}, exponent {example.detail.exponent:.2f}"
-            + (" (limit of the extrapolation)" if example.detail.exponent in EXPONENTS else "")
-            + "."
-        )
+    click.echo(described(example.detail))
     for note in done.notes:
         click.echo(f"note: {note}")

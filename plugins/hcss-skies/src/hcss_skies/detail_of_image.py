@@ -2,8 +2,8 @@
 
 The image is averaged to cells of 8, 4 and 2 pixels. The variance of cells about their parents falls from one octave to
 the next by a factor that gives the exponent of the spectrum. The strength is the one with which the first halving of
-the pixels has the variance that these octaves, extrapolated, have there. Give an image without its sensor's blur; the
-mean over a pixel is part of the law.
+the pixels of the example has the variance of its pixels about cells of 2 pixels, times this factor: the spectrum has no
+step at the pixel. Give an image without its sensor's blur; the mean over a pixel is part of the law.
 """
 
 from __future__ import annotations
@@ -26,29 +26,62 @@ EXPONENTS = 5.0 / 3.0, 4.0
 """Exponents that are extrapolated. Fields of small cumulus are flatter at pixels of 3 km, where clouds end; inside
 clouds the spectrum of turbulence is the flattest."""
 
+STRONGEST = 0.5
+"""Strength that is extrapolated at most. Measured ones are .27 to .37; images whose spectrum is flat down to the pixel
+would get up to .9 for a spectrum without a step, which looks like grain."""
+
 _BISECTIONS = 12
 
+_OF_SKY = 1.2
+"""Blended skies have more edges than their example: their octave of 1 to 2 pixels has about .8 dB more variance
+relative to the first halving with the same strength (measured in four SEVIRI blocks)."""
 
-def fit_detail(height: Array) -> Detail | None:
+
+def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     """Return the detail of a field (rows, columns), 0 where clear; None with too little cloud or too few pixels.
 
-    Thickness is taken as proportional to ``height``. Values beyond the allowed ones are replaced by the closest.
+    ``cells`` is the field of the example that is halved; default: ``height``. Thickness is taken as proportional to
+    both. Values beyond the allowed ones are replaced by the closest.
     """
-    rows, columns = (length // _SIDES[0] * _SIDES[0] for length in height.shape)
-    level = np.maximum(height[:rows, :columns], 0.0) / max(float(np.percentile(height, 99.0)), 1e-9)
-    if min(rows, columns) < _LEAST_SIDE or np.mean(level > 0.1) < _LEAST_COVER:
+    level, halved = _level(height), _level(height if cells is None else cells)
+    if min(level.shape) < _LEAST_SIDE or np.mean(level > 0.1) < _LEAST_COVER:
         return None
     coarse, middle, fine = (_averaged(level, side) for side in _SIDES)
     octaves = _octave(coarse, middle), _octave(middle, fine)
     if not min(octaves) > 0.0:
         return None
     exponent = float(np.clip(1.0 - math.log2(octaves[1] / octaves[0]), *EXPONENTS))
-    wanted = octaves[1] * 2.0 ** (2.0 * (1.0 - exponent))
-    low, high = DETAIL_STRENGTHS
+    wanted = _OF_SKY * _octave(_averaged(halved, 2), halved) * 2.0 ** (1.0 - exponent)
+    low, high = DETAIL_STRENGTHS[0], STRONGEST
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)
-        low, high = (strength, high) if _first_halving(level, strength, exponent) < wanted else (low, strength)
-    return Detail(0.5 * (low + high), exponent)
+        low, high = (strength, high) if _first_halving(halved, strength, exponent) < wanted else (low, strength)
+    return Detail(0.5 * (low + high) if high < STRONGEST else STRONGEST, exponent)
+
+
+def _level(field: Array) -> Array:
+    """Return a field in parts of its 99th percentile, without what whole cells of 8 pixels do not cover."""
+    rows, columns = (length // _SIDES[0] * _SIDES[0] for length in field.shape)
+    level: Array = np.maximum(field[:rows, :columns], 0.0) / max(float(np.percentile(field, 99.0)), 1e-9)
+    return level
+
+
+def described(detail: Detail | None) -> str:
+    """Return a sentence on the detail of an image.
+
+    A spectrum k^-e along a line is that of a surface with fractal dimension (7 - e) / 2, for e of 1 to 3.
+    """
+    if detail is None:
+        return "Too little cloud to estimate the detail below the pixel; `example` takes that of other images."
+    dimension = f"{3.5 - 0.5 * detail.exponent:.2f}" if detail.exponent <= 3.0 else "2"
+    limits = [
+        " (limit of the extrapolation)" if limited else ""
+        for limited in (detail.strength == STRONGEST, detail.exponent in EXPONENTS)
+    ]
+    return (
+        "Detail below the pixel, extrapolated from octaves of 2 to 8 pixels without the sensor's blur: strength "
+        f"{detail.strength:.2f}{limits[0]}, exponent {detail.exponent:.2f}{limits[1]}, fractal dimension {dimension}."
+    )
 
 
 def _first_halving(level: Array, strength: float, exponent: float) -> float:
@@ -56,7 +89,8 @@ def _first_halving(level: Array, strength: float, exponent: float) -> float:
     children = np.empty((2 * level.shape[0] - 4, 2 * level.shape[1] - 4))
     spread = deviations(steepness(level), strength, exponent, 0)
     zero, one = np.zeros(2, np.int64), np.ones(2, np.int64)
-    halve(children, level, zero, spread, one, 0, 1e3, np.uint64(1), math.nan, normal_quantiles())
+    most = float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example
+    halve(children, level, zero, spread, one, 0, most, np.uint64(1), math.nan, normal_quantiles())
     return _octave(level[1:-1, 1:-1], children)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hcss_skies.detail_of_image import fit_detail
-from hcss_skies.example import MAX_SIDE, MIN_SIDE, Example, make_example
+from hcss_skies.example import MAX_SIDE, MIN_SIDE, Detail, Example, make_example
 from hcss_skies.missing import Missing, filled, without_missing
 from hcss_skies.planes import FIRST, SECOND, Plane, read_plane, window_channel
 from hcss_twin.core.reading import open_netcdf
@@ -22,7 +22,7 @@ CLEAR_K = 1.5
 
 _CLEAR_PERCENTILE = 99.0
 
-_KELVIN_RANGE = 150.0, 340.0
+KELVIN_RANGE = 150.0, 340.0
 
 BLUR_PIXELS, MAX_GAIN = 0.65, 3.5
 """Blur of the sensor that is removed, and the largest amplification of any wavelength."""
@@ -104,7 +104,7 @@ def import_example(
         raise CatalogError(
             f"{path}: {' x '.join(map(str, kelvin.shape))} pixels; allowed: sides of {MIN_SIDE} to {MAX_SIDE}"
         )
-    warm = float(np.percentile(kelvin, _CLEAR_PERCENTILE)) if clear_K is None else clear_K
+    warm = clear_sky_K(kelvin) if clear_K is None else clear_K
     excess: Array | None = None
     if other is not None:
         from hcss_skies.split_window import height_above_opaque_m  # not for images of one channel
@@ -124,11 +124,21 @@ def import_example(
         kind=kind,
         source=", ".join(each for each in (plane.source, text) if each),
         licence=licence or plane.rights or "not stated",
-        detail=fit_detail((warm - sharpened(kelvin, CELL_BLUR_PIXELS)) / lapse_K_km * 1e3),
+        detail=detail_of(kelvin, warm),
     )
     return Imported(
         example, plane.variable, "" if other is None else other.variable, (*plane.notes, *filter(None, [text]))
     )
+
+
+def detail_of(kelvin: Array, warm_K: float) -> Detail | None:
+    """Return the detail of an image of brightness temperature below its pixel, without the blur of its sensor."""
+    return fit_detail(warm_K - sharpened(kelvin, CELL_BLUR_PIXELS), warm_K - sharpened(kelvin) - CLEAR_K)
+
+
+def clear_sky_K(kelvin: Array) -> float:
+    """Return the brightness temperature that counts as clear sky unless it is given."""
+    return float(np.percentile(kelvin, _CLEAR_PERCENTILE))
 
 
 def _second(path: Path, plane: Plane, variable: str | None, second: str | None, at: Mapping[str, int]) -> Plane | None:
@@ -147,7 +157,7 @@ def _second(path: Path, plane: Plane, variable: str | None, second: str | None, 
 
 
 def _require_kelvin(path: Path, kelvin: Array) -> None:
-    low, high = _KELVIN_RANGE
+    low, high = KELVIN_RANGE
     if kelvin.min() < low or kelvin.max() > high:
         raise CatalogError(
             f"{path}: values of {kelvin.min():g} to {kelvin.max():g}; allowed: brightness temperatures, "
