@@ -14,6 +14,12 @@ from hcss_twin.providers.registry.specs import Kind
 MAX_MARGIN = 512
 """Maximum rows and columns computed beyond an edge."""
 
+WIDE = 64
+"""Margin from which kernels have so many weights that a frame is blurred by transforms.
+
+These take up to 6 times as long if a size has a large prime factor, so that some rows and columns are added.
+"""
+
 MIRROR_NOTE = (
     "blur at the edges of the image takes the scene beyond them for its mirror image: pixels no farther from an edge "
     "than the blur reaches are not those of a larger image"
@@ -57,7 +63,13 @@ def _where_it_ends(assembly: Assembly, waves: bool, views: bool) -> str | None:
 def _around(pixels: slice, margin: int, size: int | None) -> slice:
     """Pixels with a margin, limited to an image of this size; None: unlimited."""
     first, end = pixels.start - margin, pixels.stop + margin
-    return slice(first, end) if size is None else slice(max(first, 0), min(end, size))
+    if size is not None:
+        return slice(max(first, 0), min(end, size))
+    if WIDE <= margin < MAX_MARGIN:
+        from scipy.fft import next_fast_len  # not for scenes without such a sensor
+
+        end = first + next_fast_len(end - first)
+    return slice(first, end)
 
 
 def _edge_note(given: Window, cube: Window, reach: int, ends: str | None) -> str:
