@@ -14,12 +14,6 @@ from hcss_twin.providers.registry.specs import Kind
 MAX_MARGIN = 512
 """Maximum rows and columns computed beyond an edge."""
 
-WIDE = 64
-"""Margin from which kernels have so many weights that a frame is blurred by transforms.
-
-These take up to 6 times as long if a size has a large prime factor, so that some rows and columns are added.
-"""
-
 MIRROR_NOTE = (
     "blur at the edges of the image takes the scene beyond them for its mirror image: pixels no farther from an edge "
     "than the blur reaches are not those of a larger image"
@@ -65,8 +59,9 @@ def _around(pixels: slice, margin: int, size: int | None) -> slice:
     first, end = pixels.start - margin, pixels.stop + margin
     if size is not None:
         return slice(max(first, 0), min(end, size))
-    if WIDE <= margin < MAX_MARGIN:
-        from scipy.fft import next_fast_len  # not for scenes without such a sensor
+    if margin < MAX_MARGIN:
+        # far blurs are transforms, which take up to 6 times as long if a size has a large prime factor
+        from scipy.fft import next_fast_len
 
         end = first + next_fast_len(end - first)
     return slice(first, end)
