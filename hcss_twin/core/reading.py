@@ -6,7 +6,9 @@ opened, and a small file can declare more values than fit into memory.
 
 from __future__ import annotations
 
+import mmap
 import os
+import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
@@ -27,10 +29,16 @@ MAX_IMAGE_PIXELS = 2**26
 """Largest image that is read as a whole: 8192 x 8192."""
 
 
+HEAP, SEARCHED = b"GCOL\1\0\0\0", 2**24
+"""How a collection of texts begins in HDF5 files, and the first bytes that are searched: values come later."""
+
+
 @contextmanager
 def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
     """Turn exceptions raised in the block, except those of this package, into ``error`` with path and cause."""
     try:
+        if isinstance(path, str | os.PathLike) and os.path.isfile(path):
+            _require_heaps_that_end(path)
         yield
     except (HcssError, ImportError):
         raise
@@ -39,6 +47,29 @@ def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
     except Exception as cause:
         text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
         raise error(f"cannot read {_name(path)}: {what}: {shown_line(text)}") from cause
+
+
+def _require_heaps_that_end(path: str | os.PathLike[str]) -> None:
+    """Reject a HDF5 file with an object of no size, behind which the library (2.0) would look for the next for ever.
+
+    A collection has its size at byte 8, then objects: a number (2 bytes), 6 others, the size of the content (8 bytes)
+    and the content, padded to multiples of 8. Number 0 is free space, whose size includes these 16 bytes (HDF5 File
+    Format Specification, section III.E).
+    """
+    with open(path, "rb") as file:
+        if file.read(4) != b"\x89HDF":
+            return
+        with mmap.mmap(file.fileno(), min(os.path.getsize(path), SEARCHED), access=mmap.ACCESS_READ) as data:
+            at = data.find(HEAP)
+            while at >= 0 and at + 16 <= len(data):
+                end, place = at + struct.unpack_from("<Q", data, at + 8)[0], at + 16
+                while place + 16 <= min(end, len(data)):
+                    number, size = struct.unpack_from("<H6xQ", data, place)
+                    step = (16 + (size + 7) // 8 * 8 if number else size) % 2**64
+                    if step == 0:
+                        raise OSError("a collection of texts has an object of no size")
+                    place += step
+                at = data.find(HEAP, at + 1)
 
 
 def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:

@@ -18,7 +18,7 @@ from hcss_twin.core.files import require_not_read
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.provider_variables import INPUTS
-from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.reader import open_cube, stored_arrays
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
@@ -104,8 +104,9 @@ def _write_measured(
     measure: Callable[[int, NDArray[np.float32]], dict[str, NDArray[Any]]],
     progress: Progress | None,
 ) -> None:
-    with open_cube(clean_path) as dataset:
-        attributes = sensor_attributes(dict(dataset.attrs), sensor, files, clean_path.name)
+    with stored_arrays(clean_path) as stored:  # not by xarray, whose import takes as long as 30 frames
+        clean = {name: stored.getncattr(name) for name in stored.ncattrs()}
+    attributes = sensor_attributes(clean, sensor, files, clean_path.name)
     with measured_cube(clean_path, path, sensor.variables, attributes) as pair:
         frames: Iterable[int] = range(pair.frames)
         if progress is not None:

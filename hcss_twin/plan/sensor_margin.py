@@ -57,7 +57,14 @@ def _where_it_ends(assembly: Assembly, waves: bool, views: bool) -> str | None:
 def _around(pixels: slice, margin: int, size: int | None) -> slice:
     """Pixels with a margin, limited to an image of this size; None: unlimited."""
     first, end = pixels.start - margin, pixels.stop + margin
-    return slice(first, end) if size is None else slice(max(first, 0), min(end, size))
+    if size is not None:
+        return slice(max(first, 0), min(end, size))
+    if margin < MAX_MARGIN:
+        # far blurs are transforms, which take up to 6 times as long if a size has a large prime factor
+        from scipy.fft import next_fast_len
+
+        end = first + next_fast_len(end - first)
+    return slice(first, end)
 
 
 def _edge_note(given: Window, cube: Window, reach: int, ends: str | None) -> str:

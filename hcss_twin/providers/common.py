@@ -144,10 +144,6 @@ def _is_pairs(value: Any) -> bool:
     )
 
 
-def _is_names(value: Any) -> bool:
-    return isinstance(value, Set) and all(isinstance(name, str) for name in value)
-
-
 _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
     "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
@@ -178,7 +174,10 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
     "model_errors": (callable, "a method"),
     "expected_failures": (lambda value: isinstance(value, Mapping), "a mapping of laws to reasons"),
-    "sea_sun_terms": (_is_names, "a set of names of terms"),
+    "sea_sun_terms": (
+        lambda value: isinstance(value, Set) and all(isinstance(name, str) for name in value),
+        "a set of names of terms",
+    ),
     "expect": (callable, "a method"),
     "expect_views": (callable, "a method"),
     "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),

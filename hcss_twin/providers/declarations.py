@@ -160,17 +160,14 @@ def attributed(declares: Declared, speaker: str) -> Declared:
     """Return a declaration whose notes and own errors begin with ``speaker``, e.g. ``"optics provider ada"``."""
 
     def with_speaker(texts: Iterable[str]) -> tuple[str, ...]:
-        return tuple(_with_text(text, f"{speaker}: {text}") for text in texts)
+        spoken = ((note, f"{speaker}: {note}") for note in texts)
+        return tuple(Note(text, **vars(note)) if isinstance(note, Note) else text for note, text in spoken)
 
     spoken: dict[str, Any] = {name: with_speaker(getattr(declares, name)) for name in ("notes", "own_errors")}
     by_material = getattr(declares, "notes_by_material", None)
     if by_material is not None:
         spoken["notes_by_material"] = {name: with_speaker(texts) for name, texts in by_material.items()}
     return replace(declares, **spoken)
-
-
-def _with_text(note: str, text: str) -> str:
-    return Note(text, **vars(note)) if isinstance(note, Note) else text
 
 
 def applying(notes: Iterable[str], sunlight: bool, bands: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:

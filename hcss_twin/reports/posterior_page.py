@@ -75,12 +75,9 @@ def read_contents(path: Path) -> PosteriorContents:
     posterior = read_posterior(path)
     with open_netcdf(path, PosteriorError) as file:
         file.set_auto_mask(False)
-        attributes = {name: _attributes(file[name]) for name in posterior.chains}
+        chains = {name: file[name] for name in posterior.chains}
+        attributes = {name: {each: own.getncattr(each) for each in own.ncattrs()} for name, own in chains.items()}
         return PosteriorContents(posterior, attributes, _traces(file), _variogram(file))
-
-
-def _attributes(variable: Any) -> dict[str, Any]:
-    return {name: variable.getncattr(name) for name in variable.ncattrs()}
 
 
 def _texts(variable: Any) -> list[str]:

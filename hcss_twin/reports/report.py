@@ -83,7 +83,7 @@ def _page_of(path: Path) -> str:
     import netCDF4
 
     try:
-        with netCDF4.Dataset(path) as file:
+        with reading(path, HcssError), netCDF4.Dataset(path) as file:
             names = set(file.ncattrs())
     except Exception as error:  # a damaged file of any kind
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error

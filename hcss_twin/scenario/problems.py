@@ -45,7 +45,8 @@ def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = 
         details.setdefault(_keys(detail, model), detail)
     problems = []
     for location, detail in details.items():
-        if detail["type"] == "too_short" and _has_errors_inside(location, details):
+        inside = (other for other in details if other[: len(location)] == location != other)
+        if detail["type"] == "too_short" and any(inside):
             continue  # pydantic counts the remaining entries
         if detail["type"] == "invalid_key":
             location = tuple(map(str, detail["loc"]))
@@ -72,10 +73,6 @@ def dotted(location: Location) -> str:
         else:
             text += f".{part}" if text else part
     return text
-
-
-def _has_errors_inside(location: Location, locations: Mapping[Location, object]) -> bool:
-    return any(other[: len(location)] == location != other for other in locations)
 
 
 def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, raw: Any) -> str:

@@ -104,6 +104,15 @@ def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
     assert "at most 0 % of all pixels" in made.attrs["hcss_certificate"]
 
 
+def test_a_band_whose_finer_grid_has_no_other_wavenumbers_is_certified():
+    narrow = {"bands": [{"name": "narrow", "limits": [8.3911, 8.3940]}], "accuracy": 1e-2, "frames.count": 1}
+    scenario = Scenario.load("stratus", SMALL | narrow | {"time": "2024-04-20T00:30:00+10:00", "output.certificate": 2})
+    plan = make_plan(scenario)
+    finer = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
+    np.testing.assert_array_equal(finer.wavenumber_cm1, plan.spectral_grid.wavenumber_cm1)
+    assert simulate(scenario).attrs["hcss_certificate"].startswith("PASSED")
+
+
 def test_a_wrong_table_fails_names_the_stratum_and_keeps_the_cube(tampered, tmp_path):
     path = tmp_path / "wrong.nc"
     done = CliRunner().invoke(cli, ["run", "stratus", "-o", str(path), *arguments()])

@@ -107,6 +107,18 @@ def test_pixels_at_the_edges_are_those_of_a_larger_image(tmp_path, changes):
     assert np.abs(mirrored / small.radiance - 1.0).max() > 0.01
 
 
+def test_a_far_blur_is_computed_on_sizes_that_transforms_are_fast_for():
+    sensor = planned({"name": "generic-mwir"}).sensor
+    for given, cube in zip(sensor.given, sensor.cube, strict=True):
+        assert cube.start - given.start == sensor.reach > 64
+        size, added = given.stop - given.start, given.stop - cube.stop - sensor.reach
+        assert 0 <= added <= 0.05 * size
+        for factor in (2, 3, 5, 7, 11):
+            while size % factor == 0:
+                size //= factor
+        assert size == 1
+
+
 def test_a_clear_scene_is_as_it_is_up_to_its_edges(tmp_path):
     for sensor in (BLURRED, {"parameters": {"psf": "airy", "aperture_diameter": 0.1, "pixel_angle": 4e-5}}):
         found, clean = measured(tmp_path / "clear.nc", sensor, clouds__coverage=0.0)

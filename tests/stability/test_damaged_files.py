@@ -35,6 +35,23 @@ def test_every_reader_reads_the_file_before_it_is_damaged(group):
             reader(fresh_copy(files[file], folder))
 
 
+@pytest.mark.parametrize(("number", "size"), [(0, 0), (1, 2**64 - 16)])
+def test_a_collection_of_texts_that_never_ends_is_refused(tmp_path, number, size):
+    # HDF5 2.0 would look for the next object for ever; here nothing opens the file.
+    path = tmp_path / "texts.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.setncattr_string("text", "abc")
+    with reading(path, CubeError), netCDF4.Dataset(path) as file:
+        assert file.text == "abc"
+    data = bytearray(path.read_bytes())
+    first = data.index(b"GCOL") + 16
+    assert struct.unpack_from("<H6xQ", data, first) == (1, 3)
+    struct.pack_into("<H6xQ", data, first, number, size)
+    path.write_bytes(data)
+    with pytest.raises(CubeError, match=r"texts\.nc.*an object of no size"), reading(path, CubeError):
+        pytest.fail("the file would be opened")
+
+
 def test_only_errors_of_the_package_escape(group):
     escaped, outcomes = what_escapes(*group, range(10_000, 10_300))
     assert not escaped

@@ -148,14 +148,12 @@ def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.
         fractal_dimension=body_dimension(boxes).dimension,
         coverage=count / int(np.count_nonzero(known)),
         surface_dimension=surface,
-        boundary_dimension=boundary_dimension(outlined).dimension if _is_mixed(outlined) else math.nan,
+        boundary_dimension=boundary_dimension(outlined).dimension
+        if outlined.any() and not outlined.all()
+        else math.nan,
         anisotropy=anisotropy,
         aspect=aspect,
     )
-
-
-def _is_mixed(mask: NDArray[np.bool_]) -> bool:
-    return bool(mask.any() and not mask.all())
 
 
 def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, float, float]:

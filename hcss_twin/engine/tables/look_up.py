@@ -96,7 +96,7 @@ class LookUp:
         if len(present) == 2:
             inside = _two_layers(radiance, row, column, samples, table.pair, *places)
         elif samples == 1:
-            inside = _points(radiance, row, column, lifted, *places[0])
+            inside = _points(radiance, row, column, lifted, places[0])
         else:
             inside = _one_layer(radiance, row, column, samples, np.ascontiguousarray(lifted.T), places[0])
         if not inside:
@@ -143,50 +143,19 @@ def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
     return index.astype(np.int32), shift, first
 
 
-@inner()
-def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
-    """Whether a thickness is outside the nodes by more than rounding, or NaN."""
-    if nodes.size == 0:
-        return True
-    # Not "below or above": NaN is neither, and must not be looked up.
-    return not (nodes[0] * (1 - ROUNDING) <= thickness <= nodes[nodes.size - 1] * (1 + ROUNDING))
-
-
-@inner()
-def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-untyped-def]
-    """Interval of a thickness, and its position in the interval, 0 to 1."""
-    # Unsigned numbers: for signed ones every access would test whether it counts from the end.
-    one, last = np.uint32(1), np.uint32(nodes.size - 2)
-    index = np.uint32(guide[np.uint32((bits >> shift) - first)])
-    while index < last and nodes[index + one] <= thickness:
-        index = np.uint32(index + one)
-    low, high = nodes[index], nodes[index + one]
-    inside = min(max(thickness, low), high)
-    return index, (inside - low) / (high - low)
-
-
 @kernel()
-def _points(  # type: ignore[no-untyped-def]
-    radiance, row, column, table, thickness, bits, nodes, guide, shift, first
-):
+def _points(radiance, row, column, table, layer):  # type: ignore[no-untyped-def]
     """Faster, bit-identical version of :func:`_one_layer` for one point per pixel.
 
     ``table`` (C, 2 + N) has clear sky twice before the nodes. Returns False if a thickness is outside the table.
     """
-    channels, width = table.shape[0], thickness.shape[1]
+    channels, (height, width) = table.shape[0], layer[0].shape
     interval, share = np.empty(PIXELS_AT_ONCE, np.uint32), np.empty(PIXELS_AT_ONCE)
-    for y in range(thickness.shape[0]):
+    for y in range(height):
         for left in range(0, width, PIXELS_AT_ONCE):
             count = min(PIXELS_AT_ONCE, width - left)
-            for x in range(count):
-                value = np.float64(thickness[y, left + x])
-                if value <= 0.0:
-                    interval[x], share[x] = np.uint32(0), 0.0
-                    continue
-                if _outside(value, nodes):
-                    return False
-                index, part = _locate(value, bits[y, left + x], nodes, guide, shift, first)
-                interval[x], share[x] = np.uint32(index + 2), part
+            if not _place(interval, share, y, slice(left, left + count), layer):
+                return False
             for c in range(channels):
                 values, plane = table[c], radiance[c, row + y, column + left : column + left + count]
                 for x in range(count):
@@ -197,18 +166,26 @@ def _points(  # type: ignore[no-untyped-def]
 
 @inner()
 def _place(interval, share, i, points, layer):  # type: ignore[no-untyped-def]
-    """Set interval and position of points of row i; 0 and 0 without cloud. False if one is outside the nodes."""
+    """Set interval and position, 0 to 1, of points of row i; 0 and 0 without cloud. False if one is outside."""
     thickness, bits, nodes, guide, shift, first = layer
     values, bits_of = thickness[i, points], bits[i, points]
+    lowest, highest = np.inf, np.inf
+    if nodes.size:
+        lowest, highest = nodes[0] * (1 - ROUNDING), nodes[nodes.size - 1] * (1 + ROUNDING)
+    # Unsigned numbers: for signed ones every access would test whether it counts from the end.
+    one, last = np.uint32(1), np.uint32(nodes.size - 2)
     for x in range(values.size):
         value = np.float64(values[x])
         if value <= 0.0:
             interval[x], share[x] = np.uint32(0), 0.0
             continue
-        if _outside(value, nodes):
+        if not lowest <= value <= highest:  # NaN is neither below nor above
             return False
-        index, part = _locate(value, bits_of[x], nodes, guide, shift, first)
-        interval[x], share[x] = np.uint32(index + 2), part
+        index = np.uint32(guide[np.uint32((bits_of[x] >> shift) - first)])
+        while index < last and nodes[index + one] <= value:
+            index = np.uint32(index + one)
+        low, high = nodes[index], nodes[index + one]
+        interval[x], share[x] = np.uint32(index + 2), (min(max(value, low), high) - low) / (high - low)
     return True
 
 

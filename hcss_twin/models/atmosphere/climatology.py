@@ -7,6 +7,7 @@ interpolation flattens the annual extremes by up to a tenth of the seasonal rang
 from __future__ import annotations
 
 import math
+from calendar import isleap
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -130,12 +131,8 @@ def _year_fraction(time: datetime) -> float:
     """Return the elapsed fraction of the year, in UTC; 0 to below 1."""
     instant = time.astimezone(UTC)
     start = instant.replace(month=1, day=1, hour=0, minute=0, second=0, microsecond=0)
-    days = 366 if _is_leap(instant.year) else 365
+    days = 366 if isleap(instant.year) else 365
     return (instant - start).total_seconds() / (days * 86_400.0)
-
-
-def _is_leap(year: int) -> bool:
-    return year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
 
 
 def _neighbours(nodes: Array, at: float, turn: float = 0.0) -> tuple[list[int], Array]:

@@ -51,6 +51,8 @@ def reference_spectra(
         As for :func:`reference_radiance`.
     """
     result = np.empty((thickness_m.shape[0], len(model.terms), wavenumber_cm1.size))
+    if not wavenumber_cm1.size:  # a finer grid of narrow bands may have no new ones
+        return result
     cloudy = np.flatnonzero(np.any(thickness_m > 0, axis=1))
     clear = np.setdiff1d(np.arange(thickness_m.shape[0]), cloudy)
     if clear.size:

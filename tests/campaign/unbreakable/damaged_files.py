@@ -27,10 +27,6 @@ MEMORY = 6 * 2**30
 LONGEST_S = 400
 """Processor time of one process."""
 
-KNOWN = (30_387, 86_162)
-"""Seeds whose files make HDF5 2.0 loop without end in ``H5HG__cache_heap_deserialize``, when they are opened or
-when the process ends: no code of ours runs then, and no signal but SIGKILL ends it."""
-
 
 def keys():
     """Return the keys of all rows, a group and its first seed: the groups take turns."""

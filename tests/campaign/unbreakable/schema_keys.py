@@ -74,8 +74,8 @@ EXAMPLES: dict[str, list[Any]] = {
     "bands.0.limits": [[3.5, 4.0], [0.75, 14.0]],
     "bands.0.name": ["a-name"],
     "bands.0.response": ["response.csv"],
-    **{f"atmosphere.gases.{gas}": [0.0, 1.5, "1 ppm"] for gas in ("CO2", "CH4", "N2O", "CO")},
-    "atmosphere.gases.O3": [0.0, 1.5, "300 DU"],
+    **{f"atmosphere.gases.{gas}": [1e-6, 1.5, "1 ppm"] for gas in ("CO2", "CH4", "N2O", "CO")},
+    "atmosphere.gases.O3": [1e-6, 1.5, "300 DU"],
     "radiance.light": ["columns"],
     "atmosphere.provider": ["band-model", "table"],
     "atmosphere.profile": ["tropical", "profile.csv"],
@@ -156,6 +156,28 @@ EXAMPLES: dict[str, list[Any]] = {
     "sensor.parameters.radiance_per_number of radiometer": [0.01],
 }
 """Values of keys that are no numbers, choices or switches."""
+
+
+COMPANIONS: dict[tuple[str, Any], dict[str, Any]] = {
+    ("sensor.parameters.psf", "gaussian"): {"sensor.parameters.psf_sigma": 1.0},
+    ("sensor.parameters.psf", "airy"): {f"sensor.parameters.{name}": PHOTONS[name] for name in PHOTONS if "_" in name},
+    ("sensor.parameters.psf", "file"): {"sensor.parameters.psf_file": "psf.txt"},
+    ("sensor.parameters.noise", "photon"): {f"sensor.parameters.{name}": value for name, value in PHOTONS.items()},
+    ("sensor.parameters.noise", "nedt"): {"sensor.parameters.nedt": 0.1},
+    ("sensor.parameters.noise", "ner"): {"sensor.parameters.ner": 0.01},
+    ("radiance.parameters.sun_streams", 2): {
+        f"radiance.parameters.{name}": 4 for name in ("azimuth_modes", "sun_moments")
+    },
+    ("radiance.parameters.sun_moments", 128): {"radiance.parameters.sun_streams": 64},
+    ("radiance.parameters.azimuth_modes", 128): {"radiance.parameters.sun_streams": 64},
+    ("atmosphere.inversion.height", 200): {"atmosphere.inversion.cloud_base": 150.0},
+    ("atmosphere.inversion.cloud_base", 3000): {"atmosphere.inversion.height": 3000.0},
+    **{
+        (f"{layer}.top", 1e-6): {f"{layer}.base": 0.0, f"{layer}.thickness_min": 1e-7}
+        for layer in ("clouds", "clouds.layers.0")
+    },
+}
+"""Other keys without which a value of a key is refused."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,10 @@
 """A thousand random scenarios that together set every key of a scenario, on both sides of each of its bounds.
 
 Scenario number n is a random one of the campaign ``random_scenarios``, smaller, with one trial of ``schema_keys.py``.
-A value outside a bound must be refused with the name of its key; all else is planned, and every tenth scenario that is
-small is run. Rows have :data:`TOGETHER` scenarios, computed in one process.
+A value outside a bound must be refused with the name of its key; all else is planned, and every fifth scenario that is
+small is run. Random scenarios are valid or nearly so (some have more water vapour than air can hold): a refused one is
+drawn again, up to :data:`DRAWS` times, and each refusal is noted. Rows have :data:`TOGETHER` scenarios, computed in one
+process.
 """
 
 import json
@@ -18,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from campaign_processes import HERE
 from hang import Hang, limited
-from schema_keys import groups, trials
+from schema_keys import COMPANIONS, groups, trials
 
 sys.path.append(str(HERE.parent / "random_scenarios"))
 
@@ -27,6 +29,7 @@ COUNT = 1000
 TOGETHER = 20
 MEMORY = 8 * 2**30
 RUN_EVERY = 5
+DRAWS = 4
 LARGEST = 1024
 """Pixels and frames of scenarios that are run."""
 
@@ -51,7 +54,10 @@ def write_files(folder):
     image = np.kron(noise(), np.ones((2, 2)))
     np.save(folder / "image.npy", image)
     np.savez(folder / "image.npz", a=image)
-    write_entry(folder / "entry.nc", import_image(folder / "image.npy", ImportOptions(pixel_size_m=100.0)))
+    y, x = np.mgrid[:80, :80]
+    clouds = sum(np.exp(-((y - row) ** 2 + (x - column) ** 2) / 60.0) for row, column in ((20, 20), (55, 30), (40, 62)))
+    np.save(folder / "clouds.npy", clouds)  # whole ones
+    write_entry(folder / "entry.nc", import_image(folder / "clouds.npy", ImportOptions(pixel_size_m=100.0)))
     (folder / "response.csv").write_text("wavelength_um,response\n10,0\n10.5,1\n11,0.5\n12,0\n")
     (folder / "psf.txt").write_text("0 1 0\n1 4 1\n0 1 0\n")
     (folder / "tracks.csv").write_text("source,time,x,y,altitude,intensity\n1,0,0,0,0,5\n1,1000,10,0,0,5\n")
@@ -59,35 +65,52 @@ def write_files(folder):
     write_airs(folder)
 
 
-def scenario_of(number, folder):
+def scenario_of(number, folder, attempt=0):
     """Return trials, raw scenario and overrides of a number."""
     from random_scenario_draws import random_raw
 
     inside, beyond = groups()
     own = [*inside, *beyond][number] if number < len(inside) + len(beyond) else inside[number % len(inside)]
     draw = np.random.default_rng([20, number])
-    raw = random_raw(number, 0, folder, "as-printed")
+    raw = random_raw(number, attempt, folder, "as-printed")
     raw["image"] |= {"rows": int(draw.integers(1, 9)), "columns": int(draw.integers(1, 9))}
     raw["frames"]["count"] = 2
     raw["output"]["certificate"] = 2
     raw["accuracy"] = 1e-2
-    return own, raw | own[0].context, {trial.key.partition(" of ")[0]: trial.value for trial in own}
+    overrides = {trial.key.partition(" of ")[0]: trial.value for trial in own}
+    if own[0].side == "inside":
+        ((key, value),) = overrides.items()
+        # Values may be lists, and True equals 1.
+        overrides |= next((more for known, more in COMPANIONS.items() if repr(known) == repr((key, value))), {})
+    return own, raw | own[0].context, overrides
 
 
 def outcome_of(number, folder):
-    """Compute a scenario.
+    """Compute a scenario, or another draw of it if it is refused though no value is beyond its bounds.
 
     Returns
     -------
     outcome, touched, message
-        ``accepted``, ``refused``, or if something is wrong ``escaped`` or ``wrong``; the names of what was touched.
+        ``accepted``, ``refused``, or if something is wrong ``escaped`` or ``wrong``; the names of what was touched;
+        what went wrong, or the refusals of all draws.
     """
+    touched, messages = set(), []
+    for attempt in range(DRAWS):
+        outcome, own, message = _outcome_of(number, folder, attempt)
+        touched.update(own)
+        messages += [message] if message else []
+        if outcome != "refused" or not message:
+            break
+    return outcome, sorted(touched), "; ".join(dict.fromkeys(messages))
+
+
+def _outcome_of(number, folder, attempt):
     from hcss_twin.core.errors import HcssError, ScenarioError
     from hcss_twin.engine.simulate import simulate
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.scenario.scenario import Scenario
 
-    own, raw, overrides = scenario_of(number, folder)
+    own, raw, overrides = scenario_of(number, folder, attempt)
     names = [trial.name for trial in own]
     problems = []
     try:

@@ -76,16 +76,12 @@ def read_tape7(path: Path) -> list[SpectralPath]:
     lines = read_text(path, "latin-1").splitlines()
     paths: list[SpectralPath] = []
     start = 0
-    while start < len(lines) and any(_left_over(line) for line in lines[start:]):
+    while start < len(lines) and any(line.strip() and not line.strip().startswith(_SENTINEL) for line in lines[start:]):
         paths_read, start = _read_run(path, lines, start, len(paths) + 1)
         paths.append(paths_read)
     if not paths:
         raise CatalogError(f"{path}, line 1: the file is empty")
     return paths
-
-
-def _left_over(line: str) -> bool:
-    return bool(line.strip()) and not line.strip().startswith(_SENTINEL)
 
 
 def _read_run(path: Path, lines: list[str], start: int, number: int) -> tuple[SpectralPath, int]:
