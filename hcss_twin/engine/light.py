@@ -32,7 +32,7 @@ class LightStage:
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         assert plan.light is not None
-        self._plan = plan
+        self._plan, self._name = plan, plan.light.name
         self._transport: LightTransport = plan.light.transport(light_inputs(plan, tables.spectrum.nodes))
         samples, (layer,) = plan.samples_per_pixel, plan.layers
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
@@ -86,7 +86,7 @@ class LightStage:
         shape = tuple(length(each) * samples for each in wide)
         for given, expected in ((amount, shape), (change, (len(self._plan.bands), *shape))):
             if given.shape != expected or not np.all(np.isfinite(given)):
-                label = f"light '{self._plan.scenario.radiance.light}': correct() broke its contract"
+                label = f"light '{self._name}': correct() broke its contract"
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
         return thickness.copy(), amount[*own].copy(), change[:, *own].copy()

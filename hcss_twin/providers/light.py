@@ -38,6 +38,10 @@ class LightInputs:
         Altitude at which the line of sight of a pixel meets the column of cloud that has its row and column.
     point_m : float
         Distance between columns.
+    points : int
+        Columns of all frames.
+    accuracy : float or None
+        Relative error that the scene allows for the light.
     wavenumber_cm1, weights_cm1 : ndarray (V,), (B, V)
         Weighted wavenumbers of the radiance tables.
     clear : callable
@@ -51,6 +55,8 @@ class LightInputs:
     sun_azimuth_deg: Array
     reference_m: float
     point_m: float
+    points: int
+    accuracy: float | None
     wavenumber_cm1: Array
     weights_cm1: Array
     profile: Profile
@@ -74,12 +80,25 @@ class InstantLight(Protocol):
 
 
 class LightTransport(Protocol):
-    """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them."""
+    """Light in broken clouds.
+
+    Attributes
+    ----------
+    reach : tuple
+        Rows, and columns, of points before and after others that matter to them.
+    cost : float
+        Time for each pixel relative to other transports; infinite: chosen by name only.
+    """
 
     reach: tuple[tuple[int, int], tuple[int, int]]
+    cost: float
 
     def expected_errors(self) -> Sequence[float]:
         """Return the error (B,) to expect, rms over pixels relative to the mean radiance."""
+        ...
+
+    def errors_of_columns(self) -> Sequence[float]:
+        """Return the error (B,) to expect of independent columns."""
         ...
 
     def at(self, sun: Sun | None) -> InstantLight:

@@ -116,7 +116,7 @@ def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns(tmp_path)
 def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
     cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "view": {"zenith": 60.0}}
     for allowed, noted in ((0.01, True), (0.9, False)):
-        plan = make_plan(scene(**cumulus, radiance={"light_accuracy": allowed}))
+        plan = make_plan(scene(**cumulus, radiance={"light": "columns", "light_accuracy": allowed}))
         assert any("radiance.light_accuracy" in note for note in plan.notes) == noted
 
 
@@ -126,3 +126,47 @@ def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
     names = {each.name: each.relative for each in cloudy}
     assert "plane-parallel clouds" not in names
     assert 0.0 < names["clouds with sides"] < 0.03
+
+
+@pytest.mark.parametrize(
+    ("band", "zenith", "time", "allowed", "chosen"),
+    [
+        ([10.5, 11.0], 0.0, NIGHT, 0.01, "columns"),
+        ([10.5, 11.0], 60.0, NIGHT, 0.01, "slant"),
+        ([3.6, 3.8], 0.0, NIGHT, 0.02, "source"),
+        ([3.6, 3.8], 60.0, DAY, 0.12, "source"),
+    ],
+)
+def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenith, time, allowed, chosen):
+    """Cumulus: as the table of errors against Monte Carlo says."""
+    cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "bands": [band], "view": {"zenith": zenith}}
+    plan = make_plan(scene(**cumulus, time=time, radiance={"light_accuracy": allowed}))
+    assert ("columns" if plan.light is None else plan.light.name) == chosen
+    if plan.light is not None:
+        assert max(plan.light.expected_rms.values()) <= allowed
+
+
+def test_an_accuracy_that_no_light_has_is_refused_with_the_best():
+    with pytest.raises(ScenarioError, match=r"light_accuracy.*allowed: at least .* that of 'source'"):
+        make_plan(scene(bands=[[3.6, 3.8]], clouds={"type": "cumulus"}, radiance={"light_accuracy": 0.001}))
+
+
+def test_scenes_without_an_accuracy_stay_columns():
+    assert make_plan(scene(radiance={})).light is None
+    assert scene(radiance={}).radiance.light == "auto"
+
+
+def test_monte_carlo_as_a_tier_agrees_with_source_within_its_noise():
+    """Thermal light in stratocumulus at 50 deg, where source errs by less than .1 %."""
+    image = {"rows": 6, "columns": 5, "pixel_size": 100.0}
+    cubes = [simulate(scene(light, image=image)) for light in ("reference", "source")]
+    noise = json.loads(cubes[0].attrs["hcss_light"])["expected_rms"]
+    assert 1e-4 < max(noise.values()) <= 0.01
+    ratio = cubes[0].radiance.values / cubes[1].radiance.values
+    assert abs(ratio.mean() - 1.0) < 0.005
+    assert ratio.std() < 0.005 + max(noise.values())
+
+
+def test_monte_carlo_of_large_images_is_refused():
+    with pytest.raises(ScenarioError, match="allowed: 4096"):
+        make_plan(scene("reference", image={"rows": 65, "columns": 64, "pixel_size": 100.0}))

@@ -53,10 +53,11 @@ def compare(
     transport = SourceLight(inputs)
     time_s = float(plan.frame_times_s[frame])
     sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
-    names = {"cube": scenario.radiance.light, **{name: name for name in tiers}}
+    light = "columns" if plan.light is None else plan.light.name
+    names = {"cube": light, **{name: name for name in tiers}}
     makers = {}
-    for name, light in names.items():
-        own = plan if light == scenario.radiance.light else make_plan(_with_light(scenario, light))
+    for name, each in names.items():
+        own = plan if each == light else make_plan(_with_light(scenario, each))
         makers[name] = PartMaker(own, tables)
     draw = np.random.default_rng([seed, 22])
     cells = draw.choice(
@@ -98,7 +99,7 @@ def compare(
                 "errors": errors,
             }
         )
-    return {"pixels": places, "frame": frame, "photons": photons, "light": scenario.radiance.light, "bands": result}
+    return {"pixels": places, "frame": frame, "photons": photons, "light": light, "bands": result}
 
 
 def _with_light(scenario: Scenario, light: str) -> Scenario:

@@ -88,7 +88,9 @@ def displacements(moves: Array, shape: tuple[int, ...], orders: int) -> NDArray[
     crossed = np.arange(shape[0])
     crossed = np.where(np.arange(DIRECTIONS)[:, None] < DIRECTIONS // 2, crossed[::-1], crossed)
     start = (0.5 + np.arange(orders * DIRECTIONS).reshape(orders, DIRECTIONS, 1, 1) * EVEN) % 1.0
-    return np.floor(crossed[:, :, None] * moves[:, None] + start).astype(np.int64) % np.array(shape[1:])
+    places = np.floor(crossed[:, :, None] * moves[:, None] + start).astype(np.int64)
+    result: NDArray[np.int64] = places % np.array(shape[1:])
+    return result
 
 
 @kernel()

@@ -47,6 +47,7 @@ class SourceLight:
     """
 
     tier: ClassVar[str] = "source"
+    cost: ClassVar[float] = 10.0
 
     def __init__(self, inputs: LightInputs) -> None:
         self._inputs = inputs
@@ -75,11 +76,18 @@ class SourceLight:
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
+        return self._stated(self.tier)
+
+    def errors_of_columns(self) -> list[float]:
+        """Return the same of independent columns."""
+        return self._stated("columns")
+
+    def _stated(self, tier: str) -> list[float]:
         inputs = self._inputs
         weights = np.maximum(inputs.weights_cm1, 0.0)
         middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
         sunlit = inputs.sun_zenith_deg.size > 0
-        return stated_errors(self.tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle)
+        return stated_errors(tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle, inputs.point_m)
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
@@ -93,6 +101,7 @@ class SlantLight(SourceLight):
     """The tier ``slant``."""
 
     tier: ClassVar[str] = "slant"
+    cost: ClassVar[float] = 1.0
 
 
 class InstantLight:
