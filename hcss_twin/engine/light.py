@@ -39,8 +39,8 @@ class LightStage:
         self._pixels, self._layer = pixels, layer
         self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
         self._instant: tuple[float, Sun | None, InstantLight] | None = None
-        # Clouds, amount and change of squares, and those of the frame before under the same sun.
-        self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
+        # Clouds, amount, share and change of squares, and those of the frame before under the same sun.
+        self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array, Array]] = OrderedDict()
         self._before = self._squares
 
     def fill(
@@ -64,15 +64,16 @@ class LightStage:
                 low, high = max(start, wanted.start), min(start + side, wanted.stop)
                 inner.append(slice((low - start) * samples, (high - start) * samples))
                 outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-            _, amount, change = self._squares[row, column]
-            values = self._looked_up(look_up, amount[*inner], radiance.shape[0]) + change[:, *inner]
+            _, amount, share, change = self._squares[row, column]
+            values = self._looked_up(look_up, amount[*inner], radiance.shape[0])
+            values = values * share[:, *inner] + change[:, *inner]
             for band, own in zip(radiance, np.maximum(values, 0.0), strict=True):
                 band[*outer] = own if samples == 1 else pixel_sums(own, samples) / samples**2
 
     def _square(
-        self, first: tuple[int, int], clouds: Any, before: tuple[Array, Array, Array] | None
-    ) -> tuple[Array, Array, Array]:
-        """Return clouds around a square, and the amount (y, x) and change of radiance (B, y, x) of its points."""
+        self, first: tuple[int, int], clouds: Any, before: tuple[Array, Array, Array, Array] | None
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return clouds around a square, and amount (y, x), share and change of radiance (B, y, x) of its points."""
         assert self._instant is not None
         samples, side = self._plan.samples_per_pixel, self._pixels
         wide = [
@@ -82,14 +83,15 @@ class LightStage:
         (thickness,) = clouds.thickness_m((wide[0], wide[1]))
         if before is not None and np.array_equal(before[0], thickness):
             return before
-        amount, change = self._instant[2].correct(np.ascontiguousarray(thickness))
+        amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
         shape = tuple(length(each) * samples for each in wide)
-        for given, expected in ((amount, shape), (change, (len(self._plan.bands), *shape))):
+        of_bands = (len(self._plan.bands), *shape)
+        for given, expected in ((amount, shape), (share, of_bands), (change, of_bands)):
             if given.shape != expected or not np.all(np.isfinite(given)):
                 label = f"light '{self._name}': correct() broke its contract"
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
-        return thickness.copy(), amount[*own].copy(), change[:, *own].copy()
+        return thickness.copy(), amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
 
     def _looked_up(self, look_up: LookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""

@@ -69,12 +69,13 @@ class LightInputs:
 class InstantLight(Protocol):
     """Light at one instant."""
 
-    def correct(self, thickness_m: NDArray[np.float32]) -> tuple[Array, Array]:
+    def correct(self, thickness_m: NDArray[np.float32]) -> tuple[Array, Array, Array]:
         """Return how the radiance of points differs from that of their columns.
 
         From the cloud (y, x) of points and of those within ``reach`` around them, rows to the north and columns to the
         east: the thickness (y, x) at which the tables are read, m, 0 to the layer's greatest (below its least they are
-        linear), and the radiance (B, y, x) to add, W m-2 sr-1. Values of the points around are not used.
+        linear), the share (B, y, x) of their radiance that counts, and the radiance (B, y, x) to add, W m-2 sr-1.
+        Values of the points around are not used.
         """
         ...
 

@@ -42,16 +42,17 @@ def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
     tables = tables_of(plan)
     instant = tier(light_inputs(plan, tables.spectrum.nodes)).at(plan.sun_at(0.0))
     for thickness in (10.0, 87.0, 400.0):
-        amount, change = instant.correct(np.full((3, 4), thickness, np.float32))
+        amount, share, change = instant.correct(np.full((3, 4), thickness, np.float32))
         np.testing.assert_allclose(amount, thickness, rtol=1e-5)
         assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
+        np.testing.assert_allclose(share, 1.0, atol=5e-3)
 
 
 def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
     plan = make_plan(scene("columns", view={"zenith": 0.0}))
     tables = tables_of(plan)
     thickness = np.random.default_rng(2).uniform(10.0, 400.0, (6, 5)).astype(np.float32)
-    amount, change = SlantLight(light_inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
+    amount, _, change = SlantLight(light_inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
     np.testing.assert_allclose(amount, thickness, rtol=1e-5)
     assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
 

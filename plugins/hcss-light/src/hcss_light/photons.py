@@ -89,10 +89,9 @@ class InstantPhotons:
         self, inputs: LightInputs, slices: Slices, reach: tuple[tuple[int, int], ...], sun: Sun | None, photons: int
     ) -> None:
         self._inputs, self._slices, self._reach, self._sun, self._photons = inputs, slices, reach, sun, photons
-        self._clear = inputs.weights_cm1 @ inputs.clear(sun)
 
-    def correct(self, thickness_m: Field) -> tuple[Array, Array]:
-        """Return no cloud (y, x), and what Monte Carlo radiance (B, y, x) has more than that of clear sky.
+    def correct(self, thickness_m: Field) -> tuple[Array, Array, Array]:
+        """Return no cloud (y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x).
 
         Photons are drawn by the clouds, so that a square has the same bits wherever it is computed.
         """
@@ -100,8 +99,8 @@ class InstantPhotons:
         rows, columns = (slice(low, -high) for low, high in self._reach)
         inside[rows, columns] = True
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:3])
-        change = np.zeros((self._clear.size, *thickness_m.shape))
+        seen = np.zeros((self._inputs.weights_cm1.shape[0], *thickness_m.shape))
         points = np.argwhere(inside).astype(np.float64)
         mean, _ = reference_radiance(self._inputs, self._slices, thickness_m, points, self._sun, self._photons, seed)
-        change[:, inside] = (mean - self._clear).T
-        return np.zeros(thickness_m.shape), change
+        seen[:, inside] = mean.T
+        return np.zeros(thickness_m.shape), np.zeros_like(seen), seen
