@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -86,7 +86,7 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
         raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
 
 
-def _cheapest(plan: Plan, offered: dict[str, tuple[object, Any]]) -> tuple[PlannedLight, Sequence[float]] | None:
+def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]]) -> tuple[PlannedLight, Sequence[float]] | None:
     """Return the cheapest light, and its errors, that is accurate enough; None if independent columns are."""
     allowed = plan.scenario.radiance.light_accuracy or math.inf
     try:

@@ -4,9 +4,12 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 from hcss_light.command import reference
+from hcss_light.comparison import write_to_cube
 from hcss_light.transport import SlantLight, SourceLight
+from hcss_light.voxels import LightError
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.errors import ScenarioError
@@ -100,18 +103,26 @@ def test_a_profile_without_light_is_refused():
         make_plan(scene("columns", radiance={"light_profile": "adiabatic"}))
 
 
-def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns(tmp_path):
+def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_writes_it_into_the_cube(tmp_path):
     given = scene(view={"zenith": 60.0}, clouds={"type": "cumulus", "coverage": 0.45})
-    file, result = tmp_path / "scene.json", tmp_path / "result.json"
+    file, result, cube = (tmp_path / name for name in ("scene.json", "result.json", "cube.nc"))
     file.write_text(given.to_json(), encoding="utf-8")
+    simulate(given).to_netcdf(cube)
     run = CliRunner().invoke(
-        reference, [str(file), "--pixels", "6", "--photons", "1000", "--json", str(result)], catch_exceptions=False
-    )  # fmt: skip
+        reference,
+        [str(file), "--pixels", "6", "--photons", "1000", "--json", str(result), "--cube", str(cube)],
+        catch_exceptions=False,
+    )
     assert run.exit_code == 0, run.output
     (band,) = json.loads(result.read_text())["bands"]
-    cube, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
-    assert cube < 0.015
-    assert cube < 0.3 * columns
+    own, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
+    assert own < 0.015
+    assert own < 0.3 * columns
+    with xr.open_dataset(cube) as written:
+        stated = json.loads(written.attrs["hcss_monte_carlo"])
+    assert stated["bands"][band["name"]] == {"bias": band["errors"]["cube"]["bias"], "rms": own, "noise": band["noise"]}
+    with pytest.raises(LightError, match="another scenario"):
+        write_to_cube(cube, scene(), json.loads(result.read_text()))
 
 
 def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -100,6 +101,30 @@ def compare(
             }
         )
     return {"pixels": places, "frame": frame, "photons": photons, "light": light, "bands": result}
+
+
+def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> None:
+    """Write a comparison next to the certificate of a cube, as its attribute ``hcss_monte_carlo``.
+
+    Bias, rms, and the noise of the mean apart from them, each relative to the mean radiance of the pixels.
+
+    Raises
+    ------
+    LightError
+        If the cube is not one of the scenario.
+    """
+    from netCDF4 import Dataset
+
+    bands = {
+        band["name"]: {**{each: band["errors"]["cube"][each] for each in ("bias", "rms")}, "noise": band["noise"]}
+        for band in result["bands"]
+    }
+    checked = {each: result[each] for each in ("light", "frame", "photons")} | {"pixels": len(result["pixels"])}
+    with Dataset(path, "a") as cube:
+        own = getattr(cube, "hcss_scenario", None)
+        if own is None or json.loads(own) != json.loads(scenario.to_json()):
+            raise LightError(f"--cube: {path} has another scenario; allowed: a cube of the scenario that is compared")
+        cube.hcss_monte_carlo = json.dumps(checked | {"bands": bands})
 
 
 def _with_light(scenario: Scenario, light: str) -> Scenario:
