@@ -85,8 +85,8 @@ class LightStage:
             return before
         amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
         shape = tuple(length(each) * samples for each in wide)
-        of_bands = (len(self._plan.bands), *shape)
-        for given, expected in ((amount, shape), (share, of_bands), (change, of_bands)):
+        bands = (len(self._plan.bands),)
+        for given, expected in ((amount, shape), (share, bands + shape), (change, bands + shape)):
             if given.shape != expected or not np.all(np.isfinite(given)):
                 label = f"light '{self._name}': correct() broke its contract"
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")

@@ -40,17 +40,18 @@ def with_light(plan: Plan) -> Plan:
     section, name = plan.scenario.radiance, plan.scenario.radiance.light
     offered = {each.name: (origin, each) for origin, each in installed(GROUP) if not isinstance(each, BaseException)}
     unsupported, cloudy = list(_unsupported(plan)), plan.needs_radiance and plan.assembly.has_cloud
-    chosen: tuple[PlannedLight, Sequence[float]] | None = None
+    errors: dict[str, float] = {}
     if name == AUTO:
         name = COLUMNS
         if section.light_accuracy is not None and offered and cloudy and not unsupported:
-            chosen = _cheapest(plan, offered)
-            name = COLUMNS if chosen is None else chosen[0].name
+            name, errors = _cheapest(plan, offered, section.light_accuracy)
     if name == COLUMNS:
         if section.light_profile != "uniform":
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
-        return replace(plan, notes=(*plan.notes, *_notes_of_columns(plan, section.light_accuracy)))
+        within = [f"independent columns are within radiance.light_accuracy: {_percent(errors)}"]
+        notes = within if errors else _notes_of_columns(plan, section.light_accuracy)
+        return replace(plan, notes=(*plan.notes, *notes))
     if name not in offered:
         hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
         message = f"'{name}' is not installed{hint}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
@@ -60,11 +61,8 @@ def with_light(plan: Plan) -> Plan:
         raise ScenarioError([Problem(field, f"{what} {message} {allowed}") for field, what, allowed in unsupported])
     if not cloudy:
         return plan
-    if chosen is None:
-        light, transport = _loaded(plan, name, *offered[name])
-        chosen = light, transport.expected_errors()
-    light, errors = chosen
-    expected = {band.name: float(each) for band, each in zip(plan.bands, errors, strict=True)}
+    light, transport = _loaded(plan, name, *offered[name])
+    expected = _of_bands(plan, transport.expected_errors())
     light, notes = replace(light, expected_rms=expected), []
     beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
     if beyond:
@@ -86,28 +84,27 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
         raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
 
 
-def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]]) -> tuple[PlannedLight, Sequence[float]] | None:
-    """Return the cheapest light, and its errors, that is accurate enough; None if independent columns are."""
-    allowed = plan.scenario.radiance.light_accuracy or math.inf
-    try:
-        costs = {name: float(entry.load().cost) for name, (_, entry) in offered.items()}
-    except FAILURES as error:
-        raise ProviderError(f"{_FIELD}: {describe(error)}") from error
-    stated: list[tuple[PlannedLight, Sequence[float]]] = []
-    for name in sorted(costs, key=lambda name: costs[name]):
-        if math.isfinite(costs[name]):
-            light, transport = _loaded(plan, name, *offered[name])
-            if max(transport.errors_of_columns(), default=0.0) <= allowed:
-                return None
-            stated.append((light, transport.expected_errors()))
-            if max(stated[-1][1]) <= allowed:
-                return stated[-1]
-    best, errors = min(stated, key=lambda own: max(own[1]))
-    message = (
-        f"{allowed:g} is less than the error of any light in this scene; allowed: at least {max(errors):.2g}, that of"
-    )
-    hint = f"'{best.name}', or {_FIELD}, which selects one whatever its error"
-    raise ScenarioError([Problem("radiance.light_accuracy", f"{message} {hint}")])
+def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]], allowed: float) -> tuple[str, dict[str, float]]:
+    """Return the cheapest light that is accurate enough, or columns, and the errors of its bands."""
+    stated: dict[str, dict[str, float]] = {}
+    costs = {name: getattr(entry.load(), "cost", math.inf) for name, (_, entry) in offered.items()}
+    for name in sorted((name for name in costs if costs[name] < math.inf), key=lambda name: costs[name]):
+        _, transport = _loaded(plan, name, *offered[name])
+        stated.setdefault(COLUMNS, _of_bands(plan, transport.errors_of_columns()))
+        stated[name] = _of_bands(plan, transport.expected_errors())
+    if not stated:
+        return COLUMNS, {}
+    largest = {name: max(errors.values()) for name, errors in stated.items()}
+    if fine := [name for name in stated if largest[name] <= allowed]:
+        return fine[0], stated[fine[0]]
+    best = min(largest, key=lambda name: largest[name])
+    message = f"{allowed:g} is less than the error of any light in this scene; allowed: at least {largest[best]:.2g}"
+    hint = f"that of '{best}', or {_FIELD}, which selects one whatever its error"
+    raise ScenarioError([Problem("radiance.light_accuracy", f"{message}, {hint}")])
+
+
+def _of_bands(plan: Plan, errors: Sequence[float]) -> dict[str, float]:
+    return {band.name: float(each) for band, each in zip(plan.bands, errors, strict=True)}
 
 
 def _percent(errors: dict[str, float]) -> str:

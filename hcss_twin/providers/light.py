@@ -38,10 +38,8 @@ class LightInputs:
         Altitude at which the line of sight of a pixel meets the column of cloud that has its row and column.
     point_m : float
         Distance between columns.
-    points : int
-        Columns of all frames.
-    accuracy : float or None
-        Relative error that the scene allows for the light.
+    points, accuracy : int, float or None
+        Columns of all frames, and the relative error that the scene allows.
     wavenumber_cm1, weights_cm1 : ndarray (V,), (B, V)
         Weighted wavenumbers of the radiance tables.
     clear : callable
@@ -81,14 +79,9 @@ class InstantLight(Protocol):
 
 
 class LightTransport(Protocol):
-    """Light in broken clouds.
+    """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them.
 
-    Attributes
-    ----------
-    reach : tuple
-        Rows, and columns, of points before and after others that matter to them.
-    cost : float
-        Time for each pixel relative to other transports; infinite: chosen by name only.
+    ``cost``: time for each pixel relative to other transports; infinite: the plan does not choose it.
     """
 
     reach: tuple[tuple[int, int], tuple[int, int]]

@@ -156,6 +156,8 @@ def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenit
     assert ("columns" if plan.light is None else plan.light.name) == chosen
     if plan.light is not None:
         assert max(plan.light.expected_rms.values()) <= allowed
+    else:
+        assert any("columns are within radiance.light_accuracy" in note for note in plan.notes)
 
 
 def test_an_accuracy_that_no_light_has_is_refused_with_the_best():
