@@ -21,7 +21,7 @@ Field = NDArray[np.float32]
 Shape = Literal["uniform", "adiabatic"]
 
 LEAST_SLICES, MOST_SLICES = 16, 512
-HIGHEST_SLICE_OPTICAL_THICKNESS = 2.0
+HIGHEST_SLICE_OPTICAL_THICKNESS = 1.0
 """Vertical optical thickness of the thickest slice: the source is constant within it."""
 
 OPAQUE = 1e-9

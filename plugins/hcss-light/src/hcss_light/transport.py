@@ -24,9 +24,6 @@ from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
-IN_SUNLIGHT = 2.0
-"""Slices by day are thinner by this factor: sunlight varies more within them than emission does."""
-
 NODES_PER_SLICE = 4
 FAINT = 1e-3
 """Share of sunlight in the radiance of uniform cloud below which it counts as none."""
@@ -64,7 +61,7 @@ class SourceLight:
         zenith, azimuth = inputs.sun_zenith_deg[shone], inputs.sun_azimuth_deg[shone]
         cloud = inputs.optics.single_scattering(layer.microphysics, inputs.wavenumber_cm1)
         thickest = float(np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2)))
-        optical = thickest * layer.thickness_max_m * (IN_SUNLIGHT if zenith.size else 1.0)
+        optical = thickest * layer.thickness_max_m
         steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
         self.slices = slices_of(
             layer.base_m, layer.top_m, layer.anchor, inputs.point_m, steepest, optical
