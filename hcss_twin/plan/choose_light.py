@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -25,53 +26,85 @@ from hcss_twin.providers.light import LightInputs, LightTransport
 GROUP = "hcss_twin.light"
 """Entry point group of classes of light transport; the name of an entry point is the value of ``radiance.light``."""
 
-COLUMNS, _FIELD = "columns", "radiance.light"
+AUTO, COLUMNS, _FIELD = "auto", "columns", "radiance.light"
 
 
 def with_light(plan: Plan) -> Plan:
-    """Return a plan with the light between columns that its scenario selects.
+    """Return a plan with the light between columns that its scenario selects, or the cheapest that is accurate enough.
 
     Raises
     ------
     ScenarioError
-        If no installed package has it, or it cannot compute the scene.
+        If no installed package has it, it cannot compute the scene, or none is as accurate as the scene requires.
     """
     section, name = plan.scenario.radiance, plan.scenario.radiance.light
+    offered = {each.name: (origin, each) for origin, each in installed(GROUP) if not isinstance(each, BaseException)}
+    unsupported, cloudy = list(_unsupported(plan)), plan.needs_radiance and plan.assembly.has_cloud
+    errors: dict[str, float] = {}
+    if name == AUTO:
+        name = COLUMNS
+        if section.light_accuracy is not None and offered and cloudy and not unsupported:
+            name, errors = _cheapest(plan, offered, section.light_accuracy)
     if name == COLUMNS:
         if section.light_profile != "uniform":
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
-        return replace(plan, notes=(*plan.notes, *_notes_of_columns(plan, section.light_accuracy)))
-    offered = {each.name: (origin, each) for origin, each in installed(GROUP) if not isinstance(each, BaseException)}
+        within = [f"independent columns are within radiance.light_accuracy: {_percent(errors)}"]
+        notes = within if errors else _notes_of_columns(plan, section.light_accuracy)
+        return replace(plan, notes=(*plan.notes, *notes))
     if name not in offered:
         hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
-        message = f"'{name}' is not installed{hint}; {choose_from(name, [COLUMNS, *offered])}"
+        message = f"'{name}' is not installed{hint}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
         raise ScenarioError([Problem(_FIELD, message)])
-    if problems := [
-        Problem(field, f"{what} cannot be computed with {_FIELD} = '{name}'; allowed: {allowed}")
-        for field, what, allowed in _unsupported(plan)
-    ]:
-        raise ScenarioError(problems)
-    if not (plan.needs_radiance and plan.assembly.has_cloud):
+    if unsupported:
+        message = f"cannot be computed with {_FIELD} = '{name}'; allowed:"
+        raise ScenarioError([Problem(field, f"{what} {message} {allowed}") for field, what, allowed in unsupported])
+    if not cloudy:
         return plan
-    origin, entry = offered[name]
-    try:
-        light = PlannedLight(name, str(origin), entry.load())
-        transport: LightTransport = light.transport(light_inputs(plan, all_nodes(plan.spectral_grid)))
-    except HcssError as error:
-        raise ScenarioError([Problem(_FIELD, str(error))]) from error
-    except FAILURES as error:
-        raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
-    expected = {band.name: float(each) for band, each in zip(plan.bands, transport.expected_errors(), strict=True)}
+    light, transport = _loaded(plan, name, *offered[name])
+    expected = _of_bands(plan, transport.expected_errors())
     light, notes = replace(light, expected_rms=expected), []
     beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
     if beyond:
         notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
     notes.append(
-        f"clouds have sides ({_FIELD} = '{name}' of {origin}); expected error of this effect, rms over pixels: "
+        f"clouds have sides ({_FIELD} = '{name}' of {light.provider}); expected error of this effect, rms over pixels: "
         f"{_percent(expected)}. The certificate checks independent columns, to which the effect of sides is added"
     )
     return replace(plan, light=light, notes=(*plan.notes, *notes))
+
+
+def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedLight, LightTransport]:
+    try:
+        light = PlannedLight(name, str(origin), entry.load())
+        return light, light.transport(light_inputs(plan, all_nodes(plan.spectral_grid)))
+    except HcssError as error:
+        raise ScenarioError([Problem(_FIELD, str(error))]) from error
+    except FAILURES as error:
+        raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
+
+
+def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]], allowed: float) -> tuple[str, dict[str, float]]:
+    """Return the cheapest light that is accurate enough, or columns, and the errors of its bands."""
+    stated: dict[str, dict[str, float]] = {}
+    costs = {name: getattr(entry.load(), "cost", math.inf) for name, (_, entry) in offered.items()}
+    for name in sorted((name for name in costs if costs[name] < math.inf), key=lambda name: costs[name]):
+        _, transport = _loaded(plan, name, *offered[name])
+        stated.setdefault(COLUMNS, _of_bands(plan, transport.errors_of_columns()))
+        stated[name] = _of_bands(plan, transport.expected_errors())
+    if not stated:
+        return COLUMNS, {}
+    largest = {name: max(errors.values()) for name, errors in stated.items()}
+    if fine := [name for name in stated if largest[name] <= allowed]:
+        return fine[0], stated[fine[0]]
+    best = min(largest, key=lambda name: largest[name])
+    message = f"{allowed:g} is less than the error of any light in this scene; allowed: at least {largest[best]:.2g}"
+    hint = f"that of '{best}', or {_FIELD}, which selects one whatever its error"
+    raise ScenarioError([Problem("radiance.light_accuracy", f"{message}, {hint}")])
+
+
+def _of_bands(plan: Plan, errors: Sequence[float]) -> dict[str, float]:
+    return {band.name: float(each) for band, each in zip(plan.bands, errors, strict=True)}
 
 
 def _percent(errors: dict[str, float]) -> str:
@@ -112,6 +145,8 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         sun_azimuth_deg=plan.sun_azimuth_deg[up],
         reference_m=reference_height_m(layer),
         point_m=plan.grid.pixel_size_m / plan.samples_per_pixel,
+        points=math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size,
+        accuracy=plan.scenario.radiance.light_accuracy,
         wavenumber_cm1=nodes.wavenumber_cm1,
         weights_cm1=nodes.weights_cm1,
         profile=assembly.profile,

@@ -185,7 +185,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     if imager is not None:
         imager.require_supported(plan)
     light = scenario.radiance
-    if (light.light, light.light_profile, light.light_accuracy) == ("columns", "uniform", None):
+    if light.light in ("auto", "columns") and (light.light_profile, light.light_accuracy) == ("uniform", None):
         return plan
     from hcss_twin.plan.choose_light import with_light  # not for independent columns
 

@@ -38,6 +38,8 @@ class LightInputs:
         Altitude at which the line of sight of a pixel meets the column of cloud that has its row and column.
     point_m : float
         Distance between columns.
+    points, accuracy : int, float or None
+        Columns of all frames, and the relative error that the scene allows.
     wavenumber_cm1, weights_cm1 : ndarray (V,), (B, V)
         Weighted wavenumbers of the radiance tables.
     clear : callable
@@ -51,6 +53,8 @@ class LightInputs:
     sun_azimuth_deg: Array
     reference_m: float
     point_m: float
+    points: int
+    accuracy: float | None
     wavenumber_cm1: Array
     weights_cm1: Array
     profile: Profile
@@ -63,23 +67,32 @@ class LightInputs:
 class InstantLight(Protocol):
     """Light at one instant."""
 
-    def correct(self, thickness_m: NDArray[np.float32]) -> tuple[Array, Array]:
+    def correct(self, thickness_m: NDArray[np.float32]) -> tuple[Array, Array, Array]:
         """Return how the radiance of points differs from that of their columns.
 
         From the cloud (y, x) of points and of those within ``reach`` around them, rows to the north and columns to the
         east: the thickness (y, x) at which the tables are read, m, 0 to the layer's greatest (below its least they are
-        linear), and the radiance (B, y, x) to add, W m-2 sr-1. Values of the points around are not used.
+        linear), the share (B, y, x) of their radiance that counts, and the radiance (B, y, x) to add, W m-2 sr-1.
+        Values of the points around are not used.
         """
         ...
 
 
 class LightTransport(Protocol):
-    """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them."""
+    """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them.
+
+    ``cost``: time for each pixel relative to other transports; infinite: the plan does not choose it.
+    """
 
     reach: tuple[tuple[int, int], tuple[int, int]]
+    cost: float
 
     def expected_errors(self) -> Sequence[float]:
         """Return the error (B,) to expect, rms over pixels relative to the mean radiance."""
+        ...
+
+    def errors_of_columns(self) -> Sequence[float]:
+        """Return the error (B,) to expect of independent columns."""
         ...
 
     def at(self, sun: Sun | None) -> InstantLight:

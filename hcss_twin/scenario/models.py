@@ -147,18 +147,19 @@ class Radiance(ScenarioSection):
     model: str = Field("physical", description="Radiance model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
     light: str = Field(
-        "columns",
+        "auto",
         pattern="^[a-z][a-z0-9-]*$",
         max_length=40,
         description='Sides of clouds: "columns": none; with the plugin hcss-light "slant": slanted rays; "source": '
-        "light scattered many times in broken cloud, too.",
+        'light scattered many times in broken cloud, too; "reference": Monte Carlo of small images; "auto": the '
+        "cheapest that is expected to be within `light_accuracy`, columns without it.",
     )
     light_profile: Literal["uniform", "adiabatic"] = Field(
         "uniform",
         description='Extinction in a cloud for `light`; "adiabatic": as the power 2/3 of the height above its base.',
     )
     light_accuracy: Fraction | None = Field(
-        None, gt=0, le=1, description="Error of `light` (rms over pixels, relative) above which the plan notes it."
+        None, gt=0, le=1, description="Error of `light` to choose it by, or to note (rms over pixels, relative)."
     )
 
 

@@ -4,9 +4,12 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 from hcss_light.command import reference
+from hcss_light.comparison import write_to_cube
 from hcss_light.transport import SlantLight, SourceLight
+from hcss_light.voxels import LightError
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.errors import ScenarioError
@@ -42,16 +45,17 @@ def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
     tables = tables_of(plan)
     instant = tier(light_inputs(plan, tables.spectrum.nodes)).at(plan.sun_at(0.0))
     for thickness in (10.0, 87.0, 400.0):
-        amount, change = instant.correct(np.full((3, 4), thickness, np.float32))
+        amount, share, change = instant.correct(np.full((3, 4), thickness, np.float32))
         np.testing.assert_allclose(amount, thickness, rtol=1e-5)
         assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
+        np.testing.assert_allclose(share, 1.0, atol=5e-3)
 
 
 def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
     plan = make_plan(scene("columns", view={"zenith": 0.0}))
     tables = tables_of(plan)
     thickness = np.random.default_rng(2).uniform(10.0, 400.0, (6, 5)).astype(np.float32)
-    amount, change = SlantLight(light_inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
+    amount, _, change = SlantLight(light_inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
     np.testing.assert_allclose(amount, thickness, rtol=1e-5)
     assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
 
@@ -99,24 +103,32 @@ def test_a_profile_without_light_is_refused():
         make_plan(scene("columns", radiance={"light_profile": "adiabatic"}))
 
 
-def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns(tmp_path):
+def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_writes_it_into_the_cube(tmp_path):
     given = scene(view={"zenith": 60.0}, clouds={"type": "cumulus", "coverage": 0.45})
-    file, result = tmp_path / "scene.json", tmp_path / "result.json"
+    file, result, cube = (tmp_path / name for name in ("scene.json", "result.json", "cube.nc"))
     file.write_text(given.to_json(), encoding="utf-8")
+    simulate(given).to_netcdf(cube)
     run = CliRunner().invoke(
-        reference, [str(file), "--pixels", "6", "--photons", "1000", "--json", str(result)], catch_exceptions=False
-    )  # fmt: skip
+        reference,
+        [str(file), "--pixels", "6", "--photons", "1000", "--json", str(result), "--cube", str(cube)],
+        catch_exceptions=False,
+    )
     assert run.exit_code == 0, run.output
     (band,) = json.loads(result.read_text())["bands"]
-    cube, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
-    assert cube < 0.015
-    assert cube < 0.3 * columns
+    own, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
+    assert own < 0.015
+    assert own < 0.3 * columns
+    with xr.open_dataset(cube) as written:
+        stated = json.loads(written.attrs["hcss_monte_carlo"])
+    assert stated["bands"][band["name"]] == {"bias": band["errors"]["cube"]["bias"], "rms": own, "noise": band["noise"]}
+    with pytest.raises(LightError, match="another scenario"):
+        write_to_cube(cube, scene(), json.loads(result.read_text()))
 
 
 def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
     cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "view": {"zenith": 60.0}}
     for allowed, noted in ((0.01, True), (0.9, False)):
-        plan = make_plan(scene(**cumulus, radiance={"light_accuracy": allowed}))
+        plan = make_plan(scene(**cumulus, radiance={"light": "columns", "light_accuracy": allowed}))
         assert any("radiance.light_accuracy" in note for note in plan.notes) == noted
 
 
@@ -126,3 +138,49 @@ def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
     names = {each.name: each.relative for each in cloudy}
     assert "plane-parallel clouds" not in names
     assert 0.0 < names["clouds with sides"] < 0.03
+
+
+@pytest.mark.parametrize(
+    ("band", "zenith", "time", "allowed", "chosen"),
+    [
+        ([10.5, 11.0], 0.0, NIGHT, 0.01, "columns"),
+        ([10.5, 11.0], 60.0, NIGHT, 0.01, "slant"),
+        ([3.6, 3.8], 0.0, NIGHT, 0.02, "source"),
+        ([3.6, 3.8], 60.0, DAY, 0.08, "source"),
+    ],
+)
+def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenith, time, allowed, chosen):
+    """Cumulus: as the table of errors against Monte Carlo says."""
+    cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "bands": [band], "view": {"zenith": zenith}}
+    plan = make_plan(scene(**cumulus, time=time, radiance={"light_accuracy": allowed}))
+    assert ("columns" if plan.light is None else plan.light.name) == chosen
+    if plan.light is not None:
+        assert max(plan.light.expected_rms.values()) <= allowed
+    else:
+        assert any("columns are within radiance.light_accuracy" in note for note in plan.notes)
+
+
+def test_an_accuracy_that_no_light_has_is_refused_with_the_best():
+    with pytest.raises(ScenarioError, match=r"light_accuracy.*allowed: at least .* that of 'source'"):
+        make_plan(scene(bands=[[3.6, 3.8]], clouds={"type": "cumulus"}, radiance={"light_accuracy": 0.001}))
+
+
+def test_scenes_without_an_accuracy_stay_columns():
+    assert make_plan(scene(radiance={})).light is None
+    assert scene(radiance={}).radiance.light == "auto"
+
+
+def test_monte_carlo_as_a_tier_agrees_with_source_within_its_noise():
+    """Thermal light in stratocumulus at 50 deg, where source errs by less than .1 %."""
+    image = {"rows": 6, "columns": 5, "pixel_size": 100.0}
+    cubes = [simulate(scene(light, image=image)) for light in ("reference", "source")]
+    noise = json.loads(cubes[0].attrs["hcss_light"])["expected_rms"]
+    assert 1e-4 < max(noise.values()) <= 0.01
+    ratio = cubes[0].radiance.values / cubes[1].radiance.values
+    assert abs(ratio.mean() - 1.0) < 0.005
+    assert ratio.std() < 0.005 + max(noise.values())
+
+
+def test_monte_carlo_of_large_images_is_refused():
+    with pytest.raises(ScenarioError, match="allowed: 4096"):
+        make_plan(scene("reference", image={"rows": 65, "columns": 64, "pixel_size": 100.0}))

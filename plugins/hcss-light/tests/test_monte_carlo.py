@@ -116,6 +116,24 @@ def test_a_step_cloud_reflects_as_published(albedo, sun, view, azimuth, publishe
     assert error < 0.015 * published
 
 
+def test_a_step_cloud_seen_within_3_deg_of_nadir_has_the_published_nadir_radiance():
+    """The consensus for nadir is that of a cone: single cells at the step say so (README), and the mean follows."""
+    draws = []
+    for number in range(40):
+        zenith = np.degrees(np.arcsin(np.sqrt((number + 0.5) / 40.0) * np.sin(np.radians(3.0))))
+        found = radiance(
+            step_cloud(1.0), henyey_greenstein(0.85), view_zenith_deg=zenith, view_azimuth_deg=222.49 * number,
+            sun=Sunlight(0.0, 180.0, 1.0), photons=150, seed=number,
+        )  # fmt: skip
+        draws.append(mean_of(found))
+    mean, error = (
+        np.pi * np.mean([each for each, _ in draws]),
+        np.pi * np.sqrt(np.sum(np.square(draws), axis=0)[1]) / 40.0,
+    )
+    assert abs(mean - 0.25640) < 3e-3 * 0.25640 + 3.0 * error
+    assert error < 0.01 * 0.25640
+
+
 def test_angles_are_drawn_from_the_table():
     """The mean cosine of Henyey and Greenstein's function is its asymmetry: once scattered light in a thin layer."""
     for asymmetry in (-0.5, 0.0, 0.85, 0.98):

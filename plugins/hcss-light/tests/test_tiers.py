@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from hcss_light.monte_carlo import radiance
+from hcss_light.orders import DIRECTIONS, coupling, exchange, mix
 from hcss_light.slices import MOST_SLICES, Slices, slices_of
-from hcss_light.source import Direction, Particles, Surroundings, absorbed_radiance, exchange, sourced_radiance
+from hcss_light.source import Direction, Particles, Surroundings, absorbed_radiance, sourced_radiance
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_light.voxels import LightError, Voxels, henyey_greenstein
 
@@ -93,6 +94,28 @@ def test_sums_of_exponentials_reproduce_the_columns_that_they_are_fitted_to():
     weights = fitted_weights(integrals.T, radiances)
     assert np.all(weights >= 0.0)
     np.testing.assert_allclose(integrals @ weights, radiances, rtol=0.05, atol=0.05 * radiances.max())
+
+
+@pytest.mark.parametrize("view", [0.0, 60.0])
+def test_thinner_slices_do_not_change_the_mean_of_sunlit_broken_cloud(view):
+    """Light mixed between neighbours in each slice made thin slices brighter by 5 to 16 %."""
+    draw = np.random.default_rng(0)
+    thickness = np.kron(draw.choice([0.0, 100.0, 200.0, 300.0, 400.0], (10, 10)), np.ones((3, 3))).astype(np.float32)
+    particles = Particles(0.06, 0.93, np.array([1.0, 0.81]))
+    means = []
+    for count in (16, 64):
+        slices = Slices(600.0, 1000.0, count, "base", 100.0)
+        arguments = particles, light(slices, sunlight=1.0), Direction(view, 0.0), Direction(37.0, 260.0), 600.0
+        means.append(sourced_radiance(slices, slices.density(thickness), *arguments)[1].mean())
+    assert means[0] == pytest.approx(means[1], rel=0.02)
+
+
+@pytest.mark.parametrize(("asymmetry", "albedo"), [(0.45, 1.0), (-0.3, 0.7)])
+def test_harmonics_of_azimuth_exchange_as_much_light_as_the_whole_matrix(asymmetry, albedo):
+    light_in = np.random.default_rng(1).random((DIRECTIONS, 300), dtype=np.float32)
+    scattered = np.empty_like(light_in)
+    mix(light_in, *coupling(albedo * exchange(asymmetry)), scattered)
+    np.testing.assert_allclose(scattered, albedo * exchange(asymmetry) @ light_in, rtol=1e-5)
 
 
 @pytest.mark.parametrize(("zenith", "limit"), [(0.0, 0.003), (60.0, 0.01)])

@@ -76,7 +76,7 @@ EXAMPLES: dict[str, list[Any]] = {
     "bands.0.response": ["response.csv"],
     **{f"atmosphere.gases.{gas}": [1e-6, 1.5, "1 ppm"] for gas in ("CO2", "CH4", "N2O", "CO")},
     "atmosphere.gases.O3": [1e-6, 1.5, "300 DU"],
-    "radiance.light": ["columns"],
+    "radiance.light": ["auto", "columns"],
     "atmosphere.provider": ["band-model", "table"],
     "atmosphere.profile": ["tropical", "profile.csv"],
     "atmosphere.profile_above": ["us-standard-1976"],

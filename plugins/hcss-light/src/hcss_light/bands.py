@@ -19,7 +19,7 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
-SPREAD, MOST_GROUPS = 0.02, 4
+SPREAD, MOST_GROUPS = 0.05, 4
 """Standard deviation of the single-scattering albedo for which one more group is used, and how many at most."""
 
 HEIGHTS = 9

@@ -19,6 +19,11 @@ from hcss_twin.cli.options import force_option, json_file_option, load, require_
 @click.option("--photons", default=20_000, type=click.IntRange(1000), help="For each pixel and band.")
 @click.option("--frame", default=0, type=click.IntRange(0), help="Number of the frame, from 0.")
 @click.option("--seed", default=0, type=click.IntRange(0), help="Of pixels and photons.")
+@click.option(
+    "--cube",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Write the result next to the certificate of this cube of SCENARIO, as its attribute hcss_monte_carlo.",
+)
 @json_file_option
 @force_option
 def reference(
@@ -28,6 +33,7 @@ def reference(
     photons: int,
     frame: int,
     seed: int,
+    cube: Path | None,
     json_file: Path | None,
     force: bool,
 ) -> None:
@@ -36,10 +42,13 @@ def reference(
     The pixels are computed as in the cube, and as independent columns. Monte Carlo knows the same clouds, their
     particles and gas at the weighted wavenumbers of the radiance tables; the sea below emits and does not reflect.
     """
-    from hcss_light.comparison import compare
+    from hcss_light.comparison import compare, write_to_cube
 
     require_writable([json_file], force)
-    result = compare(load(scenario, assignments), pixels, photons, frame, seed)
+    given = load(scenario, assignments)
+    result = compare(given, pixels, photons, frame, seed)
+    if cube is not None:
+        write_to_cube(cube, given, result)
     for band in result["bands"]:
         click.echo(_line(band))
     click.echo(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -53,10 +54,11 @@ def compare(
     transport = SourceLight(inputs)
     time_s = float(plan.frame_times_s[frame])
     sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
-    names = {"cube": scenario.radiance.light, **{name: name for name in tiers}}
+    light = "columns" if plan.light is None else plan.light.name
+    names = {"cube": light, **{name: name for name in tiers}}
     makers = {}
-    for name, light in names.items():
-        own = plan if light == scenario.radiance.light else make_plan(_with_light(scenario, light))
+    for name, each in names.items():
+        own = plan if each == light else make_plan(_with_light(scenario, each))
         makers[name] = PartMaker(own, tables)
     draw = np.random.default_rng([seed, 22])
     cells = draw.choice(
@@ -98,7 +100,31 @@ def compare(
                 "errors": errors,
             }
         )
-    return {"pixels": places, "frame": frame, "photons": photons, "light": scenario.radiance.light, "bands": result}
+    return {"pixels": places, "frame": frame, "photons": photons, "light": light, "bands": result}
+
+
+def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> None:
+    """Write a comparison next to the certificate of a cube, as its attribute ``hcss_monte_carlo``.
+
+    Bias, rms, and the noise of the mean apart from them, each relative to the mean radiance of the pixels.
+
+    Raises
+    ------
+    LightError
+        If the cube is not one of the scenario.
+    """
+    from netCDF4 import Dataset
+
+    bands = {
+        band["name"]: {**{each: band["errors"]["cube"][each] for each in ("bias", "rms")}, "noise": band["noise"]}
+        for band in result["bands"]
+    }
+    checked = {each: result[each] for each in ("light", "frame", "photons")} | {"pixels": len(result["pixels"])}
+    with Dataset(path, "a") as cube:
+        own = getattr(cube, "hcss_scenario", None)
+        if own is None or json.loads(own) != json.loads(scenario.to_json()):
+            raise LightError(f"--cube: {path} has another scenario; allowed: a cube of the scenario that is compared")
+        cube.hcss_monte_carlo = json.dumps(checked | {"bands": bands})
 
 
 def _with_light(scenario: Scenario, light: str) -> Scenario:

@@ -21,8 +21,14 @@ Field = NDArray[np.float32]
 Shape = Literal["uniform", "adiabatic"]
 
 LEAST_SLICES, MOST_SLICES = 16, 512
-HIGHEST_SLICE_OPTICAL_THICKNESS = 2.0
+HIGHEST_SLICE_OPTICAL_THICKNESS = 1.0
 """Vertical optical thickness of the thickest slice: the source is constant within it."""
+
+OPAQUE = 1e-9
+"""Transmittance of cloud behind which nothing is seen."""
+
+RAYS = 2
+"""Rays of sunlight along each side of a column."""
 
 DENSEST = 5.0 / 3.0
 """Extinction at the top of an adiabatic column over its mean."""
@@ -127,10 +133,27 @@ def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, resu
 
 
 @inner()
-def place(shift: float, size: int) -> Any:
-    """Return the whole part of a shift, within 0 to size - 1, and the rest."""
-    whole = int(np.floor(shift))
-    return whole % size, shift - whole
+def corners(shifts: Any, s: int, rows: int, columns: int) -> Any:
+    """Return row and column of a slice that the first ray meets, and the weights of the four points around it."""
+    down, right = shifts[s, 0] - np.floor(shifts[s, 0]), shifts[s, 1] - np.floor(shifts[s, 1])
+    row, column = int(np.floor(shifts[s, 0])) % rows, int(np.floor(shifts[s, 1])) % columns
+    return row, column, (1.0 - down) * (1.0 - right), (1.0 - down) * right, down * (1.0 - right), down * right
+
+
+@inner()
+def mixed(density: Any, values: Any, s: int, y: int, x: int, ray: Any) -> Any:
+    """Return the density of a slice where a ray meets it, and the mean of values there, weighted by the density."""
+    row, column, w00, w01, w10, w11 = ray
+    y0 = y + row if y + row < density.shape[1] else y + row - density.shape[1]
+    x0 = x + column if x + column < density.shape[2] else x + column - density.shape[2]
+    y1, x1 = y0 + 1 if y0 + 1 < density.shape[1] else 0, x0 + 1 if x0 + 1 < density.shape[2] else 0
+    a, b = w00 * density[s, y0, x0], w01 * density[s, y0, x1]
+    c, d = w10 * density[s, y1, x0], w11 * density[s, y1, x1]
+    here = a + b + c + d
+    if here <= 0.0 or values.shape[0] == 0:
+        return here, 0.0
+    both = a * values[s, y0, x0] + b * values[s, y0, x1] + c * values[s, y1, x0] + d * values[s, y1, x1]
+    return here, both / here
 
 
 @kernel()
@@ -156,36 +179,21 @@ def march(
         Path in cloud times cosine, m, and radiance.
     """
     count, rows, columns = density.shape
-    has_source = source.shape[0] > 0
     open_sky = np.ones((rows, columns))
     amount[:] = 0.0
     radiance[:] = 0.0
     for s in range(count - 1, -1, -1):
-        row, down = place(shifts[s, 0], rows)
-        column, right = place(shifts[s, 1], columns)
-        w00, w01 = (1.0 - down) * (1.0 - right), (1.0 - down) * right
-        w10, w11 = down * (1.0 - right), down * right
+        ray = corners(shifts, s, rows, columns)
         for y in range(rows):
-            y0 = (y + row) % rows
-            y1 = (y0 + 1) % rows
             for x in range(columns):
-                x0 = x + column
-                if x0 >= columns:
-                    x0 -= columns
-                x1 = x0 + 1 if x0 + 1 < columns else 0
-                a, b = w00 * density[s, y0, x0], w01 * density[s, y0, x1]
-                c, d = w10 * density[s, y1, x0], w11 * density[s, y1, x1]
-                here = a + b + c + d
+                here, own = mixed(density, source, s, y, x, ray)
                 if here <= 0.0:
                     continue
-                own = of_height[s]
-                if has_source:
-                    own += (
-                        a * source[s, y0, x0] + b * source[s, y0, x1] + c * source[s, y1, x0] + d * source[s, y1, x1]
-                    ) / here
-                kept = np.exp(-extinction * here * slice_m / cosine)
                 amount[y, x] += here * slice_m
-                radiance[y, x] += open_sky[y, x] * (1.0 - kept) * own
+                if open_sky[y, x] < OPAQUE:
+                    continue
+                kept = np.exp(-extinction * here * slice_m / cosine)
+                radiance[y, x] += open_sky[y, x] * (1.0 - kept) * (of_height[s] + own)
                 open_sky[y, x] *= kept
     for y in range(rows):
         for x in range(columns):
@@ -198,41 +206,33 @@ def direct_sunlight(
 ) -> None:
     """Write the mean direct transmission (Z, y, x) of sunlight in each voxel, or its negative logarithm.
 
-    Transmission is summed along the rays, in a frame that moves with them, so that shadows stay sharp.
+    Rays fall evenly on each column of the lowest slice. Each crosses whole voxels: mixtures of neighbours would let
+    light through between them that neither of them lets through.
     """
     count, rows, columns = density.shape
-    above, entering = np.zeros((rows, columns)), np.empty((rows, columns))
+    passed = np.ones((RAYS * RAYS, rows, columns))
     per = extinction * slice_m / cosine
     for s in range(count - 1, -1, -1):
-        row, down = place(shifts[s, 0], rows)
-        column, right = place(shifts[s, 1], columns)
-        w00, w01 = (1.0 - down) * (1.0 - right), (1.0 - down) * right
-        w10, w11 = down * (1.0 - right), down * right
         for y in range(rows):
-            y0 = (y + row) % rows
-            y1 = (y0 + 1) % rows
             for x in range(columns):
-                x0 = (x + column) % columns
-                x1 = (x0 + 1) % columns
-                entering[y, x] = np.exp(-above[y, x])
-                above[y, x] += per * (
-                    w00 * density[s, y0, x0] + w01 * density[s, y0, x1]
-                    + w10 * density[s, y1, x0] + w11 * density[s, y1, x1]
-                )  # fmt: skip
-        # Back from the frame of the rays to that of the voxels, whose own cloud weakens what enters.
-        for y in range(rows):
-            y1 = (y - row) % rows
-            y0 = (y1 - 1) % rows
-            for x in range(columns):
-                x1 = (x - column) % columns
-                x0 = (x1 - 1) % columns
+                if density[s, y, x] <= 0.0:
+                    sunlight[s, y, x] = 0.0 if as_depth else 1.0
+                    continue
                 depth = per * density[s, y, x]
-                mean = 1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth
-                mean *= (
-                    w00 * entering[y1, x1] + w01 * entering[y1, x0]
-                    + w10 * entering[y0, x1] + w11 * entering[y0, x0]
-                )  # fmt: skip
+                kept, entering = np.exp(-depth), 0.0
+                for ray in range(RAYS * RAYS):
+                    row = (y - whole(shifts[s, 0], ray // RAYS)) % rows
+                    column = (x - whole(shifts[s, 1], ray % RAYS)) % columns
+                    entering += passed[ray, row, column]
+                    passed[ray, row, column] *= kept
+                mean = entering / (RAYS * RAYS) * (1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth)
                 sunlight[s, y, x] = -np.log(max(mean, 1e-300)) if as_depth else mean
+
+
+@inner()
+def whole(shift: float, ray: int) -> int:
+    """Return by how many points a ray is displaced that crosses the lowest slice in a part of its column."""
+    return int(np.floor(shift + (ray + 0.5) / RAYS))
 
 
 @kernel()
@@ -254,25 +254,12 @@ def march_sums(
     passed = np.zeros((rows, columns))
     radiance[:] = 0.0
     for s in range(count - 1, -1, -1):
-        row, down = place(shifts[s, 0], rows)
-        column, right = place(shifts[s, 1], columns)
-        w00, w01 = (1.0 - down) * (1.0 - right), (1.0 - down) * right
-        w10, w11 = down * (1.0 - right), down * right
+        ray = corners(shifts, s, rows, columns)
         for y in range(rows):
-            y0 = (y + row) % rows
-            y1 = (y0 + 1) % rows
             for x in range(columns):
-                x0 = (x + column) % columns
-                x1 = (x0 + 1) % columns
-                a, b = w00 * density[s, y0, x0], w01 * density[s, y0, x1]
-                c, d = w10 * density[s, y1, x0], w11 * density[s, y1, x1]
-                here = a + b + c + d
+                here, to_sun = mixed(density, sun_depth, s, y, x, ray)
                 if here <= 0.0:
                     continue
-                to_sun = (
-                    a * sun_depth[s, y0, x0] + b * sun_depth[s, y0, x1]
-                    + c * sun_depth[s, y1, x0] + d * sun_depth[s, y1, x1]
-                ) / here  # fmt: skip
                 own = extinction * here * slice_m / cosine
                 for n in range(rates.size):
                     reached = sunlight[s] * np.exp(-rates[n] * (passed[y, x] + to_sun))

@@ -19,16 +19,32 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hcss_light.slices import Field, Slices, direct_sunlight, march, place
-from hcss_twin.core.kernels import inner, kernel
+from hcss_light.orders import (
+    DIRECTIONS,
+    block_means,
+    coupling,
+    directions,
+    displacements,
+    exchange,
+    henyey_greenstein_at,
+    successive_orders,
+)
+from hcss_light.slices import Field, Slices, direct_sunlight, march
+from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
-AZIMUTHS = 4
-DIRECTIONS = 16
+BLOCK_OPTICAL_THICKNESS = 4.0
+"""Vertical optical thickness of the thickest block of two slices."""
+
+LOW_ALBEDO, FINE_ORDERS = 0.3, 3
+"""Scaled albedo below which blocks are enough, and orders on voxels where they are not."""
+
 LEFT, LEAST_ORDERS, MOST_ORDERS = 0.01, 4, 24
 """Orders are added until less than this share of the light would be left, were none to escape."""
 
@@ -56,10 +72,16 @@ class Particles:
     def phase(self, cosine: float) -> float:
         """Return the phase function, whose mean over the sphere is 1, at the cosine of a scattering angle."""
         if self.moments.size == 2:
-            return float(_henyey_greenstein(np.array(cosine), self.asymmetry))
+            return float(henyey_greenstein_at(np.array(cosine), self.asymmetry))
         degrees = 2.0 * np.arange(self.moments.size) + 1.0
         # The last moments of a truncated series would leave ripples that are negative behind narrow peaks.
         return max(float(np.polynomial.legendre.legval(cosine, degrees * self.moments)), 0.0)
+
+    @cached_property
+    def exchanged(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Light that is scattered between directions without the forward peak; see :func:`coupling`."""
+        _, albedo, asymmetry = self.scaled
+        return coupling(albedo * exchange(asymmetry))
 
     @property
     def scaled(self) -> tuple[float, float, float]:
@@ -111,35 +133,6 @@ class Direction:
         return np.array([across * math.cos(azimuth), across * math.sin(azimuth), math.cos(zenith)])
 
 
-def directions() -> Array:
-    """Return 16 directions (D, 3) of flight of equal weight, first those that go down: 2 cosines, 4 azimuths each."""
-    cosine = 0.5 + np.array([0.5, -0.5]) / math.sqrt(3.0)
-    vectors = []
-    for sign in (-1.0, 1.0):
-        for ring, up in enumerate(cosine):
-            for step in range(AZIMUTHS):
-                azimuth = 2.0 * math.pi * (step + 0.25 + 0.5 * ring) / AZIMUTHS
-                across = math.sqrt(1.0 - up * up)
-                vectors.append((across * math.cos(azimuth), across * math.sin(azimuth), sign * up))
-    return np.array(vectors)
-
-
-def _henyey_greenstein(cosine: Array, asymmetry: float) -> Array:
-    g = asymmetry
-    result: Array = (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine) ** 1.5
-    return result
-
-
-def exchange(asymmetry: float) -> Array:
-    """Return the shares (D, D) of light scattered between directions; rows and columns sum to 1."""
-    flight = directions()
-    matrix = _henyey_greenstein(np.clip(np.sum(flight[:, None] * flight[None], axis=-1), -1.0, 1.0), asymmetry)
-    for _ in range(200):
-        scale = 1.0 / np.sqrt(np.sum(matrix, axis=1))
-        matrix = scale[:, None] * matrix * scale
-    return matrix
-
-
 def orders_of(albedo: float) -> int:
     """Return how many orders of scattering a scaled single-scattering albedo needs."""
     needed = LEAST_ORDERS if albedo <= 0.0 else math.ceil(math.log(LEFT) / math.log(min(albedo, 1.0 - 1e-9)))
@@ -155,159 +148,107 @@ def scattered_source(
     sun: Direction | None,
     orders: int | None = None,
 ) -> Field:
-    """Return the source function (Z, y, x) toward the view: emission, and light scattered once and more."""
+    """Return the source function (Z, y, x) toward the view: emission, and light scattered once and more.
+
+    Light that is scattered more than once is computed on blocks first; few orders on the voxels themselves then restore
+    its detail. Where little is scattered blocks are enough.
+
+    Parameters
+    ----------
+    orders : int, optional
+        Of scattering, all on voxels; by default as many as needed.
+    """
     extinction, albedo, asymmetry = particles.scaled
-    flight, matrix = directions(), exchange(asymmetry)
+    flight = directions()
     sunlight = np.zeros((0, *density.shape[1:]), dtype=np.float32)
-    of_sun, once = np.zeros(DIRECTIONS), 0.0
+    of_sun, once, up = np.zeros(DIRECTIONS), 0.0, 1.0
     if sun is not None and np.any(around.sunlight > 0.0):
-        sunlight = np.empty(density.shape, dtype=np.float32)
+        sunlight, up = np.empty(density.shape, dtype=np.float32), float(sun.vector[2])
         shifts = slices.shifts(sun.zenith_deg, sun.azimuth_deg, slices.base_m)
-        direct_sunlight(density, extinction, slices.height_m, sun.vector[2], shifts, False, sunlight)
+        direct_sunlight(density, extinction, slices.height_m, up, shifts, False, sunlight)
         sunlight *= around.sunlight.astype(np.float32)[:, None, None]
-        of_sun = _henyey_greenstein(flight @ -sun.vector, asymmetry)
+        of_sun = henyey_greenstein_at(flight @ -sun.vector, asymmetry)
         of_sun *= albedo / (4.0 * math.pi) * DIRECTIONS / np.sum(of_sun)
         angle = float(np.clip(-sun.vector @ view.vector, -1.0, 1.0))
         once = particles.albedo * particles.phase(angle) / (4.0 * math.pi)
         once *= particles.extinction_m1 / extinction
-    toward = _henyey_greenstein(flight @ view.vector, asymmetry)
+    toward = henyey_greenstein_at(flight @ view.vector, asymmetry)
     toward *= albedo / np.sum(toward)
-    step = slices.height_m / (np.abs(flight[:, 2]) * slices.point_m)
-    moves = flight[:, :2] * step[:, None]
     slant = 1.0 / np.abs(flight[:, 2]) - np.sign(flight[:, 2]) / view.vector[2]
-    in_gas = np.exp(-around.gas_m1 * slices.height_m * slant[:, None]).astype(np.float32)
-    source: Field = _successive_orders(
-        density,
-        extinction * slices.height_m / np.abs(flight[:, 2]),
-        (albedo * matrix).T.astype(np.float32),
-        toward,
-        ((1.0 - albedo) * around.emitted).astype(np.float64),
-        around.emitted,
-        of_sun,
-        once,
-        sunlight,
-        moves,
-        in_gas,
-        around.sky,
-        around.below,
-        orders_of(albedo) if orders is None else orders,
-    )
+    result, start = np.zeros((0, 1, 1), dtype=np.float32), np.zeros((DIRECTIONS, 0), dtype=np.float32)
+    number, before = np.zeros((1, 1, 1), dtype=np.int32), (1, 1)
+    sizes = [(1, 1, orders)] if orders is not None else _sizes(slices, extinction, albedo)
+    for high, wide, count in sizes:
+        coarse, lit = (density, sunlight) if (high, wide) == (1, 1) else block_means(density, sunlight, high, wide)
+        height_m = high * slices.height_m
+        opaque, gas_m1 = (_means(each, high) for each in (around.emitted, around.gas_m1))
+        step = height_m / (np.abs(flight[:, 2]) * slices.point_m * wide)
+        result, start, number = successive_orders(
+            coarse,
+            extinction * height_m / np.abs(flight[:, 2]),
+            *particles.exchanged,
+            toward,
+            (1.0 - albedo) * opaque,
+            opaque,
+            of_sun,
+            lit,
+            displacements(flight[:, :2] * step[:, None], coarse.shape, count),
+            np.exp(-gas_m1 * height_m * slant[:, None]).astype(np.float32),
+            around.sky,
+            around.below,
+            start,
+            number,
+            *before,
+        )
+        before = high, wide
+    source, depth = np.empty_like(density), extinction * slices.height_m
+    _fine_source(
+        density, sunlight, result, *before, (1.0 - albedo) * around.emitted, once, depth / view.vector[2],
+        depth / up, source,
+    )  # fmt: skip
     return source
 
 
-@kernel()
-def _successive_orders(
-    density: Any, depths: Any, exchanged: Any, toward: Any, emission: Any, opaque: Any, of_sun: Any, once: float,
-    sunlight: Any, moves: Any, in_gas: Any, sky: float, below: float, orders: int,
-) -> Any:  # fmt: skip
-    """Sweep the slices along all directions, once for each order; see :func:`scattered_source`."""
-    count, rows, columns = density.shape
-    half, lit = DIRECTIONS // 2, sunlight.shape[0] > 0
-    # Sources are kept for cloudy voxels only, one row of a slice after the other.
-    first_of_row, cloudy = np.empty((count, rows), dtype=np.int64), 0
-    for s in range(count):
-        for y in range(rows):
-            first_of_row[s, y] = cloudy
-            for x in range(columns):
-                if density[s, y, x] > 0.0:
-                    cloudy += 1
-    old = np.empty((cloudy, DIRECTIONS), dtype=np.float32)
-    new = np.empty((cloudy, DIRECTIONS), dtype=np.float32)
-    fixed = np.zeros(DIRECTIONS, dtype=np.float32)
-    result = np.zeros((count, rows, columns), dtype=np.float32)
-    _start(density, opaque, of_sun, sunlight, old)
-    entering = np.empty((half, rows, columns), dtype=np.float32)
-    leaving = np.empty((half, rows, columns), dtype=np.float32)
-    mean = np.empty(half, dtype=np.float32)
-    for order in range(orders):
-        last = order == orders - 1
-        if not last:
-            _start(density, emission, of_sun, sunlight, new)
-        for upward in range(2):
-            first = upward * half
-            leaving[:] = below if upward else sky
-            for number in range(count):
-                s = number if upward else count - 1 - number
-                if number > 0:
-                    for d in range(half):
-                        _advance(leaving[d], moves[first + d, 0], moves[first + d, 1], entering[d])
-                    entering, leaving = leaving, entering
-                for d in range(half):
-                    kept_by_gas, black = in_gas[first + d, s], np.float32(opaque[s])
-                    for y in range(rows):
-                        for x in range(columns):
-                            leaving[d, y, x] = black + (leaving[d, y, x] - black) * kept_by_gas
-                for y in range(rows):
-                    voxel = first_of_row[s, y]
-                    for x in range(columns):
-                        own = density[s, y, x]
-                        if own <= 0.0:
-                            continue
-                        for ring in range(2):
-                            depth = own * depths[first + ring * AZIMUTHS]
-                            kept = np.float32(np.exp(-depth))
-                            inside = np.float32(1.0 - 0.5 * depth if depth < 1e-3 else (1.0 - kept) / depth)
-                            for d in range(ring * AZIMUTHS, (ring + 1) * AZIMUTHS):
-                                source = old[voxel, first + d]
-                                excess = leaving[d, y, x] - source
-                                leaving[d, y, x] = source + excess * kept
-                                mean[d] = source + excess * inside
-                        if last:
-                            seen = 0.0
-                            for d in range(half):
-                                seen += toward[first + d] * mean[d]
-                            result[s, y, x] += seen
-                        else:
-                            fixed[:] = 0.0
-                            for d in range(half):
-                                light = mean[d]
-                                for into in range(DIRECTIONS):
-                                    fixed[into] += exchanged[first + d, into] * light
-                            for into in range(DIRECTIONS):
-                                new[voxel, into] += fixed[into]
-                        voxel += 1
-        old, new = new, old
-    for s in range(count):
-        for y in range(rows):
-            for x in range(columns):
-                if density[s, y, x] > 0.0:
-                    result[s, y, x] += emission[s] + (once * sunlight[s, y, x] if lit else 0.0)
+def _sizes(slices: Slices, extinction: float, albedo: float) -> list[tuple[int, int, int]]:
+    """Return slices and points along the sides of the blocks on which light is computed in turn, and the orders."""
+    high = 2 if 2.0 * extinction * slices.height_m <= BLOCK_OPTICAL_THICKNESS else 1
+    blocks = high, 2, orders_of(albedo)
+    return [blocks] if albedo < LOW_ALBEDO else [blocks, (1, 1, FINE_ORDERS)]
+
+
+def _means(values: Array, high: int) -> Array:
+    """Return means over so many slices each."""
+    starts = np.arange(0, values.size, high)
+    result: Array = np.add.reduceat(values, starts) / np.minimum(high, values.size - starts)
     return result
 
 
-@inner()
-def _start(density: Any, emission: Any, of_sun: Any, sunlight: Any, sources: Any) -> None:
-    """Write emission and sunlight scattered for the first time, of each cloudy voxel and direction."""
+@kernel()
+def _fine_source(
+    density: Any, sunlight: Any, scattered: Any, high: int, wide: int, emission: Any, once: float, to_view: float,
+    to_sun: float, source: Any,
+) -> None:  # fmt: skip
+    """Write the source function (Z, y, x): emission, light scattered in blocks, sunlight scattered for the first time.
+
+    Both paths to a point in a voxel go through its top: sunlight and view are weakened together. The mean of sunlight
+    alone would be too low where slices are thick.
+    """
     count, rows, columns = density.shape
-    voxel, lit = 0, sunlight.shape[0] > 0
     for s in range(count):
         for y in range(rows):
             for x in range(columns):
-                if density[s, y, x] > 0.0:
-                    for d in range(DIRECTIONS):
-                        sources[voxel, d] = emission[s] + (of_sun[d] * sunlight[s, y, x] if lit else 0.0)
-                    voxel += 1
-
-
-@inner()
-def _advance(before: Any, row_move: float, column_move: float, after: Any) -> None:
-    """Move light by a slice: what is here was upstream before."""
-    rows, columns = before.shape
-    row, down = place(-row_move, rows)
-    column, right = place(-column_move, columns)
-    w00, w01 = np.float32((1.0 - down) * (1.0 - right)), np.float32((1.0 - down) * right)
-    w10, w11 = np.float32(down * (1.0 - right)), np.float32(down * right)
-    for y in range(rows):
-        y0 = (y + row) % rows
-        y1 = (y0 + 1) % rows
-        for x in range(columns):
-            x0 = x + column
-            if x0 >= columns:
-                x0 -= columns
-            x1 = x0 + 1 if x0 + 1 < columns else 0
-            after[y, x] = (
-                w00 * before[y0, x0] + w01 * before[y0, x1] + w10 * before[y1, x0] + w11 * before[y1, x1]
-            )  # fmt: skip
+                own = density[s, y, x]
+                if own <= 0.0:
+                    source[s, y, x] = 0.0
+                    continue
+                total = emission[s] + scattered[s // high, y // wide, x // wide]
+                if once > 0.0:
+                    seen, lit, together = to_view * own, to_sun * own, 1.0
+                    if seen + lit > 1e-3:
+                        together = seen * lit / (seen + lit) * np.expm1(-seen - lit)
+                        together /= -np.expm1(-seen) * np.expm1(-lit)
+                    total += once * together * sunlight[s, y, x]
+                source[s, y, x] = total
 
 
 def sourced_radiance(

@@ -1,13 +1,14 @@
 """Errors that the tiers state for a scene, from a table of measurements against Monte Carlo.
 
 ``benchmarks/tiers.py`` measures the table: pixels of 100 m, coverage .45, one sun for the day. Scenes get the row of
-their cloud type (of other types the largest), of the next larger view angle, and of the nearer band. What the noise of
-Monte Carlo hides is not stated as zero.
+their cloud type (of other types the largest) and of the nearer band, between those of neighbouring view angles. What
+the noise of Monte Carlo hides is not stated as zero.
 """
 
 from __future__ import annotations
 
 import csv
+import math
 from importlib.resources import files
 
 import numpy as np
@@ -21,9 +22,13 @@ HIDDEN = 3.0
 """Rms that can hide in the noise of 24 to 48 pixels, in standard errors of their mean."""
 
 
+MEASURED_M = 100.0
+"""Pixels of the table."""
+
+
 def stated_errors(
-    tier: str, kind: str, view_zenith_deg: float, sunlit: bool, wavelength_um: Array
-) -> list[float]:  # fmt: skip
+    tier: str, kind: str, view_zenith_deg: float, sunlit: bool, wavelength_um: Array, point_m: float
+) -> list[float]:
     """Return the error (B,) of a tier at some wavelengths: rms over pixels, relative to the mean radiance."""
     text = files("hcss_light").joinpath("errors.csv").read_text(encoding="utf-8")
     rows = [row for row in csv.DictReader(text.splitlines()) if row["tier"] == tier]
@@ -32,11 +37,17 @@ def stated_errors(
     for band in np.where(wavelength_um > THERMAL_UM, "lwir", "mwir"):
         own = [row for row in rows if row["band"] == band]
         own = [row for row in own if row["type"] == kind] or own
-        views = sorted({float(row["view_deg"]) for row in own})
-        view = next((each for each in views if each >= view_zenith_deg - 1e-6), views[-1])
-        errors.append(max(_least(row) for row in own if float(row["view_deg"]) == view))
+        measured: dict[float, float] = {}
+        for row in own:
+            view = float(row["view_deg"])
+            measured[view] = max(measured.get(view, 0.0), _least(row, point_m))
+        views = sorted(measured)
+        errors.append(float(np.interp(view_zenith_deg, views, [measured[each] for each in views])))
     return errors
 
 
-def _least(row: dict[str, str]) -> float:
-    return max(float(row["rms"]), abs(float(row["bias"])), HIDDEN * float(row["noise"]))
+def _least(row: dict[str, str], point_m: float) -> float:
+    """Return what is stated for a row: means stay as they are in larger pixels, single pixels come nearer to them."""
+    bias, rms = abs(float(row["bias"])), float(row["rms"])
+    spread = math.sqrt(max(rms * rms - bias * bias, 0.0)) * min(MEASURED_M / point_m, 1.0)
+    return max(math.hypot(bias, spread), HIDDEN * float(row["noise"]))

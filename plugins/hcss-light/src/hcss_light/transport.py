@@ -2,7 +2,9 @@
 
 For each point the engine's tables are read at the amount of cloud along its own line of sight, and the difference
 between broken and uniform cloud, both by the same faster method, is added. Uniform cloud thus keeps the radiance of the
-tables, with all its accuracy, and errors that the method makes for broken and uniform cloud alike cancel.
+tables, with all its accuracy, and errors that the method makes for broken and uniform cloud alike cancel. Errors of
+sunlight are in proportion to it: where shadows leave a share of the sunlight of uniform cloud, that share of the
+difference between tables and method counts.
 """
 
 from __future__ import annotations
@@ -23,6 +25,9 @@ from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
 NODES_PER_SLICE = 4
+FAINT = 1e-3
+"""Share of sunlight in the radiance of uniform cloud below which it counts as none."""
+
 SPREADING = 1.0
 """Light that clouds scatter and emit is taken from up to so many heights of the layer aside."""
 
@@ -47,6 +52,7 @@ class SourceLight:
     """
 
     tier: ClassVar[str] = "source"
+    cost: ClassVar[float] = 10.0
 
     def __init__(self, inputs: LightInputs) -> None:
         self._inputs = inputs
@@ -55,9 +61,10 @@ class SourceLight:
         zenith, azimuth = inputs.sun_zenith_deg[shone], inputs.sun_azimuth_deg[shone]
         cloud = inputs.optics.single_scattering(layer.microphysics, inputs.wavenumber_cm1)
         thickest = float(np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2)))
+        optical = thickest * layer.thickness_max_m
         steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
         self.slices = slices_of(
-            layer.base_m, layer.top_m, layer.anchor, inputs.point_m, steepest, thickest * layer.thickness_max_m
+            layer.base_m, layer.top_m, layer.anchor, inputs.point_m, steepest, optical
         )  # fmt: skip
         height = layer.thickness_max_m / inputs.point_m
         spread = min(math.ceil(SPREADING * height), MOST_SPREADING) if self.tier == "source" else 0
@@ -75,11 +82,18 @@ class SourceLight:
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
+        return self._stated(self.tier)
+
+    def errors_of_columns(self) -> list[float]:
+        """Return the same of independent columns."""
+        return self._stated("columns")
+
+    def _stated(self, tier: str) -> list[float]:
         inputs = self._inputs
         weights = np.maximum(inputs.weights_cm1, 0.0)
         middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
         sunlit = inputs.sun_zenith_deg.size > 0
-        return stated_errors(self.tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle)
+        return stated_errors(tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle, inputs.point_m)
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
@@ -93,6 +107,7 @@ class SlantLight(SourceLight):
     """The tier ``slant``."""
 
     tier: ClassVar[str] = "slant"
+    cost: ClassVar[float] = 1.0
 
 
 class InstantLight:
@@ -113,11 +128,15 @@ class InstantLight:
         lights = [[GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in own] for own in groups]
         self._lights = lights
         self._uniform = np.array([sum(each.of_uniform(columns) for each in own) for own in lights])
+        self._dark = self._uniform
+        if to_sun is not None:
+            dark = [[each.at_night() for each in own] for own in lights]
+            self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
 
-    def correct(self, thickness_m: Field) -> tuple[Array, Array]:
-        """Return the amount (y, x) at which the tables are read, m, and the radiance (B, y, x) that is added."""
+    def correct(self, thickness_m: Field) -> tuple[Array, Array, Array]:
+        """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x)."""
         density = self._slices.density(thickness_m, self._shape)
-        change = np.empty((len(self._lights), *thickness_m.shape))
+        share, change = np.empty((2, len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
         for band, own in enumerate(self._lights):
             total = np.zeros(thickness_m.shape)
@@ -125,8 +144,12 @@ class InstantLight:
                 amount, radiance = each.radiance(density)
                 total += radiance
             np.minimum(amount, self._most_m, out=amount)
-            change[band] = total - np.interp(amount, self._nodes_m, self._uniform[band])
-        return amount, change
+            uniform, dark = (np.interp(amount, self._nodes_m, each[band]) for each in (self._uniform, self._dark))
+            sunlight = uniform - dark
+            lit = sunlight > FAINT * uniform
+            share[band] = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
+            change[band] = total - share[band] * uniform
+        return amount, share, change
 
 
 class GroupLight:
@@ -139,6 +162,10 @@ class GroupLight:
         self._sun = sun if sun is not None and np.any(group.around.sunlight > 0.0) else None
         self._reference_m = reference_m
         self._weights: Array | None = None
+
+    def at_night(self) -> GroupLight:
+        """Return the same light without the sun."""
+        return GroupLight(self._tier, self._slices, self._group, self._view, None, self._reference_m)
 
     def of_uniform(self, columns: Sequence[Field]) -> Array:
         """Return the radiance (N,) of uniform clouds, to which the sums for sunlight are fitted in the tier slant."""

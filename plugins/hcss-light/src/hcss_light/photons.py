@@ -1,0 +1,106 @@
+"""Monte Carlo as a tier, ``reference``: small images of clouds with sides whose only error is noise.
+
+Photons start from every point, as many as ``radiance.light_accuracy`` requires. The clouds around a square of points
+are continued periodically, and the sea does not reflect, as in ``hcss reference``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from hcss_light.reference import reference_radiance
+from hcss_light.slices import Field, Slices
+from hcss_light.transport import LOWEST_SUN_DEG, SourceLight
+from hcss_light.voxels import LightError
+from hcss_twin.providers import Array, Sun
+from hcss_twin.providers.light import LightInputs
+
+MOST_POINTS = 4096
+"""Points of all frames; each takes seconds by day."""
+
+ACCURACY, PILOT = 0.01, 400
+"""Noise without ``radiance.light_accuracy``, and photons of the points that tell how many it needs."""
+
+MOST_PHOTONS = 1_000_000
+
+
+class ReferenceLight(SourceLight):
+    """Light in broken clouds, tier ``reference``; see :class:`hcss_twin.providers.light.LightTransport`.
+
+    Raises
+    ------
+    LightError
+        If the image has more than :data:`MOST_POINTS` points, or photons for its accuracy would be too many.
+    """
+
+    cost: ClassVar[float] = math.inf
+
+    def __init__(self, inputs: LightInputs) -> None:
+        super().__init__(inputs)
+        if inputs.points > MOST_POINTS:
+            raise LightError(
+                f"Monte Carlo of {inputs.points} points (pixels, their points and frames); allowed: {MOST_POINTS}; "
+                "closest is 'source'"
+            )
+        noise = self._noise_of_one_photon()
+        allowed = ACCURACY if inputs.accuracy is None else inputs.accuracy
+        needed = math.ceil((float(np.max(noise)) / allowed) ** 2)
+        if needed > MOST_PHOTONS:
+            least = float(np.max(noise)) / math.sqrt(MOST_PHOTONS)
+            raise LightError(
+                f"radiance.light_accuracy = {allowed:g} needs {needed} photons for each point; allowed: "
+                f"{MOST_PHOTONS}, which reach {least:.2g}"
+            )
+        self._photons = max(needed, PILOT)
+        self._noise = noise / math.sqrt(self._photons)
+
+    def expected_errors(self) -> list[float]:
+        """Return the noise (B,), rms over pixels relative to the mean radiance."""
+        return [float(each) for each in self._noise]
+
+    def at(self, sun: Sun | None) -> InstantPhotons:  # type: ignore[override]
+        """Return the light at one instant."""
+        return InstantPhotons(self._inputs, self.slices, self.reach, sun, self._photons)
+
+    def _noise_of_one_photon(self) -> Array:
+        """Return the standard deviation (B,) of photons over their mean, among clouds of all thicknesses."""
+        inputs = self._inputs
+        shone = np.flatnonzero(inputs.sun_zenith_deg <= LOWEST_SUN_DEG)
+        sun = None
+        if shone.size:
+            highest = shone[np.argmin(inputs.sun_zenith_deg[shone])]
+            sun = Sun(float(inputs.sun_zenith_deg[highest]), float(inputs.sun_azimuth_deg[highest]), 1.0)
+        draw = np.random.default_rng(22)
+        thickness = draw.uniform(0.0, inputs.layer.thickness_max_m, (8, 8)) * (draw.random((8, 8)) < 0.5)
+        points = np.argwhere(np.ones((4, 4))).astype(np.float64)
+        mean, error = reference_radiance(inputs, self.slices, thickness.astype(np.float32), points, sun, PILOT)
+        result: Array = np.sqrt(np.mean(error**2, axis=0) * PILOT) / np.mean(mean, axis=0)
+        return result
+
+
+class InstantPhotons:
+    """Light at one instant; see :class:`hcss_twin.providers.light.InstantLight`."""
+
+    def __init__(
+        self, inputs: LightInputs, slices: Slices, reach: tuple[tuple[int, int], ...], sun: Sun | None, photons: int
+    ) -> None:
+        self._inputs, self._slices, self._reach, self._sun, self._photons = inputs, slices, reach, sun, photons
+
+    def correct(self, thickness_m: Field) -> tuple[Array, Array, Array]:
+        """Return no cloud (y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x).
+
+        Photons are drawn by the clouds, so that a square has the same bits wherever it is computed.
+        """
+        inside = np.zeros(thickness_m.shape, dtype=bool)
+        rows, columns = (slice(low, -high) for low, high in self._reach)
+        inside[rows, columns] = True
+        seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:3])
+        seen = np.zeros((self._inputs.weights_cm1.shape[0], *thickness_m.shape))
+        points = np.argwhere(inside).astype(np.float64)
+        mean, _ = reference_radiance(self._inputs, self._slices, thickness_m, points, self._sun, self._photons, seed)
+        seen[:, inside] = mean.T
+        return np.zeros(thickness_m.shape), np.zeros_like(seen), seen
