@@ -35,7 +35,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import expect
-from hcss_twin.plan.numerics import for_spectra
+from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import EDGES, EXTREMES
 from hcss_twin.providers.registry.specs import Kind
@@ -80,7 +80,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     # Where nodes must lie hardly depends on the numerical level, either: those of many columns are placed with few
     # streams, whose columns differ little and smoothly from those of the tables.
-    placed = columns.of(few_streams) if all(plan.assembly.cloudy_layers) and len(plan.layers) > 1 else columns
+    many = plan.assembly.numerical_level + plan.assembly.sunlight_steps >= MANY_STREAMS
+    placed = columns.of(few_streams) if many and np.count_nonzero(plan.assembly.cloudy_layers) > 1 else columns
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_axis(placed.alone(index, sun), layer, plan.assembly.profile.altitude_m, allowed.thickness, source)
         if plan.assembly.cloudy_layers[index]

@@ -87,7 +87,7 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
 def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]], allowed: float) -> tuple[str, dict[str, float]]:
     """Return the cheapest light that is accurate enough, or columns, and the errors of its bands."""
     stated: dict[str, dict[str, float]] = {}
-    costs = {name: getattr(entry.load(), "cost", math.inf) for name, (_, entry) in offered.items()}
+    costs = {name: float(entry.load().cost) for name, (_, entry) in offered.items()}
     for name in sorted((name for name in costs if costs[name] < math.inf), key=lambda name: costs[name]):
         _, transport = _loaded(plan, name, *offered[name])
         stated.setdefault(COLUMNS, _of_bands(plan, transport.errors_of_columns()))

@@ -249,7 +249,10 @@ def test_two_linear_stages_are_the_composed_single_stage(tmp_path):
     assert not np.allclose(chain.radiance, clean.radiance)
     plan = planned([("smearing", {"kernel": k}) for k in (first, second)], **CLOUDS)
     assert plan.sensor.reach == 3
-    assert plan.sensor.given == (slice(-3, 15), slice(-3, 43))
+    rows, columns = plan.sensor.given
+    assert (rows.start, columns.start) == (-3, -3)
+    assert rows.stop >= 15
+    assert columns.stop >= 43  # more where transforms of that size are faster
 
 
 def test_one_stage_is_the_single_sensor(tmp_path):

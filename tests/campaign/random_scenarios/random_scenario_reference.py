@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from copy import copy
 from dataclasses import replace
 from typing import Any
 from unittest import mock
@@ -48,11 +49,12 @@ def finest_radiance(
     last = assembly.model.declares.numerical_levels - 1
 
     def spectra(level: int, places: Any = np.s_[:]) -> np.ndarray:
-        build: Any = assembly.model_of
-        # A model of its own: those of the plan keep solved tables.
-        model = build.__wrapped__(assembly.sea, assembly.view, assembly.sea_temperature_K, level)
+        # A model of its own: those of the plan keep solved tables. Sunlight is as fine as all else.
+        model: Any = copy(assembly.at_level(level).model)
         if last > 0:
             provider = model._provider
+            provider = type(provider)(replace(provider._inputs, sunlight_steps=0), provider._parameters)
+            model._provider = provider
             provider._numerics = replace(provider._numerics, faint_sun=0.0)
             if level == last:
                 provider._numerics = replace(provider._numerics, streams=32, turned_modes=64)

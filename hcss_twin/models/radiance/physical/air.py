@@ -41,6 +41,9 @@ SUBLAYERS = 2
 _MAX_LEG_VIEWS = 16
 """Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""
 
+_LARGE = 256
+"""Paths times wavenumbers of a column from which on it is computed alone."""
+
 _MOST_VALUES = 2**22
 """Transmittances of the legs of single columns in memory."""
 
@@ -154,7 +157,7 @@ class Air:
         self._coarse_m = _coarse_levels(profile)
         self._leg_views = cached_method(self._leg_view, _MAX_LEG_VIEWS)
         most = max(_MOST_VALUES // (wavenumber_cm1.size * 16), _MAX_LEG_VIEWS)
-        self._leg_of_column = cached_method(self._new_leg_of_column, most)
+        self._leg_of_column = cached_method(self._leg_of_scenes, most)
         self._pieces = cached_method(self._new_pieces, _MAX_LEGS)
         self._sources = cached_method(self._new_sources, _MAX_SOURCES)
 
@@ -222,13 +225,16 @@ class Air:
     def _leg_view(self, request: _LegRequest) -> LegView:
         """Return a leg, of each column from the memory.
 
-        Many columns share their upper air, and the arrays of one column fit in the processor's cache.
+        Many columns share their upper air, and the arrays of one column fit in the processor's cache; where they are
+        small, calls would cost more.
         """
-        if isinstance(request.front, AbsorberPaths):
+        large = len(request.front) * self.wavenumber_cm1.size >= _LARGE
+        if large and isinstance(request.front, AbsorberPaths):
             return _beside([self._leg_of_column(own) for own in request.by_column()])
-        return self._new_leg_view(request)
+        return self._leg_of_scenes(request)
 
-    def _new_leg_of_column(self, request: _LegRequest) -> LegView:
+    def _leg_of_scenes(self, request: _LegRequest) -> LegView:
+        """Return a leg from the memory that scenes share, if there is one."""
         if self._memory is None or not isinstance(request.front, AbsorberPaths):
             return self._new_leg_view(request)
         ends = repr((request.zenith_deg, request.lower_m, request.upper_m, request.downward, request.coarse))
