@@ -114,7 +114,7 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
 
     @cache
     def at(level: int, steps: int) -> list[Array]:
-        model = (assembly.at_level(level).with_finer_sunlight(steps) if steps else assembly.at_level(level)).model
+        model = assembly.at_level(level).with_finer_sunlight(steps).model
         expect(model, suns)
         return [columns.total(model, sun) for sun in dict.fromkeys(suns)]
 
@@ -134,8 +134,9 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     sizes = [(level, 0)]
     if level >= MANY_STREAMS and any(suns):
         sizes = [*((fewer, level - fewer) for fewer in range(1, level - 1)), (level, 0)]
-    chosen = next((each for each in sizes if error(*each) <= tolerance), min(sizes, key=lambda each: error(*each)))
-    return NumericalLevel(chosen[0], error(*chosen), error(*chosen) <= tolerance, chosen[1])
+    within = next((each for each in sizes if error(*each) <= tolerance), None)
+    level, steps = within or min(sizes, key=lambda each: error(*each))
+    return NumericalLevel(level, error(level, steps), within is not None, steps)
 
 
 def refine_toward(
