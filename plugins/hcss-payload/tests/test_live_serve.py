@@ -190,8 +190,16 @@ def test_a_server_whose_parent_ends_while_it_loads_ends_too(files):
     late = command(name)
     late[-1] = f"import time; time.sleep(1.0); {late[-1]}"
     start = "import subprocess, sys; subprocess.Popen(sys.argv[1:])"
-    ran = subprocess.run(  # until all that write to its pipes have ended
-        [sys.executable, "-c", start, *late], cwd=files, capture_output=True, text=True, timeout=TIMEOUT_S, check=True
+    # A session of their own: the process that adopts the child may belong to that of the tests. The call returns
+    # when all that write to its pipes have ended.
+    ran = subprocess.run(
+        [sys.executable, "-c", start, *late],
+        cwd=files,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=True,
+        start_new_session=True,
     )
     assert "the process that started this one has ended" in ran.stderr
     assert not is_there(name)

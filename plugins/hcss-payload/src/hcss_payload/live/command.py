@@ -59,7 +59,8 @@ def _parent() -> int:
     Raises
     ------
     PayloadError
-        If it has ended while this one was loading: the process that adopts orphans has no part in their session.
+        If it has ended while this one was loading: the process that adopts orphans seldom belongs to their session.
+        Where it does, as the first process of some containers, this end passes unnoticed.
     """
     parent = os.getppid()
     try:
