@@ -15,8 +15,7 @@ the radius of curvature of a horizontal ray; n r sin(zenith) is constant along t
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,33 +113,46 @@ def cell_limits_m(level_m: Array) -> Array:
     return result
 
 
-def make_layers(state: LevelState, earth_radius_m: float, limit_m: Array) -> Layers:
+def make_layers(
+    state: LevelState,
+    earth_radius_m: float,
+    bottom_m: Array,
+    top_m: Array,
+    amount: Array | None = None,
+    stack: Indices | None = None,
+) -> Layers:
     """Integrate the densities over cells.
 
     Parameters
     ----------
     state : LevelState
     earth_radius_m : float
-    limit_m : ndarray (M + 1,)
-        Cell boundaries, ascending, including all levels between the first and the last.
+    bottom_m, top_m : ndarray (M,)
+        Ends of the cells, each within one layer; neighbouring cells of a stack touch.
+    amount : ndarray (M, K), optional
+        Vertical amounts of the cells, if they are known (:func:`vertical_amounts`).
+    stack : ndarray of int (M,), optional
+        To which of several stacks, one after the other, a cell belongs.
 
     Returns
     -------
     Layers
         One for each pair of levels with cells between them, possibly a partial layer.
     """
-    level_m, thickness = state.altitude_m, np.diff(state.altitude_m)
-    layer = np.searchsorted(level_m, limit_m[:-1], side="right") - 1
-    touched, first_cell, cells = np.unique(layer, return_index=True, return_counts=True)
-    ends = (np.stack((limit_m[:-1], limit_m[1:]), axis=1) - level_m[layer, None]) / thickness[layer, None]
+    thickness, layer, ends = _place(state, bottom_m, top_m)
+    begins = np.diff(layer, prepend=-1) != 0
+    if stack is not None:
+        begins |= np.diff(stack, prepend=-1) != 0
+    first_cell = np.flatnonzero(begins)
+    cells = np.diff(first_cell, append=layer.size)
     edges = np.stack((ends[:, 0], np.mean(ends, axis=1), ends[:, 1]), axis=1)
-    height = level_m[layer, None] + edges * thickness[layer, None]
+    height = state.altitude_m[layer, None] + edges * thickness[layer, None]
     refractivity = state.refractivity
     fall = np.log(refractivity[:-1] / refractivity[1:])
     local = refractivity[:-1][layer, None] * np.exp(-edges * fall[layer, None])
     radius = earth_radius_m + height
-    temperature = _mean_temperature(state, touched, ends[first_cell, 0], ends[first_cell + cells - 1, 1])
-    amount = _integral(state.density[:-1][layer], state.density[1:][layer], edges[:, ::2], thickness[layer])
+    temperature = _mean_temperature(state, layer[first_cell], ends[first_cell, 0], ends[first_cell + cells - 1, 1])
+    amount = vertical_amounts(state, bottom_m, top_m) if amount is None else amount.copy()
     cold_share = np.clip((_WARM_SELF_K - temperature) / (_WARM_SELF_K - _COLD_SELF_K), 0.0, 1.0)
     amount[:, COLD_SELF_COLUMN] *= np.repeat(cold_share, cells)
     amount[:, OXYGEN_LINEAR_COLUMN] -= OXYGEN_TEMPERATURE_K * amount[:, OXYGEN_COLUMN]
@@ -148,11 +160,25 @@ def make_layers(state: LevelState, earth_radius_m: float, limit_m: Array) -> Lay
         radius_m=radius,
         index=1.0 + local,
         bending=radius * local / (1.0 + local) * (fall / thickness)[layer, None],
-        thickness_m=np.diff(limit_m),
+        thickness_m=top_m - bottom_m,
         amount=amount,
         first_cell=first_cell,
         temperature_K=temperature,
     )
+
+
+def vertical_amounts(state: LevelState, bottom_m: Array, top_m: Array) -> Array:
+    """Return the integrals (M, K) of the densities over cells, whatever the temperature of their layers."""
+    thickness, layer, ends = _place(state, bottom_m, top_m)
+    return _integral(state.density[:-1][layer], state.density[1:][layer], ends, thickness[layer])
+
+
+def _place(state: LevelState, bottom_m: Array, top_m: Array) -> tuple[Array, Indices, Array]:
+    """Return the thickness of all layers, the layer of each cell (M,), and its ends (M, 2) as shares of the layer."""
+    level_m, thickness = state.altitude_m, np.diff(state.altitude_m)
+    layer = np.searchsorted(level_m, bottom_m, side="right") - 1
+    ends = (np.stack((bottom_m, top_m), axis=1) - level_m[layer, None]) / thickness[layer, None]
+    return thickness, layer, ends
 
 
 def _integral(lower: Array, upper: Array, edges: Array, thickness_m: Array) -> Array:
@@ -196,14 +222,14 @@ def slant_factors(layers: Layers, invariant_m: Array) -> Array:
     ----------
     layers : Layers
         M cells.
-    invariant_m : ndarray (P,)
-        n r sin(zenith) of each ray.
+    invariant_m : ndarray (P, M) or (P, 1)
+        n r sin(zenith) of each ray in each cell.
 
     Returns
     -------
     ndarray (P, M)
     """
-    sine = invariant_m[:, None, None] / (layers.index * layers.radius_m)
+    sine = invariant_m[..., None] / (layers.index * layers.radius_m)
     along = layers.radius_m * np.sqrt((1.0 - sine) * (1.0 + sine))
     stretch = 1.0 / (1.0 - layers.bending * sine**2)
     # Parabola through three unequally spaced points.
@@ -222,8 +248,8 @@ def slant_factors(layers: Layers, invariant_m: Array) -> Array:
 _MAX_PARTS = 1024
 """Partial profiles held in memory: many paths share their legs."""
 
-_SAME_ALTITUDE_M = 1e-3
-"""Altitudes are compared as distances from the Earth's centre, which are rounded to about 1e-9 m."""
+_RAY_CELLS = 4096
+"""Cells times zenith angles whose amounts are computed together."""
 
 _NOTHING_M = 1e-6
 """Thinner partial layers are neglected; rounding errors are a thousand times smaller."""
@@ -243,12 +269,11 @@ class LayeredAir:
         self._state = state
         self.earth_radius_m = earth_radius_m
         self._limit_m = cell_limits_m(state.altitude_m)
-        self._layers = make_layers(state, earth_radius_m, self._limit_m)
+        self._vertical = vertical_amounts(state, self._limit_m[:-1], self._limit_m[1:])
+        self._layers = make_layers(state, earth_radius_m, self._limit_m[:-1], self._limit_m[1:], self._vertical)
         self.columns = state.density.shape[1]
         self._parts = cached_method(self._between, _MAX_PARTS)
         self.amounts_upwards = cached_method(self._amounts_upwards, _MAX_PARTS)
-        self._level_m = state.altitude_m
-        self._level_set = frozenset(state.altitude_m.tolist())
         self._sums = LegSums(self.columns, self._compute)
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
@@ -276,7 +301,7 @@ class LayeredAir:
         The zenith angle at the start is that of a straight ray, sin(zenith) = sin(zenith at the surface) R / (R + h);
         above, the rays are refracted.
         """
-        return slant_factors(layers, self._index(lower_m) * self.earth_radius_m * np.sin(np.radians(zenith_deg)))
+        return slant_factors(layers, self._invariants(np.array([lower_m]), zenith_deg))
 
     def boundaries_m(self, layers: Layers) -> Array:
         """Return the altitudes (L + 1,) of the layer boundaries."""
@@ -287,8 +312,8 @@ class LayeredAir:
     def _amounts_upwards(self, altitude_m: float, sine: float) -> Array:
         """Return absorber amounts (K,) from an altitude to space, given the sine of the zenith angle there."""
         layers = self.between(altitude_m, SPACE)
-        invariant = self._index(altitude_m) * (self.earth_radius_m + altitude_m) * sine
-        result: Array = slant_factors(layers, np.array([invariant]))[0] @ layers.amount
+        invariant = float(self._index(altitude_m)) * (self.earth_radius_m + altitude_m) * sine
+        result: Array = slant_factors(layers, np.array([[invariant]]))[0] @ layers.amount
         return result
 
     def amounts(self, paths: Sequence[Path]) -> Array:
@@ -298,31 +323,63 @@ class LayeredAir:
     def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
         """Compute the absorber amounts (K,) of single legs and store them in ``known``.
 
-        A ray to space passes all levels above, so that one ray serves all legs from one altitude to any level.
+        Legs between the same altitudes share their cells, and many of them are computed together: alone, they are so
+        short that calls would cost more than the arithmetic.
         """
-        groups: dict[tuple[float, float | None], list[Leg]] = {}
+        spans: dict[tuple[float, float], list[Leg]] = {}
         for leg in legs:
-            to_level = leg.upper_m >= self._level_m[-1] or leg.upper_m in self._level_set
-            groups.setdefault((leg.lower_m, None if to_level else leg.upper_m), []).append(leg)
-        for (lower, between_levels), members in groups.items():
-            layers = self.between(lower, SPACE if between_levels is None else between_levels)
-            zenith = sorted({leg.zenith_deg for leg in members})
-            by_cell = self.slant(layers, lower, np.array(zenith))[:, :, None] * layers.amount
-            upward = np.cumsum(by_cell, axis=1)
-            tops = layers.radius_m[:, 2] - self.earth_radius_m
-            cells = [tops.size] * len(members)
-            if between_levels is None:
-                ends = np.array([leg.upper_m for leg in members]) - _SAME_ALTITUDE_M
-                cells = np.minimum(np.searchsorted(tops, ends) + 1, tops.size).tolist()
-            row = {zenith_deg: number for number, zenith_deg in enumerate(zenith)}
-            for leg, cell in zip(members, cells, strict=True):
-                # The first cell is above a leg that ends at a level and is shorter than this.
-                nothing = cell == 0 or leg.upper_m - lower <= _NOTHING_M
-                known[leg] = np.zeros(self.columns) if nothing else upward[row[leg.zenith_deg], cell - 1].copy()
+            spans.setdefault((leg.lower_m, leg.upper_m), []).append(leg)
+        zenith = {each: row for row, each in enumerate(sorted({leg.zenith_deg for own in spans.values() for leg in own}))}
+        members = iter(spans.values())
+        for amounts in self._amounts_of_spans(np.array(list(spans)), np.array(list(zenith))):
+            known.update((leg, amounts[zenith[leg.zenith_deg]]) for leg in next(members))
 
-    def _index(self, altitude_m: float) -> float:
-        refractivity = np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity))
-        return 1.0 + math.exp(float(refractivity))
+    def _amounts_of_spans(self, span_m: Array, zenith_deg: Array) -> Iterator[Array]:
+        """Yield the absorber amounts (Z, K) along rays between the ends of each span, (S, 2)."""
+        limit = self._limit_m
+        lower, upper = span_m[:, 0], np.minimum(span_m[:, 1], limit[-1])
+        # Ends that miss a border of cells by rounding are put on it.
+        first = np.searchsorted(limit, lower + _NOTHING_M, side="right")
+        last = np.minimum(np.searchsorted(limit, upper - _NOTHING_M), limit.size - 1)
+        lower = np.where(np.abs(limit[first - 1] - lower) <= _NOTHING_M, limit[first - 1], lower)
+        upper = np.where(np.abs(limit[last] - upper) <= _NOTHING_M, limit[last], upper)
+        exists = upper - lower > _NOTHING_M
+        counts = np.where(exists, last - first + 1, 0)
+        chunk = np.cumsum(counts) * zenith_deg.size // _RAY_CELLS
+        for number in np.unique(chunk):
+            own = np.flatnonzero(chunk == number)
+            amounts = np.zeros((zenith_deg.size, own.size, self.columns))
+            some = own[exists[own]]
+            if some.size:
+                amounts[:, exists[own]] = self._amounts_of_cells(
+                    lower[some], upper[some], first[some], counts[some], zenith_deg
+                )
+            yield from np.moveaxis(amounts, 1, 0)
+
+    def _amounts_of_cells(
+        self, lower_m: Array, upper_m: Array, first: Indices, counts: Indices, zenith_deg: Array
+    ) -> Array:
+        """Return absorber amounts (Z, S, K) of spans, given their first border of cells and how many cells they have."""
+        starts, span = np.cumsum(counts) - counts, np.repeat(np.arange(counts.size), counts)
+        cell = np.arange(span.size) - starts[span] + first[span] - 1
+        bottom, top = self._limit_m[cell], self._limit_m[cell + 1]
+        bottom[starts], top[starts + counts - 1] = lower_m, upper_m
+        cut = np.flatnonzero((bottom != self._limit_m[cell]) | (top != self._limit_m[cell + 1]))
+        vertical = self._vertical[cell]
+        vertical[cut] = vertical_amounts(self._state, bottom[cut], top[cut])
+        layers = make_layers(self._state, self.earth_radius_m, bottom, top, vertical, span)
+        slant = slant_factors(layers, self._invariants(lower_m, zenith_deg)[:, span])
+        result: Array = np.add.reduceat(slant[:, :, None] * layers.amount, starts, axis=1)
+        return result
+
+    def _invariants(self, lower_m: Array, zenith_deg: Array) -> Array:
+        """Return n r sin(zenith) (P, N) of rays that start at N altitudes, straight below them."""
+        return self._index(lower_m) * self.earth_radius_m * np.sin(np.radians(zenith_deg))[:, None]
+
+    def _index(self, altitude_m: Array | float) -> Array:
+        """Return the refractive index of air at altitudes."""
+        result: Array = 1.0 + np.exp(np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity)))
+        return result
 
     def _partial(self, lower_m: float, upper_m: float) -> Layers:
         if upper_m - lower_m <= _NOTHING_M:
@@ -330,4 +387,5 @@ class LayeredAir:
         limit = self._limit_m
         # The same for partial cells.
         inner = limit[(limit > lower_m + _NOTHING_M) & (limit < upper_m - _NOTHING_M)]
-        return make_layers(self._state, self.earth_radius_m, np.array([lower_m, *inner, upper_m]))
+        limits = np.array([lower_m, *inner, upper_m])
+        return make_layers(self._state, self.earth_radius_m, limits[:-1], limits[1:])
