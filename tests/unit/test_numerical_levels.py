@@ -29,11 +29,12 @@ NATIVE = np.arange(1000.0, 4000.0, 50.0)
 
 def test_levels_become_finer_in_every_size():
     for coarse, fine in pairwise(LEVELS):
-        *sizes, faint, sublayers = astuple(coarse)
-        *finer, fainter, more = astuple(fine)
+        *sizes, faint, sublayers, scattered = astuple(coarse)
+        *finer, fainter, more, more_scattered = astuple(fine)
         assert all(b > a for a, b in zip(sizes, finer, strict=True))
         assert fainter < faint
         assert more >= sublayers
+        assert more_scattered >= scattered
 
 
 def test_a_tolerance_that_few_sublayers_may_miss_is_compared_with_more():

@@ -18,8 +18,8 @@ from hcss_twin.core.arrays import Array
 
 _MAX_THREADS = 8
 
-_MIN_CHAINS = 16
-"""Per thread: they take some milliseconds, which justifies starting a thread."""
+_MIN_CHAINS = 64
+"""Per thread: with few streams they take a millisecond, which justifies starting a thread."""
 
 
 class Team:

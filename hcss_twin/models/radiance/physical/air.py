@@ -36,13 +36,13 @@ _COARSE_MASS, _COARSE_STEP_M, _COARSE_K = 0.1, 8e3, 0.1
 be from linear at sea-level pressure (higher up, farther in proportion)."""
 
 SUBLAYERS = 2
-"""Parts of each layer where no numerical level says how many."""
+"""Parts of each layer where no numerical level says how many, and of the coarse layers beside sunlight."""
 
 _MAX_LEG_VIEWS = 16
 """Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""
 
-_LARGE = 256
-"""Paths times wavenumbers of a column from which on it is computed alone."""
+_LARGE, _ABSORBERS = 256, 64
+"""Paths times wavenumbers, or this many absorbers, of a column from which on it is computed alone."""
 
 _MOST_VALUES = 2**22
 """Transmittances of the legs of single columns in memory."""
@@ -94,7 +94,7 @@ class _LegRequest:
     lower_m: Heights
     upper_m: Heights
     downward: bool
-    coarse: bool
+    scattered: int
     front: CompositePaths = field(compare=False)
     front_transmittance: Array = field(compare=False)
 
@@ -167,13 +167,17 @@ class Air:
 
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""
-        if temperature_K not in self._black:
-            self._black[temperature_K] = planck(self.wavenumber_cm1, temperature_K)
-        return self._black[temperature_K]
+        return self._black_bodies([temperature_K])[0]
 
     def black_bodies(self, temperature_K: Sequence[float]) -> Array:
         """Return the Planck radiance (S,) at the temperature of each column."""
-        return np.concatenate([self.black_body(kelvin) for kelvin in temperature_K])
+        return np.concatenate(self._black_bodies(temperature_K))
+
+    def _black_bodies(self, temperature_K: Sequence[float]) -> list[Array]:
+        new = [kelvin for kelvin in dict.fromkeys(temperature_K) if kelvin not in self._black]
+        if new:
+            self._black.update(zip(new, planck(self.wavenumber_cm1, np.array(new)[:, None]), strict=True))
+        return [self._black[kelvin] for kelvin in temperature_K]
 
     def crossed(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
         """Return paths (P, C) in the additive form of the provider."""
@@ -195,7 +199,7 @@ class Air:
         lower_m: Heights,
         upper_m: Heights,
         downward: bool,
-        coarse: bool = False,
+        scattered: int = 0,
     ) -> LegView:
         """Return the view along a leg through the path in front of it.
 
@@ -214,12 +218,13 @@ class Air:
             Its ends in each column; ``upper_m`` may be ``SPACE``.
         downward : bool
             Whether the observer looks down, so that the upper end of the leg is the near one.
-        coarse : bool
-            Whether thin layers at high altitude may be merged, for light that is scattered afterwards.
+        scattered : int
+            For light that is scattered afterwards: parts of each layer, after thin layers at high altitude are merged;
+            even. 0 for light that reaches the sensor directly.
         """
         zeniths = tuple(zenith_deg)
         return self._leg_views(
-            _LegRequest(front.key, zeniths, lower_m, upper_m, downward, coarse, front, front_transmittance)
+            _LegRequest(front.key, zeniths, lower_m, upper_m, downward, scattered, front, front_transmittance)
         )
 
     def _leg_view(self, request: _LegRequest) -> LegView:
@@ -228,7 +233,7 @@ class Air:
         Many columns share their upper air, and the arrays of one column fit in the processor's cache; where they are
         small, calls would cost more.
         """
-        large = len(request.front) * self.wavenumber_cm1.size >= _LARGE
+        large = len(request.front) * max(self.wavenumber_cm1.size, _ABSORBERS) >= _LARGE
         if large and isinstance(request.front, AbsorberPaths):
             return _beside([self._leg_of_column(own) for own in request.by_column()])
         return self._leg_of_scenes(request)
@@ -237,7 +242,7 @@ class Air:
         """Return a leg from the memory that scenes share, if there is one."""
         if self._memory is None or not isinstance(request.front, AbsorberPaths):
             return self._new_leg_view(request)
-        ends = repr((request.zenith_deg, request.lower_m, request.upper_m, request.downward, request.coarse))
+        ends = repr((request.zenith_deg, request.lower_m, request.upper_m, request.downward, request.scattered))
 
         def compute() -> tuple[Array, ...]:
             view = self._new_leg_view(request)
@@ -250,9 +255,10 @@ class Air:
 
     def _new_leg_view(self, request: _LegRequest) -> LegView:
         front, front_transmittance, zenith_deg = request.front, request.front_transmittance, request.zenith_deg
-        lower_m, upper_m, downward, coarse = request.lower_m, request.upper_m, request.downward, request.coarse
-        levels = self._coarse_m if coarse else self._profile.altitude_m
-        edges = [self._edges(low, high, levels) for low, high in zip(lower_m, upper_m, strict=True)]
+        lower_m, upper_m, downward = request.lower_m, request.upper_m, request.downward
+        levels = self._coarse_m if request.scattered else self._profile.altitude_m
+        parts = request.scattered or self._sublayers
+        edges = [self._edges(low, high, levels, parts) for low, high in zip(lower_m, upper_m, strict=True)]
         count = max(map(len, edges)) - 1
         if count < 1:
             return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
@@ -261,21 +267,21 @@ class Air:
         padded = np.minimum(np.arange(count), np.array([[max(len(own) - 2, 0)] for own in edges]))
         place = np.array([distinct.index(zenith) for zenith in zenith_deg])
 
+        def pieces_of(number: int, to_space: bool) -> CompositePaths:
+            own = edges[number]
+            result = self._pieces(own, to_space and upper_m[number] == SPACE, downward, distinct, parts)
+            if len(own) - 1 == count:
+                return result
+            return result.take((np.arange(len(distinct))[:, None] * max(len(own) - 1, 1) + padded[number]).reshape(-1))
+
         def pieces(to_space: bool) -> CompositePaths:
-            first, *others = (
-                self._pieces(own, to_space and high == SPACE, downward, distinct).take(
-                    (np.arange(len(distinct))[:, None] * max(len(own) - 1, 1) + layers).reshape(-1)
-                )
-                for own, high, layers in zip(edges, upper_m, padded, strict=True)
-            )
+            first, *others = (pieces_of(number, to_space) for number in range(len(edges)))
             return first.beside(others)
 
         # For a path down to a target and up again to space, a power law returns the provider's own transmittance. Its
         # difference from the sum of layers would appear as emission of the highest layer, which is hot.
         layered = pieces(not self._power_law)
-        paths = front.take(np.repeat(np.arange(len(front)), count)) + layered.take(
-            (place[:, None] * count + np.arange(count)).reshape(-1)
-        )
+        paths = front.through_each(layered, place)
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
         weights = np.concatenate((front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1)
         # Without absorption, rounding could give negative weights.
@@ -297,7 +303,7 @@ class Air:
         return self.black_bodies(self._profile.temperature_at(near).tolist())
 
     def _new_pieces(
-        self, edges: tuple[float, ...], to_space: bool, downward: bool, zenith_deg: tuple[float, ...]
+        self, edges: tuple[float, ...], to_space: bool, downward: bool, zenith_deg: tuple[float, ...], parts: int
     ) -> CompositePaths:
         """Parts of the legs of one column (Z x N,): for each zenith angle the first layer, the first two, ...
 
@@ -305,20 +311,20 @@ class Air:
         """
         if len(edges) < 2:
             return self._crossing.of([[Path()] for _ in zenith_deg])
-        parts = self._sublayers
         ends = (*edges[:-1], SPACE if to_space else edges[-1])
         ends = ends[::-1] if downward else ends
         near = [(ends[n - n % parts], ends[n + 1]) for n in range(len(ends) - 1)]
         within = [(high, low) if downward else (low, high) for low, high in near]
         return self._crossing.nested(within, zenith_deg, parts)
 
-    def _edges(self, lower_m: float, upper_m: float, levels: Array) -> tuple[float, ...]:
+    @staticmethod
+    def _edges(lower_m: float, upper_m: float, levels: Array, parts: int) -> tuple[float, ...]:
         """Return the ends of a leg, and of all parts of the layers within it."""
         top = min(upper_m, float(levels[-1]))
         if top <= lower_m:
             return (lower_m,)
         ends = np.array([lower_m, *levels[(levels > lower_m) & (levels < top)], top])
-        share = np.arange(self._sublayers) / self._sublayers
+        share = np.arange(parts) / parts
         return (*(ends[:-1, None] + share * np.diff(ends)[:, None]).ravel().tolist(), top)
 
     def _new_sources(self, edges: tuple[float, ...]) -> Array:
@@ -345,7 +351,7 @@ class Air:
         temperature = self._profile.temperature_at(altitude)
         ratio = -np.diff(np.log(self._profile.pressure_at(altitude)))
         mean = 0.5 * (temperature[:-1] + temperature[1:]) - np.diff(temperature) * np.minimum(ratio, 6.0) / 12.0
-        return np.stack([self.black_body(kelvin) for kelvin in mean.tolist()])
+        return np.stack(self._black_bodies(mean.tolist()))
 
 
 def _coarse_levels(profile: Profile) -> Array:

@@ -178,7 +178,7 @@ def _freeze(columns: SceneColumns) -> FrozenLegs:
     def legs(gap: int, lower: Heights, upper: Heights, downward: bool) -> LegView:
         rows = np.zeros(len(zeniths), dtype=np.intp)
         through = seen[gap][rows]
-        view = air.leg(front[gap].take(rows), through, zeniths, lower, upper, downward, coarse=True)
+        view = air.leg(front[gap].take(rows), through, zeniths, lower, upper, downward, columns.scattered_sublayers)
         return view.conditional(through, air.near_source(lower, upper, downward))
 
     def sun(gap: int, to_sun: CompositePaths) -> Array:

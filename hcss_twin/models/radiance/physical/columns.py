@@ -42,6 +42,8 @@ class SceneColumns:
         Radiance of the sky beyond the atmosphere.
     received : ndarray (S,)
         Solar irradiance on a horizontal plane outside the atmosphere, mu0 E0; 0 without a sun.
+    scattered_sublayers : int
+        Parts of each layer of air for its emission that is scattered afterwards.
     """
 
     count: int
@@ -52,6 +54,7 @@ class SceneColumns:
     sea_source: Array
     space: Array
     received: Array
+    scattered_sublayers: int
 
     def gap_m(self, gap: int) -> tuple[Heights, Heights]:
         """Return altitudes of the lower and upper end of a gap."""

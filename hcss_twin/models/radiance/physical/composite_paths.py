@@ -47,6 +47,12 @@ class CompositePaths(ABC):
     def beside(self, others: Sequence[Self]) -> Self:
         """Append the columns of others with the same number of paths."""
 
+    def through_each(self, legs: Self, rows: Rows) -> Self:
+        """Return paths (P x N,): each path joined to each of the N legs of its row, of legs (Z x N,) and rows (P,)."""
+        count = len(legs) // (int(rows.max()) + 1)
+        own = (rows[:, None] * count + np.arange(count)).reshape(-1)
+        return self.take(np.repeat(np.arange(len(self)), count)) + legs.take(own)
+
     @abstractmethod
     def column(self, number: int) -> Self:
         """Return the paths of one column."""
@@ -73,8 +79,16 @@ class AbsorberPaths(CompositePaths):
     def __add__(self, other: Self) -> Self:
         return type(self)(self.amounts + other.amounts)
 
+    def through_each(self, legs: Self, rows: Rows) -> Self:
+        """Return each path joined to each leg of its row, without copies of either."""
+        by_row = legs.amounts.reshape(int(rows.max()) + 1, -1, *legs.amounts.shape[1:])
+        own = by_row if np.array_equal(rows, np.arange(len(by_row))) else by_row[rows]
+        return type(self)((self.amounts[:, None] + own).reshape(-1, *legs.amounts.shape[1:]))
+
     def beside(self, others: Sequence[Self]) -> Self:
         """Append columns."""
+        if not others:
+            return self
         return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
 
     def column(self, number: int) -> Self:

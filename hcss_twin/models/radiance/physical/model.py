@@ -69,6 +69,9 @@ _COLD_SEA_K = 263.15
 """Sunlight that is faint beside the emission of colder water is solved in closed form over any sea: solved clouds do
 not depend on the sea's temperature, and radiance is a smooth function of it."""
 
+_STEEP_CM1 = 2500.0
+"""Wavenumber from which on Planck's law is steep in temperature; by day sunlight outshines emission there."""
+
 _MIN_EARTH_RADIUS_M = 6356752.0
 """Polar radius; in providers with a larger radius the sun is no lower."""
 
@@ -344,7 +347,8 @@ class Physical:
 
     def _columns(self, scene: _Scene, slabs: tuple[CloudSlab, ...], count: int) -> SceneColumns:
         space = self._parameters.space_temperature
-        black = scene.air.black_body
+        black, numerics = scene.air.black_body, self._numerics
+        steep = scene.directions.sun is None and float(np.max(scene.air.wavenumber_cm1)) > _STEEP_CM1
         return SceneColumns(
             count=count,
             air=scene.air,
@@ -354,6 +358,7 @@ class Physical:
             sea_source=np.tile(black(self._inputs.sea_temperature_K), count),
             space=np.tile(black(space) if space > 0.0 else np.zeros_like(scene.received), count),
             received=np.tile(scene.received, count),
+            scattered_sublayers=numerics.sublayers if steep else numerics.scattered_sublayers,
         )
 
     def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:

@@ -98,8 +98,9 @@ class Tracer:
         """Return the emission of a leg, and the rays behind it."""
         where = self._columns.directions.zenith_deg
         zeniths = [where[index] for index in rays.directions]
+        scattered = self._columns.scattered_sublayers if rays.source == SCATTERED_AIR else 0
         leg = self._columns.air.leg(
-            rays.crossed, rays.transmittance, zeniths, lower_m, upper_m, downward, rays.source == SCATTERED_AIR
+            rays.crossed, rays.transmittance, zeniths, lower_m, upper_m, downward, scattered
         )
         result = np.zeros((len(TERMS), *leg.emission.shape))
         result[rays.source] = leg.emission
