@@ -36,6 +36,9 @@ The difference has another spectrum: from 16 to 64 streams it leaves 1.1e-4 in `
 """
 
 
+CLOUDS_ON_FINER_GRID = 5
+"""Clouds of one layer that are computed on the next finer spectral grid."""
+
 CURVE_SHARE = 0.01
 """Largest error of a curve of reference columns, as a share of the accuracy."""
 
@@ -195,16 +198,58 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tupl
             terms *= np.divide(total, whole, out=np.ones_like(whole), where=whole > 0.0)
         else:
             terms += change
-    first = (
-        known if coarse == 0 else reference_spectra(coarsest, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
-    )
-    finer_grid = assembly.refined_grid(plan.grid_refinement.refinement + 1)
-    new = ~np.isin(finer_grid.wavenumber_cm1, grid.wavenumber_cm1)
-    between = reference_spectra(coarsest, finer_grid.wavenumber_cm1[new], thickness_m, sun, COLUMNS_AT_ONCE)
+    return terms + _grid_change(plan, coarsest, thickness_m, sun, known if coarse == 0 else None, terms)
+
+
+def _grid_change(
+    plan: Plan, model: RadianceModel, thickness_m: Array, sun: Sun | None, known: Array | None, terms: Array
+) -> Array:
+    """Return how terms (N, K, B) change on the next finer spectral grid.
+
+    The share of the total that changes is smooth in thickness: of many clouds of one layer, it is computed for a few
+    from the thinnest to the thickest, and interpolated in ln(thickness).
+
+    Parameters
+    ----------
+    known : ndarray (N, K, V), optional
+        Spectra of the columns on the grid of the scene, if they are of this model.
+    """
+    grid, finer = plan.spectral_grid, plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
+    some, shares = _few_clouds(thickness_m)
+    if known is None:
+        known = np.empty((thickness_m.shape[0], terms.shape[1], grid.wavenumber_cm1.size))
+        known[some] = reference_spectra(model, grid.wavenumber_cm1, thickness_m[some], sun, COLUMNS_AT_ONCE)
+    new = ~np.isin(finer.wavenumber_cm1, grid.wavenumber_cm1)
+    between = reference_spectra(model, finer.wavenumber_cm1[new], thickness_m[some], sun, COLUMNS_AT_ONCE)
     weights = -grid.weights_cm1
-    weights[:, np.isin(grid.wavenumber_cm1, finer_grid.wavenumber_cm1)] += finer_grid.weights_cm1[:, ~new]
-    terms += between @ finer_grid.weights_cm1[:, new].T + first @ weights.T
-    return terms
+    weights[:, np.isin(grid.wavenumber_cm1, finer.wavenumber_cm1)] += finer.weights_cm1[:, ~new]
+    change = between @ finer.weights_cm1[:, new].T + known[some] @ weights.T
+    total = np.sum(terms, axis=1, keepdims=True)
+    relative = np.divide(change, total[some], out=np.zeros_like(change), where=total[some] > 0.0)
+    result: Array = np.tensordot(shares, relative, axes=1) * total
+    return result
+
+
+def _few_clouds(thickness_m: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return rows (S,) of columns (N, L) that represent the others, and the weights (N, S) that interpolate them.
+
+    These are all columns, but of clouds of one layer alone only a few, evenly spaced in ln(thickness).
+    """
+    weights, kept = np.eye(thickness_m.shape[0]), np.ones(thickness_m.shape[0], dtype=np.bool_)
+    alone = np.count_nonzero(thickness_m, axis=1) == 1
+    for thickness in thickness_m.T:
+        own = np.flatnonzero(alone & (thickness > 0.0))
+        own = own[np.argsort(thickness[own])]
+        if own.size <= CLOUDS_ON_FINER_GRID:
+            continue
+        place = np.log(thickness, where=thickness > 0.0, out=np.zeros_like(thickness))
+        wanted = np.linspace(place[own[0]], place[own[-1]], CLOUDS_ON_FINER_GRID)
+        nodes = own[np.unique(np.argmin(np.abs(place[own] - wanted[:, None]), axis=1))]
+        kept[own], kept[nodes] = False, True
+        weights[own] = 0.0
+        for number, node in enumerate(nodes):
+            weights[own, node] = np.interp(place[own], place[nodes], np.eye(nodes.size)[number])
+    return np.flatnonzero(kept), weights[:, kept]
 
 
 def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
