@@ -85,15 +85,38 @@ def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array
     callable
         Maps ln(thickness) (M,) to (M, ...).
     """
-    # imported here so that runs with cached tables start quickly
-    from scipy.interpolate import make_interp_spline
-
     place = np.log(thickness_m)
     degree = min(DEGREE, place.size - 1)
-    # A polynomial has its knots at the ends; older versions of scipy do not place them for even degrees.
-    ends = np.repeat(place[[0, -1]], degree + 1) if place.size <= DEGREE + 1 else None
-    spline: Callable[[Array], Array] = make_interp_spline(place, values, k=degree, t=ends, axis=0)
-    return spline
+    within = place[(degree + 1) // 2 : place.size - (degree + 1) // 2] if place.size > DEGREE + 1 else place[:0]
+    knots = np.concatenate((np.repeat(place[0], degree + 1), within, np.repeat(place[-1], degree + 1)))
+    # scipy's splines would bring the import of all its solvers, .4 s, into every compilation.
+    coefficients = np.linalg.solve(_splines(knots, degree, place), values.reshape(place.size, -1))
+
+    def evaluate(ln_thickness: Array) -> Array:
+        result: Array = _splines(knots, degree, ln_thickness) @ coefficients
+        return result.reshape(-1, *values.shape[1:])
+
+    return evaluate
+
+
+def _splines(knots: Array, degree: int, x: Array) -> Array:
+    """Return the B-splines (M, N) of a degree at ``x`` (M,), continued beyond the ends.
+
+    Recursion after M. G. Cox, J. Inst. Maths Applics 10, 134-149 (1972), and C. de Boor, J. Approx. Theory 6, 50-62
+    (1972).
+    """
+    count = knots.size - degree - 1
+    cell = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, count - 1)[:, None]
+    own = np.ones((x.size, 1))
+    for order in range(1, degree + 1):
+        places = cell + np.arange(1, order + 1)
+        left, right = knots[places - order], knots[places]
+        share = own / (right - left)
+        own = np.pad((right - x[:, None]) * share, ((0, 0), (0, 1)))
+        own[:, 1:] += (x[:, None] - left) * share
+    result = np.zeros((x.size, count))
+    np.put_along_axis(result, cell + np.arange(-degree, 1), own, axis=1)
+    return result
 
 
 def curve_through(thickness_m: Array, values: Array) -> Callable[[Array], Array]:

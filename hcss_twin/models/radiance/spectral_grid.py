@@ -243,9 +243,6 @@ def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> Spectr
 
 def _factors(summands: Array, tolerance: float) -> Array:
     """Return factors (V,), mostly 0, that preserve the sums of (S, K, V) within the tolerance."""
-    # Imported here, so that a run with cached tables does not wait for it.
-    from scipy.optimize import nnls
-
     total = np.sum(summands, axis=(1, 2))
     lit = total > 0.0
     rows = (summands[lit] / total[lit, None, None]).reshape(-1, summands.shape[2])
@@ -264,14 +261,30 @@ def _factors(summands: Array, tolerance: float) -> Array:
         best = int(np.argmax(gain))
         if gain[best] <= 0.0 or len(chosen) >= every.size:
             return every
-        chosen.append(best)
-        factors, _ = nnls(rows[:, chosen], target)
-        positive = factors > 0.0
-        if not positive[-1]:
+        chosen, factors = _refit(rows, target, [*chosen, best], np.append(factors, 0.0))
+        if chosen[-1] != best:
             return every
-        chosen = [index for index, keep in zip(chosen, positive, strict=True) if keep]
-        factors = factors[positive]
         left = target - rows[:, chosen] @ factors
     result = np.zeros_like(every)
     result[chosen] = factors
     return result
+
+
+def _refit(rows: Array, target: Array, chosen: list[int], factors: Array) -> tuple[list[int], Array]:
+    """Return columns and their positive factors that fit a target best, given factors that are not negative.
+
+    As far as factors stay positive, they move toward the least squares, and columns whose factor vanishes are dropped
+    (C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems", Prentice-Hall 1974, chapter 23). scipy's function
+    would bring the import of all its solvers, .4 s, into every compilation.
+    """
+    while True:
+        fit: Array = np.linalg.lstsq(rows[:, chosen], target, rcond=None)[0]
+        falls = np.flatnonzero(fit <= 0.0)
+        if not falls.size:
+            return chosen, fit
+        shares = factors[falls] / (factors[falls] - fit[falls])
+        factors = factors + np.min(shares) * (fit - factors)
+        kept = np.delete(np.arange(factors.size), falls[shares == np.min(shares)])
+        chosen, factors = [chosen[place] for place in kept], factors[kept]
+        if not chosen:
+            return [-1], factors

@@ -73,14 +73,13 @@ def basis_values(mu: Array, nodes: Array, basis: Basis) -> Array:
 
 def gathered_linearly(mu: Array, nodes: Array, values: Array) -> Array:
     """Return ``basis_values(mu, nodes, "linear").T @ values`` (N, K) for values (P, K), and two or more nodes."""
-    # Imported here: only seas with a second reflection need it.
-    from scipy.sparse import csc_array
-
     right, part = _interval(mu, nodes)
-    places = np.stack((right - 1, right), axis=1).ravel()
-    weights = np.stack((1.0 - part, part), axis=1).ravel()
-    transposed = csc_array((weights, places, np.arange(0, 2 * mu.size + 1, 2)), shape=(nodes.size, mu.size))
-    return np.asarray(transposed @ values, dtype=np.float64)
+    order = np.argsort(right, kind="stable")
+    own, begins = np.unique(right[order], return_index=True)
+    result = np.zeros((nodes.size, values.shape[1]))
+    for place, weights in ((own - 1, 1.0 - part), (own, part)):
+        result[place] += np.add.reduceat(values[order] * weights[order, None], begins)
+    return result
 
 
 def _interval(mu: Array, nodes: Array) -> tuple[NDArray[np.intp], Array]:
