@@ -43,7 +43,9 @@ class ExponentialGas:
 def emission(depth, zenith, downward, sublayers):
     air = Air(ExponentialGas(depth), PROFILE, NU, sublayers)
     front = air.crossed([[Path()]])
-    return air.leg(front, np.ones((1, 1)), (zenith,), (300.0,), (SPACE,), downward, 0 if downward else sublayers).emission[0, 0]
+    return air.leg(
+        front, np.ones((1, 1)), (zenith,), (300.0,), (SPACE,), downward, 0 if downward else sublayers
+    ).emission[0, 0]
 
 
 def exact(depth, zenith, downward):

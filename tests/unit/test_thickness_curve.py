@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from hcss_twin.engine.tables.thickness_axis import DEGREE, curve_through, spline_through
 
@@ -18,6 +19,16 @@ def test_a_polynomial_in_ln_thickness_is_reproduced(count):
     between = np.linspace(np.log(10.0), np.log(900.0), 101)
     found = spline_through(thickness, law(np.log(thickness)))(between)
     np.testing.assert_allclose(found, law(between), rtol=1e-9, atol=1e-9 * np.max(np.abs(law(between))))
+
+
+@pytest.mark.parametrize("count", [7, 8, 17])
+def test_splines_are_those_of_scipy(count):
+    random = np.random.default_rng(count)
+    thickness, values = np.sort(random.uniform(10.0, 900.0, count)), random.normal(size=(count, 2, 3))
+    between = np.linspace(np.log(thickness[0]) - 0.01, np.log(thickness[-1]) + 0.01, 101)
+    expected = make_interp_spline(np.log(thickness), values, k=DEGREE)(between)
+    scale = np.max(np.abs(expected))
+    np.testing.assert_allclose(spline_through(thickness, values)(between) / scale, expected / scale, atol=1e-9)
 
 
 def test_a_term_that_fades_does_not_swing_below_nothing():

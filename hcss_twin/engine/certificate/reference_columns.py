@@ -24,7 +24,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes,
 from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.numerics import for_spectra, reference_level
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun
+from hcss_twin.providers import RadianceModel, Sun
 
 COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""

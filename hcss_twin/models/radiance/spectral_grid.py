@@ -278,7 +278,7 @@ def _refit(rows: Array, target: Array, chosen: list[int], factors: Array) -> tup
     would bring the import of all its solvers, .4 s, into every compilation.
     """
     while True:
-        fit: Array = np.linalg.lstsq(rows[:, chosen], target, rcond=None)[0]
+        fit = np.asarray(np.linalg.lstsq(rows[:, chosen], target, rcond=None)[0], dtype=np.float64)
         falls = np.flatnonzero(fit <= 0.0)
         if not falls.size:
             return chosen, fit

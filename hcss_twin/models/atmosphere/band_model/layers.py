@@ -329,7 +329,9 @@ class LayeredAir:
         spans: dict[tuple[float, float], list[Leg]] = {}
         for leg in legs:
             spans.setdefault((leg.lower_m, leg.upper_m), []).append(leg)
-        zenith = {each: row for row, each in enumerate(sorted({leg.zenith_deg for own in spans.values() for leg in own}))}
+        zenith = {
+            each: row for row, each in enumerate(sorted({leg.zenith_deg for own in spans.values() for leg in own}))
+        }
         members = iter(spans.values())
         for amounts in self._amounts_of_spans(np.array(list(spans)), np.array(list(zenith))):
             known.update((leg, amounts[zenith[leg.zenith_deg]]) for leg in next(members))
@@ -359,7 +361,7 @@ class LayeredAir:
     def _amounts_of_cells(
         self, lower_m: Array, upper_m: Array, first: Indices, counts: Indices, zenith_deg: Array
     ) -> Array:
-        """Return absorber amounts (Z, S, K) of spans, given their first border of cells and how many cells they have."""
+        """Return absorber amounts (Z, S, K) of spans from their first border of cells on."""
         starts, span = np.cumsum(counts) - counts, np.repeat(np.arange(counts.size), counts)
         cell = np.arange(span.size) - starts[span] + first[span] - 1
         bottom, top = self._limit_m[cell], self._limit_m[cell + 1]

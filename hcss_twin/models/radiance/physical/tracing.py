@@ -99,9 +99,7 @@ class Tracer:
         where = self._columns.directions.zenith_deg
         zeniths = [where[index] for index in rays.directions]
         scattered = self._columns.scattered_sublayers if rays.source == SCATTERED_AIR else 0
-        leg = self._columns.air.leg(
-            rays.crossed, rays.transmittance, zeniths, lower_m, upper_m, downward, scattered
-        )
+        leg = self._columns.air.leg(rays.crossed, rays.transmittance, zeniths, lower_m, upper_m, downward, scattered)
         result = np.zeros((len(TERMS), *leg.emission.shape))
         result[rays.source] = leg.emission
         return result, Rays(leg.crossed, leg.transmittance, rays.directions, rays.source)
