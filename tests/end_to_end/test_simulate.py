@@ -59,7 +59,7 @@ def test_shipped_scenarios_run(name):
     ],
 )
 def test_shipped_scenarios_run_with_their_own_models(name):
-    assert_runs(name, DEFAULT)
+    assert_runs(name, DEFAULT | COARSE)
 
 
 def assert_runs(name, models):
