@@ -169,7 +169,7 @@ DEAR = {
 }
 
 
-# The laws of physical-two-stream are in test_registry_builtins.py, too; the command reaches it as it does the other two.
+# Those of physical-two-stream are in test_registry_builtins.py, too; the command reaches it as it does the other two.
 @pytest.mark.parametrize(
     "name",
     [

@@ -32,7 +32,7 @@ SHIPPED = ["baseline", "cirrus", "cumulus", "simulated", "stratus"]
 @pytest.fixture(scope="module")
 def stratus(tmp_path_factory):
     """A cube of the default models."""
-    overrides = {**DEFAULT, **NARROW, "output.variables": ["radiance", "terms"]}
+    overrides = {**DEFAULT, **COARSE, **NARROW, "output.variables": ["radiance", "terms"], "output.certificate": 0}
     with simulate(Scenario.load("stratus", overrides), tmp_path_factory.mktemp("stratus") / "cube.nc") as cube:
         yield cube
 
@@ -169,7 +169,7 @@ def assert_tables_agree_with_the_reference_path(name, accuracy, overrides):
 
 def test_night_has_no_sunlight_and_the_plan_says_so():
     night = {"time": "2024-04-20T00:30:00+10:00", "output.variables": ["radiance", "terms"]}
-    scenario = Scenario.load("stratus", {**DEFAULT, **NARROW, **night})
+    scenario = Scenario.load("stratus", {**DEFAULT, **COARSE, **NARROW, **night})
     cube = simulate(scenario)
     assert np.all(cube.radiance_sea_reflected_sun == 0)
     assert np.all(cube.radiance_cloud_reflected_sun == 0)

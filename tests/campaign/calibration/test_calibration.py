@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 RESULTS = Path(__file__).parent
-IMAGES = 2
-"""A fixed sample: each takes 8 s of processor time. The committed results are those of 400."""
+IMAGES = 4
 
 
 @pytest.mark.parametrize("name", ["results", "results-seed-1"])
@@ -32,8 +31,8 @@ def test_intervals_hold_the_parameters_that_images_were_made_with():
     # Fewer independent draws than those of the committed rows, and enough for quantiles of 5 and 95 %.
     rows = [calibration.calibrate_one(index, 64, 11, most_steps=10_000, samples=200.0) for index in range(IMAGES)]
     refused = [row["refused"] for row in rows if "refused" in row]
-    # An image may have two modes between which chains hardly change, which is seen.
-    assert len(refused) < IMAGES
+    # One has two modes between which chains hardly change, which is seen.
+    assert len(refused) <= 1
     assert all("not converged" in reason for reason in refused)
     rows = [row for row in rows if "refused" not in row]
     inside = [held for row in rows for held in row["inside_90"].values()]
