@@ -169,8 +169,14 @@ DEAR = {
 }
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", DEAR)
+# Those of physical-two-stream are in test_registry_builtins.py, too; the command reaches it as it does the other two.
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.campaign if name == "physical-two-stream" else pytest.mark.long)
+        for name in DEAR
+    ],
+)
 def test_a_dear_builtin_provider_passes(name, tmp_path):
     columns = {"surrogate": 100, "imagery": 4096}.get(name)  # an hour of the kit's motion stays within the image
     image = {}

@@ -29,7 +29,7 @@ def _scene(folder, cloud_type="stratus", generator="imagery", **layer):
         "image": {"rows": SIDE, "columns": SIDE, "pixel_size": 1000.0},
         "frames": {"count": 1},
         "bands": ["lwir-10.8"],
-        "output": {"variables": ["brightness_temperature", "cloud_layer_thickness"]},
+        "output": {"variables": ["brightness_temperature", "cloud_layer_thickness"], "certificate": 0},
         "clouds": {
             "type": cloud_type,
             "generator": generator,

@@ -152,12 +152,23 @@ def test_geometry_is_that_of_the_pixels_without_an_altitude_of_the_image_centre(
     np.testing.assert_allclose(angles["longitude"][0], longitude, rtol=1e-14)
 
 
-def test_windows_tiles_workers_and_zarr_have_the_same_bits(folder, whole, monkeypatch):
+@pytest.fixture
+def small_tiles():
+    """Tiles of 400 pixels from the call on; patches of its own, on which no analysis of the scene depends."""
+
+    def cut():
+        patch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
+        patch.setattr(parts, "TILE_PIXELS", 400)
+
+    with pytest.MonkeyPatch.context() as patch:
+        yield cut
+
+
+def test_windows_tiles_workers_and_zarr_have_the_same_bits(folder, whole, small_tiles):
     part = slice(11, 19), slice(17, 26)
     window = {"image.window": {"rows": [11, 19], "columns": [17, 26]}}
     same(whole, run(planned(**window), folder / "part.nc"), part)
-    monkeypatch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
-    monkeypatch.setattr(parts, "TILE_PIXELS", 400)
+    small_tiles()
     plan = planned()
     same(whole, run(plan, folder / "tiles.zarr"))
     with ThreadPoolExecutor(1) as executor:  # as in a worker, with a plan of its own

@@ -6,6 +6,7 @@ The environments borrow the packages of the running one, so nothing is downloade
 import importlib.util
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -258,11 +259,12 @@ def test_new_plugins_are_listed(written):
     assert found >= {(str(kind), f"own-{kind}") for kind in Kind}
 
 
-@pytest.mark.parametrize("kind", Kind)
-def test_the_tests_of_a_new_plugin_pass(written, kind):
-    done = written.call("-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", f"hcss-own-{kind}")
+def test_the_tests_of_new_plugins_pass(written):
+    folders = [f"hcss-own-{kind}" for kind in Kind]
+    done = written.call("-m", "pytest", "-v", "-p", "no:cacheprovider", "-W", "error", *folders)
     assert done.returncode == 0, done.stdout
-    assert " passed" in done.stdout
+    for kind in Kind:
+        assert re.search(rf"test_\w*{kind}\.py::.* PASSED", done.stdout), done.stdout
 
 
 def test_a_new_plugin_is_fully_typed(written):

@@ -276,7 +276,7 @@ def whole(tmp_path_factory):
     return path.with_name("whole.sensor.nc")
 
 
-def test_windows_tiles_and_verification_have_the_same_bits(tmp_path, whole, monkeypatch):
+def test_windows_tiles_and_verification_have_the_same_bits(tmp_path, whole):
     every = {"sensor.variables": ["all"], **CLOUDS}
     window = {"image.window": {"rows": [3, 9], "columns": [5, 31]}}
     part, _ = measured(tmp_path / "part.nc", CHAIN, sources(SPEED), **every, **window)
@@ -284,9 +284,11 @@ def test_windows_tiles_and_verification_have_the_same_bits(tmp_path, whole, monk
     for name in ("radiance", "digital_number", "saturated"):
         np.testing.assert_array_equal(part[name], full[name][:, :, 3:9, 5:31], name)
     assert verify_cube(whole).verdict is Verdict.IDENTICAL
-    monkeypatch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
-    monkeypatch.setattr(parts, "TILE_PIXELS", 90)
-    tiled, _ = measured(tmp_path / "tiles.nc", CHAIN, sources(SPEED), **every)
+    # Patches of its own, on which no analysis of the scene depends: that of the whole serves.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
+        patch.setattr(parts, "TILE_PIXELS", 90)
+        tiled, _ = measured(tmp_path / "tiles.nc", CHAIN, sources(SPEED), **every)
     np.testing.assert_array_equal(tiled.radiance, full.radiance)
     assert full.attrs["instrument"] == "smearing, then rollingshutter, then radiometer, then radiometer"
 

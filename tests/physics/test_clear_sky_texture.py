@@ -17,7 +17,7 @@ BASE = {
     "view": {"zenith": 30.0},
     "image": {"rows": SIZE, "columns": SIZE, "pixel_size": 3000.0},
     "frames": {"count": 1},
-    "bands": [[3.6, 4.1], [10.3, 11.3], [11.5, 12.5]],
+    "bands": [[3.6, 4.1], [10.3, 11.3]],
     "sea": {"temperature": 293.0, "wind_speed": 6.0},
     "output": {"variables": ["radiance", "cloud_thickness"], "certificate": 0},
 }
@@ -141,8 +141,8 @@ def test_the_stated_error_covers_the_kink_of_haze_at_70_percent_humidity() -> No
 
 
 def test_sea_temperature_vanishes_beneath_opaque_cloud() -> None:
-    clouds = {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"}
-    cube, plain = (simulate(scene(sea={"temperature_texture": each}, clouds=clouds)) for each in (0.5, 0.0))
+    same = {"clouds": {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"}, "bands": [[10.3, 11.3]]}
+    cube, plain = (simulate(scene(sea={"temperature_texture": each}, **same)) for each in (0.5, 0.0))
     change, thickness = cube.radiance.values[0] / plain.radiance.values[0] - 1.0, cube.cloud_thickness.values[0]
     clear, thick = thickness == 0.0, thickness > 0.8 * thickness.max()
     assert np.all(np.std(change[:, clear], axis=1) > 2e-3)
@@ -156,6 +156,7 @@ def test_certificate_includes_the_texture() -> None:
             atmosphere={"water_vapour_texture": 0.05},
             clouds={"type": "cirrus", "coverage": 0.5, "coverage_mode": "field"},
             output={"certificate": 12},
+            accuracy=1e-2,
         )
     )
     assert cube.attrs["hcss_certificate"].startswith("PASSED")

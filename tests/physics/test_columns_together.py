@@ -39,9 +39,11 @@ def columns_of(plan, count):
 def test_columns_computed_together_are_those_computed_one_by_one(name, overrides):
     plan = hcss_twin.make_plan(hcss_twin.Scenario.load(name, ONE_BY_ONE | BANDS | overrides))
     sun = plan.sun_at(0.0)
-    # So few that all columns with the same layers are one stack, and so many that they are several.
+    # So few that all columns with the same layers are one stack, and so many that they are several: how stacks are cut
+    # depends on the number of layers alone.
     grid = plan.spectral_grid.wavenumber_cm1
-    for wavenumber, count, several in ((grid[::8], 6, False), (grid, 9, True)):
+    cases = ((grid[::8], 6, False), (grid, 9, True))
+    for wavenumber, count, several in cases if not overrides or name == TWO_LAYERS else cases[:1]:
         thickness = columns_of(plan, count)
         if len(plan.layers) == 1:
             assert (len(thickness) > _VALUES_TOGETHER // wavenumber.size) == several

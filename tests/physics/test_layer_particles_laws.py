@@ -37,7 +37,8 @@ def test_the_plan_tells_the_extinction_of_large_particles():
     told = describe(planned(effective_radius=12.0, water_content=0.3))["layers"][0]["particles"]
     assert told["large_particle_extinction_m1"] == pytest.approx(1.5 * 0.3e-3 / (1000.0 * 12e-6), rel=1e-4)
     assert (told["material"], told["effective_radius_um"]) == ("water", pytest.approx(12.0, rel=1e-5))
-    done = CliRunner().invoke(cli, ["plan", "stratus", *CHEAP_OPTIONS, "--set", "clouds.effective_radius=12"])
+    given = ["--set", "clouds.effective_radius=12", "--set", 'bands=["lwir"]']
+    done = CliRunner().invoke(cli, ["plan", "stratus", *CHEAP_OPTIONS, *given])
     assert "stratus: water, effective radius 12 um, variance 0.129, 0.302 g m-3, extinction" in done.output
 
 

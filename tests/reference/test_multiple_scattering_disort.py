@@ -218,11 +218,20 @@ def test_droplets_that_do_not_absorb_agree_with_discrete_ordinates() -> None:
     check_catalog("bulk stratus", 3.7, 10.0, 0.6, albedo=1.0 - 1e-6)
 
 
+WAVELENGTHS, THICKNESSES, SUNS = (2.8, 3.7, 11.0), (0.03, 0.3, 30.0), (0.2, 0.6, 0.95)
+
+
+# Each pair of wavelength, thickness and sun with each kind in CI; all in the campaign.
 @warned
-@pytest.mark.long
-@pytest.mark.parametrize("mu_sun", [0.2, 0.6, 0.95])
-@pytest.mark.parametrize("tau", [0.03, 0.3, 30.0])
-@pytest.mark.parametrize("wavelength_um", [2.8, 3.7, 11.0])
+@pytest.mark.parametrize(
+    ("wavelength_um", "tau", "mu_sun"),
+    [
+        pytest.param(
+            WAVELENGTHS[i], THICKNESSES[j], SUNS[k], marks=pytest.mark.campaign if (i + j + k) % 3 else pytest.mark.long
+        )
+        for i, j, k in np.ndindex(3, 3, 3)
+    ],
+)
 @pytest.mark.parametrize("kind", KINDS)
 def test_thin_and_thick_layers_of_the_catalog_agree_with_discrete_ordinates(kind, wavelength_um, tau, mu_sun) -> None:
     check_catalog(kind, wavelength_um, tau, mu_sun, (8, 16, 24))

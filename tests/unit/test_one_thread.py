@@ -113,3 +113,12 @@ def test_the_scene_analysis_does_not_depend_on_the_number_of_threads():
         numbers.append(subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True))
     assert all(each.returncode == 0 for each in numbers), numbers[0].stderr
     assert len({each.stdout for each in numbers}) == 1
+
+
+@pytest.mark.skipif("PYTEST_XDIST_WORKER" not in os.environ, reason="in workers of pytest-xdist")
+def test_workers_of_the_tests_have_one_thread_each_whatever_has_imported_numpy_before():
+    import scipy.linalg  # noqa: F401  for the BLAS that it brings
+    from threadpoolctl import threadpool_info
+
+    threads = {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+    assert threads == {1} or os.environ["OMP_NUM_THREADS"] != "1"

@@ -88,7 +88,7 @@ def test_a_picture_is_drawn_and_nothing_else_is_left(answer):
 
 def test_json_in_place_of_the_table_and_nothing_kept_by_the_user_is_used_or_changed(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
-    one = SMALL[:-2]  # of the two accuracies
+    one = [*SMALL[:-2], "--pixels", "2"]  # of the two accuracies
     done = CliRunner().invoke(command, [*one, "--folder", str(tmp_path), "--json", "-"])
     assert json.loads(done.stdout)["as-printed"]["rounds"] == 1
     assert list(tmp_path.iterdir()) == []
@@ -137,7 +137,7 @@ def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(mon
 
 def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr(tmp_path):
     scene = ("--set", 'accuracy="0.5 K"', "--set", 'bands=["lwir"]')
-    asked = ("--accuracy", "1e-3", "--accuracy", "500 mK")
+    asked = ("--pixels", "2", "--accuracy", "1e-3", "--accuracy", "500 mK")
     files = ("--folder", str(tmp_path), "--json", str(tmp_path / "found.json"))
     done = CliRunner().invoke(command, [*SMALL[:-4], *scene, *asked, *files])
     assert done.exit_code == 0, done.output
