@@ -54,6 +54,10 @@ class FrameClouds:
         self._clouds = _generators(plan)
         self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
 
+    def at(self, time_s: float) -> FrameClouds:
+        """Return the clouds of another instant."""
+        return self if time_s == self._time_s else FrameClouds(self._plan, time_s)
+
     def thickness_m(self, window: Window) -> list[Thickness]:
         """Thickness of each layer at the points of a window in or around the image.
 

@@ -41,6 +41,7 @@ class ReferenceLight(SourceLight):
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
+        self.seen = ()
         if inputs.points > MOST_POINTS:
             raise LightError(
                 f"Monte Carlo of {inputs.points} points (pixels, their points and frames); allowed: {MOST_POINTS}; "

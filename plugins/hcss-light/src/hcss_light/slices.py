@@ -129,7 +129,8 @@ def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, resu
                 base = count * slice_m - own if hanging else 0.0
                 low = min(max((s * slice_m - base) / own, 0.0), 1.0)
                 high = min(max(((s + 1) * slice_m - base) / own, 0.0), 1.0)
-                result[s, y, x] = (high**power - low**power) * own / slice_m
+                share = high - low if power == 1.0 else high**power - low**power
+                result[s, y, x] = share * own / slice_m
 
 
 @inner()

@@ -17,8 +17,9 @@ from typing import ClassVar
 import numpy as np
 
 from hcss_light.bands import Group, groups_of_bands
+from hcss_light.kept import KeptSource
 from hcss_light.slices import Field, Slices, slices_of
-from hcss_light.source import Direction, Surroundings, absorbed_radiance, sourced_radiance
+from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
 from hcss_light.stated import stated_errors
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.providers import Array, Sun
@@ -79,6 +80,11 @@ class SourceLight:
         )
         # One point for each of two interpolations.
         self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
+        if self.tier == "source":
+            self.seen = tuple(
+                (math.ceil(max(-float(np.min(own)), 0.0)) + 2, math.ceil(max(float(np.max(own)), 0.0)) + 2)
+                for own in seen.T
+            )
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
@@ -133,15 +139,30 @@ class InstantLight:
             dark = [[each.at_night() for each in own] for own in lights]
             self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
 
-    def correct(self, thickness_m: Field) -> tuple[Array, Array, Array]:
-        """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x)."""
+    def keep(self, thickness_m: Field, inner: Sequence[slice]) -> KeptSource:
+        """Return the source functions of clouds (y, x) within some rows and columns."""
         density = self._slices.density(thickness_m, self._shape)
+        sources = [each.source(density)[:, *inner] for own in self._lights for each in own]
+        return KeptSource.of(density[:, *inner], sources)
+
+    def correct(
+        self, thickness_m: Field, kept: KeptSource | None = None, moved: Sequence[float] = (0.0, 0.0)
+    ) -> tuple[Array, Array, Array]:
+        """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x).
+
+        Parameters
+        ----------
+        kept : KeptSource, optional
+            Of the same clouds before they moved by so many rows and columns.
+        """
+        density = self._slices.density(thickness_m, self._shape)
+        sources = iter(() if kept is None else kept.at(density, moved))
         share, change = np.empty((2, len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
         for band, own in enumerate(self._lights):
             total = np.zeros(thickness_m.shape)
             for each in own:
-                amount, radiance = each.radiance(density)
+                amount, radiance = each.radiance(density, next(sources, None))
                 total += radiance
             np.minimum(amount, self._most_m, out=amount)
             uniform, dark = (np.interp(amount, self._nodes_m, each[band]) for each in (self._uniform, self._dark))
@@ -177,11 +198,20 @@ class GroupLight:
             )
         return np.array([self.radiance(each)[1].item() for each in columns])
 
-    def radiance(self, density: Field) -> tuple[Array, Array]:
-        """Return the amount of cloud (m), and the radiance, each (y, x), along the lines of sight."""
+    def source(self, density: Field) -> Field:
+        """Return the source function (Z, y, x) toward the view."""
+        return scattered_source(
+            self._slices, density, self._group.particles, self._group.around, self._view, self._sun
+        )  # fmt: skip
+
+    def radiance(self, density: Field, source: Field | None = None) -> tuple[Array, Array]:
+        """Return the amount of cloud (m), and the radiance, each (y, x), along the lines of sight.
+
+        The tier ``source`` may be given its source function.
+        """
         around = self._group.around
         if self._tier == "source":
-            return self._sourced(density, around)
+            return self._sourced(density, around, source)
         particles, view = self._group.particles, self._view
         amount, radiance = absorbed_radiance(self._slices, density, particles, around, view, self._reference_m)
         if self._weights is not None:
@@ -189,9 +219,9 @@ class GroupLight:
                 radiance += weight * each
         return amount, radiance
 
-    def _sourced(self, density: Field, around: Surroundings) -> tuple[Array, Array]:
-        particles = self._group.particles
-        return sourced_radiance(self._slices, density, particles, around, self._view, self._sun, self._reference_m)
+    def _sourced(self, density: Field, around: Surroundings, source: Field | None = None) -> tuple[Array, Array]:
+        given = self._group.particles, around, self._view, self._sun, self._reference_m, source
+        return sourced_radiance(self._slices, density, *given)
 
     def _integrals(self, density: Field) -> Array:
         assert self._sun is not None
