@@ -54,10 +54,6 @@ class FrameClouds:
         self._clouds = _generators(plan)
         self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
 
-    def at(self, time_s: float) -> FrameClouds:
-        """Return the clouds of another instant."""
-        return self if time_s == self._time_s else FrameClouds(self._plan, time_s)
-
     def thickness_m(self, window: Window) -> list[Thickness]:
         """Thickness of each layer at the points of a window in or around the image.
 
@@ -233,7 +229,7 @@ class PartMaker:
         if plan.light is not None and tables is not None:
             from hcss_twin.engine.light import LightStage  # not for independent columns
 
-            self._light = LightStage(plan, tables)
+            self._light = getattr(plan.light.transport, "stage", LightStage)(plan, tables)
         self._derived: DerivedStage | None = None
         if plan.assembly.derived:
             from hcss_twin.engine.derived import DerivedStage  # not for scenes without such variables

@@ -220,7 +220,7 @@ def wind_velocity_m_s(speed_m_s: float, from_deg: float) -> tuple[float, float]:
     return speed_m_s * math.sin(bearing), speed_m_s * math.cos(bearing)
 
 
-def moving(motion: Motion, section: Layer, scenario: Scenario) -> Motion:
+def _moving(motion: Motion, section: Layer, scenario: Scenario) -> Motion:
     """Return the motion of a layer, which may have its own wind."""
     if section.wind_speed is None and section.wind_from is None:
         return motion
@@ -248,7 +248,7 @@ def build_generators(
         inputs = CloudInputs(
             layer,
             enlarged(points, margin),
-            moving(motion, section, scenario),
+            _moving(motion, section, scenario),
             layer_seed(scenario.seed, index),
             catalog,
             each.type_parameters,

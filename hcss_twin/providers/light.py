@@ -82,10 +82,7 @@ class LightTransport(Protocol):
     """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them.
 
     ``cost``: time for each pixel relative to other transports; infinite: the plan does not choose it.
-
-    Optional ``seen``: as ``reach``, for the lines of sight alone. Light in clouds is then kept while they drift:
-    instants have a method ``keep(thickness_m, inner)``, whose result for the rows and columns ``inner`` is given to
-    ``correct`` after the thickness, with the rows and columns, 0 or more, by which the clouds have moved since.
+    Optional ``stage``: a function of plan and tables that returns another :class:`~hcss_twin.engine.light.LightStage`.
     """
 
     reach: tuple[tuple[int, int], tuple[int, int]]

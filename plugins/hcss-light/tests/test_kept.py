@@ -5,11 +5,12 @@ import pytest
 
 from hcss_twin import Scenario
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.plan.make_plan import make_plan
 
 
-def maker(time, band, evolution="frozen", **changes):
+def scene(time, band, evolution="frozen"):
     values = {
         "time": f"2024-04-20T{time}:30:00+10:00",
         "place": {"latitude": 20.0, "longitude": 150.0},
@@ -23,8 +24,8 @@ def maker(time, band, evolution="frozen", **changes):
         "output": {"variables": ["radiance"], "certificate": 0},
         "radiance": {"light": "source"},
     }
-    plan = make_plan(Scenario.from_dict(values | changes))
-    return PartMaker(plan, tables_of(plan))
+    plan = make_plan(Scenario.from_dict(values))
+    return plan, tables_of(plan)
 
 
 def frame(own, number, rows=slice(0, 24), columns=slice(0, 24)):
@@ -36,9 +37,10 @@ def frame(own, number, rows=slice(0, 24), columns=slice(0, 24)):
     [("23", [10.5, 11.0], "frozen", 2e-3), ("23", [3.6, 3.8], 1800.0, 1e-2), ("14", [3.6, 3.8], "frozen", 0.12)],
 )
 def test_frames_between_two_instants_have_the_radiance_of_light_computed_afresh(time, band, evolution, allowed):
-    """Clouds have moved by parts of a pixel; by day the light of the same field on other pixels differs by several percent."""
-    kept, afresh = maker(time, band, evolution), maker(time, band, evolution)
-    afresh._light._seen = None
+    """Clouds have moved by parts of a pixel; by day light on other pixels of the same field differs by several percent."""
+    parts = scene(time, band, evolution)
+    kept, afresh = PartMaker(*parts), PartMaker(*parts)
+    afresh._light = LightStage(*parts)
     own, exact = frame(kept, 17), frame(afresh, 17)
     assert np.any(own != exact)
     assert np.sqrt(np.mean((own - exact) ** 2)) < allowed * exact.mean()
@@ -46,9 +48,9 @@ def test_frames_between_two_instants_have_the_radiance_of_light_computed_afresh(
 
 
 def test_a_window_of_a_frame_between_two_instants_has_the_bits_of_the_frame():
-    args = "14", [3.6, 3.8], 1800.0
-    whole = frame(maker(*args), 13)
-    np.testing.assert_array_equal(frame(maker(*args), 13, slice(5, 21), slice(9, 24)), whole[5:21, 9:24])
+    parts = scene("14", [3.6, 3.8], 1800.0)
+    whole = frame(PartMaker(*parts), 13)
+    np.testing.assert_array_equal(frame(PartMaker(*parts), 13, slice(5, 21), slice(9, 24)), whole[5:21, 9:24])
 
 
 def test_light_is_computed_once_while_clouds_drift(monkeypatch):
@@ -56,7 +58,7 @@ def test_light_is_computed_once_while_clouds_drift(monkeypatch):
 
     calls = []
     compute = transport.scattered_source
-    own = maker("23", [10.5, 11.0])
+    own = PartMaker(*scene("23", [10.5, 11.0]))
     frame(own, 3)
 
     def counted(slices, density, *rest):

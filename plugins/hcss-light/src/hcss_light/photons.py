@@ -16,6 +16,9 @@ from hcss_light.reference import reference_radiance
 from hcss_light.slices import Field, Slices
 from hcss_light.transport import LOWEST_SUN_DEG, SourceLight
 from hcss_light.voxels import LightError
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
@@ -41,7 +44,6 @@ class ReferenceLight(SourceLight):
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
-        self.seen = ()
         if inputs.points > MOST_POINTS:
             raise LightError(
                 f"Monte Carlo of {inputs.points} points (pixels, their points and frames); allowed: {MOST_POINTS}; "
@@ -62,6 +64,11 @@ class ReferenceLight(SourceLight):
     def expected_errors(self) -> list[float]:
         """Return the noise (B,), rms over pixels relative to the mean radiance."""
         return [float(each) for each in self._noise]
+
+    @classmethod
+    def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
+        """Return the computation of frames, each for itself."""
+        return LightStage(plan, tables)
 
     def at(self, sun: Sun | None) -> InstantPhotons:  # type: ignore[override]
         """Return the light at one instant."""

@@ -22,6 +22,9 @@ from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
 from hcss_light.stated import stated_errors
 from hcss_light.sums import fitted_weights, sun_integrals
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
@@ -100,6 +103,13 @@ class SourceLight:
         middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
         sunlit = inputs.sun_zenith_deg.size > 0
         return stated_errors(tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle, inputs.point_m)
+
+    @classmethod
+    def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
+        """Return the computation of frames, which keeps the light in clouds if it can."""
+        from hcss_light.stage import stage  # not for plans alone
+
+        return stage(plan, tables) if cls.tier == "source" else LightStage(plan, tables)
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
