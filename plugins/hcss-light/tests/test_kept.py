@@ -37,7 +37,7 @@ def frame(own, number, rows=slice(0, 24), columns=slice(0, 24)):
     [("23", [10.5, 11.0], "frozen", 2e-3), ("23", [3.6, 3.8], 1800.0, 1e-2), ("14", [3.6, 3.8], "frozen", 0.12)],
 )
 def test_frames_between_two_instants_have_the_radiance_of_light_computed_afresh(time, band, evolution, allowed):
-    """Clouds have moved by parts of a pixel; by day light on other pixels of the same field differs by several percent."""
+    """Clouds have moved by parts of a pixel; by day light on other pixels differs by several percent."""
     parts = scene(time, band, evolution)
     kept, afresh = PartMaker(*parts), PartMaker(*parts)
     afresh._light = LightStage(*parts)

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from hcss_light.reference import reference_radiance
+from hcss_light.reference import levels_of, reference_radiance
+from hcss_light.stage import shares_of
 from hcss_light.transport import SourceLight
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario
@@ -78,8 +79,11 @@ def compare(
             for at, (before, after) in zip((row, column), transport.reach, strict=True)
         ]
         (thickness,) = clouds.thickness_m((around[0], around[1]))
+        shares = shares_of(plan, time_s, (around[0], around[1]), thickness, levels_of(transport.slices).edges_m)
         inside = np.array([[each[0] for each in transport.reach]])
-        found = reference_radiance(inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number)
+        found = reference_radiance(
+            inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number, shares
+        )
         mean[number], error[number] = (each[0] for each in found)
         for name, maker in makers.items():
             part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))

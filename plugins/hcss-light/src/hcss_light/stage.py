@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_light.slices import Field
+from hcss_light.voxels import LightError
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.stream import FrameClouds
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.clouds import wind_velocity_m_s
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, pixel_sums
+from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import Sun
 
 SQUARES_OF_FRAME = 64
@@ -32,27 +34,48 @@ KEPT_S, MOST_KEPT = 60.0, 2**22
 _Square = tuple[Any, Array, Array, Array, Array, Array]
 
 
-def stage(plan: Plan, tables: RadianceTables) -> LightStage:
-    """Return the stage of a plan: light is kept if the frames are close in time, and the image is not too large."""
-    keeping = KeepingStage(plan, tables)
-    often = 3.0 * plan.scenario.frames.interval <= KEPT_S
-    return keeping if often and keeping.columns <= MOST_KEPT else LightStage(plan, tables)
+def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
+    """Return the stage of a plan: light is kept if it can be, the frames are close, and the image is not too large."""
+    own = DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
+    return own if own.is_needed else LightStage(plan, tables)
 
 
-class KeepingStage(LightStage):
+def shares_of(plan: Plan, time_s: float, window: Window, thickness_m: Field, edges_m: Array) -> Field | None:
+    """Return how the cloud of points is spread over heights, if its generator says so."""
+    shares = getattr(plan.assembly.generators[0], "height_shares", None)
+    rows, columns = (points_of(each, plan.samples_per_pixel) for each in window)
+    result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
+    return result
+
+
+class DriftingStage(LightStage):
     """Light in clouds is computed every :data:`KEPT_S` only, and moves with the clouds.
 
-    Each frame is the mean of its two neighbours in time, by their distances.
+    Each frame is the mean of its two neighbours in time, by their distances. Clouds may have any shape in height.
+
+    Parameters
+    ----------
+    keeps : bool
+        False: each frame is computed for itself.
     """
 
-    def __init__(self, plan: Plan, tables: RadianceTables) -> None:
+    def __init__(self, plan: Plan, tables: RadianceTables, keeps: bool) -> None:
         super().__init__(plan, tables)
+        transport: Any = self._transport
         samples, pixels = plan.samples_per_pixel, self._pixels
         # One pixel more: clouds lie between the pixels of the instant whose light is kept.
-        self._seen = [tuple(-(-each // samples) + 1 for each in both) for both in self._transport.seen]  # type: ignore
+        seen = [tuple(-(-each // samples) + 1 for each in both) for both in transport.seen] if keeps else self._reach
         # Squares of two instants, with those of clouds that enter the image.
         self._most_kept = 2 * (-(-plan.grid.rows // pixels) + 1) * (-(-plan.grid.columns // pixels) + 1)
-        self.columns = self._most_kept * math.prod((pixels + sum(each)) * samples for each in self._seen)
+        columns = self._most_kept * math.prod((pixels + sum(each)) * samples for each in seen)
+        self._keeps = keeps and columns <= MOST_KEPT
+        self._seen = seen if self._keeps else self._reach
+        shapes, slant = hasattr(plan.assembly.generators[0], "height_shares"), plan.scenario.slant
+        if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
+            key = "slant.parallax" if slant.parallax else "radiance.light_profile"
+            raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
+        self.is_needed = self._keeps or shapes
+        self._edges_m: Array = transport.edges_m
         motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
         east, north = motion.cloud_velocity_m_s
         if section.wind_speed is not None or section.wind_from is not None:
@@ -111,7 +134,7 @@ class KeepingStage(LightStage):
         first = KEPT_S * math.floor(time_s / KEPT_S)
         # Films of clouds end with the sequence.
         last = min(first + KEPT_S, max(float(self._plan.frame_times_s[-1]), time_s))
-        if time_s == last:
+        if time_s == last or not self._keeps:
             return [(time_s, 1.0)]
         share = (time_s - first) / (last - first)
         return [(first, 1.0 - share), (last, share)] if share > 0.0 else [(first, 1.0)]
@@ -136,22 +159,30 @@ class KeepingStage(LightStage):
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
         if before is not None and still and np.array_equal(before[1], thickness):
             return before
-        kept = self._kept_of(own_s, key[1:], light, around)
-        amount, share, change = light.correct(np.ascontiguousarray(thickness), kept, moved * samples)
+        shares = self._shares(self._time_s, wide, thickness)
+        kept = (self._kept_of(own_s, key[1:], light, around), moved * samples) if self._keeps else ()
+        amount, share, change = light.correct(np.ascontiguousarray(thickness), *kept, **shares)
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._seen]
         return light, thickness.copy(), moved, amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
+
+    def _shares(self, time_s: float | None, window: Window, thickness_m: Field) -> dict[str, Field]:
+        assert time_s is not None
+        shares = shares_of(self._plan, time_s, window, thickness_m, self._edges_m)
+        return {} if shares is None else {"shares": shares}
 
     def _kept_of(self, time_s: float, place: tuple[int, int], light: Any, clouds: Any) -> Any:
         """Return the light in the clouds of a square of the lattice at an instant."""
         key, samples, side = (time_s, *place), self._plan.samples_per_pixel, self._pixels
         if key not in self._kept:
             first = place[0] * side, place[1] * side
-            (thickness,) = clouds.thickness_m(_around(first, side, self._reach))
+            wide = _around(first, side, self._reach)
+            (thickness,) = clouds.thickness_m(wide)
             inner = [
                 slice((far - near) * samples, (far + side + high) * samples)
                 for (far, _), (near, high) in zip(self._reach, self._seen, strict=True)
             ]
-            self._kept[key] = light.keep(np.ascontiguousarray(thickness), inner)
+            shares = self._shares(time_s, wide, thickness)
+            self._kept[key] = light.keep(np.ascontiguousarray(thickness), inner, **shares)
             if len(self._kept) > self._most_kept:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)

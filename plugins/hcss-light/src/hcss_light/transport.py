@@ -89,6 +89,11 @@ class SourceLight:
                 for own in seen.T
             )
 
+    @property
+    def edges_m(self) -> Array:
+        """Altitudes at which the shares of heights are asked."""
+        return self.slices.edges_m
+
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
         return self._stated(self.tier)
@@ -109,7 +114,7 @@ class SourceLight:
         """Return the computation of frames, which keeps the light in clouds if it can."""
         from hcss_light.stage import stage  # not for plans alone
 
-        return stage(plan, tables) if cls.tier == "source" else LightStage(plan, tables)
+        return stage(plan, tables, cls.tier == "source")
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
@@ -149,14 +154,18 @@ class InstantLight:
             dark = [[each.at_night() for each in own] for own in lights]
             self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
 
-    def keep(self, thickness_m: Field, inner: Sequence[slice]) -> KeptSource:
+    def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
-        density = self._slices.density(thickness_m, self._shape)
+        density = self._slices.density(thickness_m, self._shape, shares)
         sources = [each.source(density)[:, *inner] for own in self._lights for each in own]
         return KeptSource.of(density[:, *inner], sources)
 
     def correct(
-        self, thickness_m: Field, kept: KeptSource | None = None, moved: Sequence[float] = (0.0, 0.0)
+        self,
+        thickness_m: Field,
+        kept: KeptSource | None = None,
+        moved: Sequence[float] = (0.0, 0.0),
+        shares: Field | None = None,
     ) -> tuple[Array, Array, Array]:
         """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x).
 
@@ -164,8 +173,10 @@ class InstantLight:
         ----------
         kept : KeptSource, optional
             Of the same clouds before they moved by so many rows and columns.
+        shares : ndarray (Z, y, x), optional
+            Of each column between the altitudes ``edges_m`` of the transport.
         """
-        density = self._slices.density(thickness_m, self._shape)
+        density = self._slices.density(thickness_m, self._shape, shares)
         sources = iter(() if kept is None else kept.at(density, moved))
         share, change = np.empty((2, len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
