@@ -297,8 +297,7 @@ class CloudGeneratorOptions(Protocol):
     ) -> NDArray[np.float32]:
         """Return how the cloud of each point is spread over heights: shares (Z, y, x) between altitudes (Z + 1,).
 
-        For light that is not confined to columns. The edges ascend from base to top of the layer. Shares of a point sum
-        to 1 where the thickness (y, x) of the window is above 0, else to 0: any top, base, profile or voxels with the
-        optical thickness of the column. Windows may reach outside the image; a value must not depend on the window.
+        For light between columns: any top, base, profile or voxels. Edges ascend through the layer. Shares of a point
+        sum to 1 where the thickness (y, x) of the window is above 0, else to 0. Windows may leave the image.
         """
         ...

@@ -147,10 +147,8 @@ class CloudGeneratorContract(ProviderContract):
         """They sum to 1 where there is cloud, and do not depend on the window."""
         if not hasattr(provider, "height_shares"):
             pytest.skip("columns are uniform")
-        rows, columns = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
-        field, layer = whole(provider, inputs, 4.0), inputs.layer
-        edges = np.linspace(layer.base_m, layer.top_m, 17)
-        shares = provider.height_shares(4.0, rows, columns, field, edges)
+        field, edges = whole(provider, inputs, 4.0), np.linspace(inputs.layer.base_m, inputs.layer.top_m, 17)
+        shares = provider.height_shares(4.0, slice(0, field.shape[0]), slice(0, field.shape[1]), field, edges)
         assert shares.dtype == np.float32
         np.testing.assert_allclose(shares.sum(axis=0), field > 0.0, atol=1e-4)
         assert shares.min() >= 0.0

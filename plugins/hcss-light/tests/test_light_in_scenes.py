@@ -69,8 +69,15 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
     assert "PASSED" in whole.attrs["hcss_certificate"]
     assert json.loads(whole.attrs["hcss_light"])["name"] == tier
     assert "independent columns" in whole.attrs["hcss_notes"]
+    sides = json.loads(whole.attrs["hcss_monte_carlo"])
+    assert sides["pixels"] == 4
+    (own,) = sides["bands"].values()
+    assert abs(own["bias"]) < 0.02
+    assert 0.0 < own["noise"] < 0.005
+    assert "against Monte Carlo of 4 random pixels" in whole.attrs["hcss_certificate"]
     columns = simulate(scene("columns", time=DAY))
     assert "hcss_light" not in columns.attrs
+    assert "hcss_monte_carlo" not in columns.attrs
     assert np.any(columns.radiance.values != whole.radiance.values)
 
 

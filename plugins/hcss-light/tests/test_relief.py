@@ -9,6 +9,7 @@ from hcss_light.relief import ReliefClouds, ReliefParameters
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.errors import HcssError
+from hcss_twin.reports.cloud_columns import read_columns
 from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 SHAPE = {"gamma": 2.0, "H": 0.4, "L": (6.0, 6.0), "k": (0, 6)}
@@ -45,6 +46,16 @@ def scene(light, **changes):
 
 def test_is_found_when_installed():
     assert_registered("clouds", "fractal-relief", distribution="hcss-light")
+
+
+def test_a_volume_is_drawn_with_bases_and_tops_of_the_shape(tmp_path):
+    cube = tmp_path / "cube.nc"
+    given = scene("columns", output={"variables": ["truth"], "certificate": 0})
+    simulate(given).to_netcdf(cube)
+    columns = read_columns(cube)
+    cloudy = ~np.isnan(columns.base_m)
+    assert np.ptp(columns.base_m[cloudy]) > 50.0
+    assert np.all(columns.top_m[cloudy] > columns.base_m[cloudy])
 
 
 def test_independent_columns_do_not_see_the_shape():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -65,6 +65,11 @@ class ReferenceLight(SourceLight):
     def expected_errors(self) -> list[float]:
         """Return the noise (B,), rms over pixels relative to the mean radiance."""
         return [float(each) for each in self._noise]
+
+    @staticmethod
+    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
+        """Return nothing: the light is Monte Carlo itself."""
+        return {}
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:

@@ -36,8 +36,7 @@ _Square = tuple[Any, Array, Array, Array, Array, Array]
 
 def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
     """Return the stage of a plan: light is kept if it can be, the frames are close, and the image is not too large."""
-    own = DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
-    return own if own.is_needed else LightStage(plan, tables)
+    return DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
 
 
 def shares_of(plan: Plan, time_s: float, window: Window, thickness_m: Field, edges_m: Array) -> Field | None:
@@ -74,7 +73,6 @@ class DriftingStage(LightStage):
         if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
             key = "slant.parallax" if slant.parallax else "radiance.light_profile"
             raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
-        self.is_needed = self._keeps or shapes
         self._edges_m: Array = transport.edges_m
         motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
         east, north = motion.cloud_velocity_m_s
@@ -89,15 +87,15 @@ class DriftingStage(LightStage):
         self._kept: OrderedDict[tuple[float, int, int], Any] = OrderedDict()
         self._time_s: float | None = None
         # Light, clouds and their displacement, amount, share and change of squares of this frame and the one before.
-        self._own: OrderedDict[tuple[int, int, int], _Square] = OrderedDict()
-        self._previous = self._own
+        self._of_frame: OrderedDict[tuple[int, int, int], _Square] = OrderedDict()
+        self._previous = self._of_frame
 
     def fill(
         self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
     ) -> None:
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._time_s != time_s:
-            self._time_s, self._previous, self._own = time_s, self._own, OrderedDict()
+            self._time_s, self._previous, self._of_frame = time_s, self._of_frame, OrderedDict()
         for number, (own_s, part) in enumerate(self._instants(time_s)):
             moved = self._speed * (time_s - own_s)
             self._add(radiance, window, place, number, (own_s, part, moved), clouds, look_up)
@@ -113,16 +111,16 @@ class DriftingStage(LightStage):
         ]
         for row, column in product(*(range(*each) for each in spans)):
             first, key = (row * side + by[0], column * side + by[1]), (number, row, column)
-            if key not in self._own:
-                self._own[key] = self._square(key, first, own_s, moved - by, clouds)
-                if len(self._own) > SQUARES_OF_FRAME:
-                    self._own.popitem(last=False)
+            if key not in self._of_frame:
+                self._of_frame[key] = self._square(key, first, own_s, moved - by, clouds)
+                if len(self._of_frame) > SQUARES_OF_FRAME:
+                    self._of_frame.popitem(last=False)
             inner, outer = [], []
             for start, wanted, where in zip(first, window, place, strict=True):
                 low, high = max(start, wanted.start), min(start + side, wanted.stop)
                 inner.append(slice((low - start) * samples, (high - start) * samples))
                 outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-            *_, amount, share, change = self._own[key]
+            *_, amount, share, change = self._of_frame[key]
             values = self._looked_up(look_up, amount[*inner], radiance.shape[0])
             values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
             for band, own in zip(radiance, values, strict=True):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -88,6 +88,13 @@ class SourceLight:
                 (math.ceil(max(-float(np.min(own)), 0.0)) + 2, math.ceil(max(float(np.max(own)), 0.0)) + 2)
                 for own in seen.T
             )
+
+    @staticmethod
+    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
+        """Return how some pixels of a frame compare with Monte Carlo, for the certificate."""
+        from hcss_light.comparison import check  # not for plans alone
+
+        return check(plan, tables, frame)
 
     @property
     def edges_m(self) -> Array:
