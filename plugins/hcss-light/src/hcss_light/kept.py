@@ -53,8 +53,8 @@ class KeptSource:
             # Slices without cloud have the mean of the nearest one with it.
             mean[:] = 1.0
             if np.any(number):
-                sums = np.sum(source, axis=(1, 2), where=cloudy, dtype=np.float64)[number > 0]
-                mean[:] = np.interp(slices, slices[number > 0], sums / number[number > 0])
+                sums = np.asarray(np.sum(source, axis=(1, 2), where=cloudy, dtype=np.float64))
+                mean[:] = np.interp(slices, slices[number > 0], (sums / np.maximum(number, 1))[number > 0])
             _pack(source, np.maximum(mean, np.finfo(np.float32).tiny), low, start, own)
         return cls(low, start, values, means)
 

@@ -112,7 +112,7 @@ class DriftingStage(LightStage):
         for row, column in product(*(range(*each) for each in spans)):
             first, key = (row * side + by[0], column * side + by[1]), (number, row, column)
             if key not in self._of_frame:
-                self._of_frame[key] = self._square(key, first, own_s, moved - by, clouds)
+                self._of_frame[key] = self._of_lattice(key, first, own_s, moved - by, clouds)
                 if len(self._of_frame) > SQUARES_OF_FRAME:
                     self._of_frame.popitem(last=False)
             inner, outer = [], []
@@ -147,7 +147,7 @@ class DriftingStage(LightStage):
                 self._lights.popitem(last=False)
         return self._lights[time_s][1:]
 
-    def _square(
+    def _of_lattice(
         self, key: tuple[int, int, int], first: tuple[int, int], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
         samples, side, (light, around) = self._plan.samples_per_pixel, self._pixels, self._light(own_s)
