@@ -1,6 +1,9 @@
 """Tiers through scenarios: uniform limit, the same bits in windows, certificate, what is refused, the command."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -191,3 +194,9 @@ def test_monte_carlo_as_a_tier_agrees_with_source_within_its_noise():
 def test_monte_carlo_of_large_images_is_refused():
     with pytest.raises(ScenarioError, match="allowed: 4096"):
         make_plan(scene("reference", image={"rows": 65, "columns": 64, "pixel_size": 100.0}))
+
+
+def test_the_tables_of_the_pages_are_those_of_the_measurements():
+    script = Path(__file__).parents[1] / "benchmarks" / "tables.py"
+    run = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout
