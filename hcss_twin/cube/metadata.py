@@ -92,6 +92,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "The total error, models included, by class (`clear`, layers) and band: `total`, `total_K`, `unknown` and "
         "`contributions` with `name`, `relative`, `kelvin`, `known` (share of the band with a figure), `statistic`, "
         "`sources`, `recomputed` (false: a figure of notes) and `needs`."),
+    AttributeSpec("hcss_monte_carlo", "JSON", "pixels are checked and clouds have sides",
+        "Random pixels against Monte Carlo: `pixels`; `bands` with `bias`, `rms` (without noise) and `noise`."),
 )  # fmt: skip
 """Provenance of a cube, and its accuracy."""
 

@@ -39,9 +39,7 @@ class LightStage:
         self._pixels, self._layer = pixels, layer
         self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
         self._instant: tuple[float, Sun | None, InstantLight] | None = None
-        # Clouds, amount, share and change of squares, and those of the frame before under the same sun.
-        self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array, Array]] = OrderedDict()
-        self._before = self._squares
+        self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
     def fill(
         self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
@@ -49,14 +47,13 @@ class LightStage:
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._instant is None or self._instant[0] != time_s:
             sun, last = self._plan.sun_at(time_s), self._instant
-            same = last is not None and last[1] == sun
-            self._instant = time_s, sun, last[2] if last is not None and same else self._transport.at(sun)
-            self._before, self._squares = self._squares if same else OrderedDict(), OrderedDict()
+            self._instant = time_s, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
+            self._squares = OrderedDict()
         side, samples = self._pixels, self._plan.samples_per_pixel
         for row, column in product(*(range(each.start // side, -(-each.stop // side)) for each in window)):
             first = row * side, column * side
             if (row, column) not in self._squares:
-                self._squares[row, column] = self._square(first, clouds, self._before.pop((row, column), None))
+                self._squares[row, column] = self._square(first, clouds)
                 if len(self._squares) > KEPT_SQUARES:
                     self._squares.popitem(last=False)
             inner, outer = [], []
@@ -64,16 +61,14 @@ class LightStage:
                 low, high = max(start, wanted.start), min(start + side, wanted.stop)
                 inner.append(slice((low - start) * samples, (high - start) * samples))
                 outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-            _, amount, share, change = self._squares[row, column]
+            amount, share, change = self._squares[row, column]
             values = self._looked_up(look_up, amount[*inner], radiance.shape[0])
             values = values * share[:, *inner] + change[:, *inner]
             for band, own in zip(radiance, np.maximum(values, 0.0), strict=True):
                 band[*outer] = own if samples == 1 else pixel_sums(own, samples) / samples**2
 
-    def _square(
-        self, first: tuple[int, int], clouds: Any, before: tuple[Array, Array, Array, Array] | None
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return clouds around a square, and amount (y, x), share and change of radiance (B, y, x) of its points."""
+    def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
+        """Return amount (y, x), share and change of radiance (B, y, x) of the points of a square."""
         assert self._instant is not None
         samples, side = self._plan.samples_per_pixel, self._pixels
         wide = [
@@ -81,8 +76,6 @@ class LightStage:
             for start, (before, after) in zip(first, self._reach, strict=True)
         ]
         (thickness,) = clouds.thickness_m((wide[0], wide[1]))
-        if before is not None and np.array_equal(before[0], thickness):
-            return before
         amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
         shape = tuple(length(each) * samples for each in wide)
         bands = (len(self._plan.bands),)
@@ -91,7 +84,7 @@ class LightStage:
                 label = f"light '{self._name}': correct() broke its contract"
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
-        return thickness.copy(), amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
+        return amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
 
     def _looked_up(self, look_up: LookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""

@@ -37,6 +37,7 @@ CERTIFICATE = (
     "hcss_certificate_strata",
     "hcss_beyond_accuracy",
     "hcss_error_budget",
+    "hcss_monte_carlo",
 )
 """Certificate attributes, which a verification does not recompute because it compares all pixels."""
 

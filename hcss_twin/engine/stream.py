@@ -229,7 +229,7 @@ class PartMaker:
         if plan.light is not None and tables is not None:
             from hcss_twin.engine.light import LightStage  # not for independent columns
 
-            self._light = LightStage(plan, tables)
+            self._light = getattr(plan.light.transport, "stage", LightStage)(plan, tables)
         self._derived: DerivedStage | None = None
         if plan.assembly.derived:
             from hcss_twin.engine.derived import DerivedStage  # not for scenes without such variables

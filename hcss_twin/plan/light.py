@@ -22,3 +22,7 @@ class PlannedLight:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for plan and cube."""
         return {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}
+
+    def check(self, *of_frame: Any) -> dict[str, Any]:
+        """Return what the transport finds about a plan, its tables and a frame for the certificate, if it does."""
+        return dict(self.transport.check(*of_frame)) if hasattr(self.transport, "check") else {}

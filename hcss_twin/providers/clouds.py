@@ -291,3 +291,13 @@ class CloudGeneratorOptions(Protocol):
         equals ``thickness_m`` to the bit. ``summary`` is that of ``frame_summary``, or None without one.
         """
         ...
+
+    def height_shares(
+        self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
+    ) -> NDArray[np.float32]:
+        """Return how the cloud of each point is spread over heights: shares (Z, y, x) between altitudes (Z + 1,).
+
+        For light between columns: any top, base, profile or voxels. Edges ascend through the layer. Shares of a point
+        sum to 1 where the thickness (y, x) of the window is above 0, else to 0. Windows may leave the image.
+        """
+        ...

@@ -154,6 +154,7 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "frame_summary": (callable, "a method"),
     "thickness_in_frame_m": (callable, "a method"),
     "thickness_around_m": (callable, "a method"),
+    "height_shares": (callable, "a method"),
     "cloud_top_range_m": (
         lambda value: value is None or _is_range(value),
         "None or a pair of altitudes, the lowest first",

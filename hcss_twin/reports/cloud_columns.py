@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CubeError
+from hcss_twin.core.errors import CubeError, HcssError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
@@ -118,11 +119,31 @@ def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
         x, y = (dataset[name].to_numpy().astype(np.float64) for name in ("x", "y"))
         moment = np.datetime64(dataset["time"].to_numpy()[frame], "ms")
         title = str(dataset.attrs.get("title", ""))
+        scenario = str(dataset.attrs.get(SCENARIO_ATTRIBUTE, ""))
     base = np.where(cloudy, top - thickness / np.where(cloudy, fraction, 1.0), np.nan)
+    if points == 1 and '"generator": "' in scenario:
+        base, top = _shape(scenario, frame, thickness, base, top)
     base[(base < 0.0) & (base > -_ROUNDING_M)] = 0.0
     if np.any(base < 0.0):
         raise CubeError(f"the cloud's base is at {np.nanmin(base):g} m, below the sea")
     return CloudColumns(title, moment, frame, x, y, base, np.where(cloudy, top, np.nan), fraction)
+
+
+def _shape(scenario: str, frame: int, thickness_m: Array, base_m: Array, top_m: Array) -> tuple[Array, Array]:
+    """Return base and top (Y, X) of clouds whose generator spreads them over heights, to a hundredth of the layer."""
+    from hcss_twin.plan.make_plan import make_plan  # not for columns
+    from hcss_twin.scenario.scenario import Scenario
+
+    shares: Any = None
+    with suppress(HcssError):  # files that are elsewhere
+        plan = make_plan(Scenario.from_dict(json.loads(scenario)))
+        shares = getattr(plan.assembly.generators[0], "height_shares", None)
+    if shares is None:
+        return base_m, top_m
+    edges = np.linspace(plan.layers[0].base_m, plan.layers[0].top_m, 101)
+    own = shares(plan.frame_times_s[frame], *plan.extent, thickness_m.astype(np.float32), edges) > 0.0
+    base = np.where(thickness_m > 0.0, edges[np.argmax(own, axis=0)], np.nan)
+    return base, edges[100 - np.argmax(own[::-1], axis=0)]
 
 
 def _scene(dataset: xr.Dataset) -> tuple[int, int]:

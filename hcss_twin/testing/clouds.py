@@ -143,6 +143,18 @@ class CloudGeneratorContract(ProviderContract):
         part = provider.cloud_top_m(4.0, slice(5, 31), slice(17, 18))  # type: ignore[attr-defined]
         np.testing.assert_array_equal(part, top[5:31, 17:18])
 
+    def test_shares_of_heights_hold_the_whole_column(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """They sum to 1 where there is cloud, and do not depend on the window."""
+        if not hasattr(provider, "height_shares"):
+            pytest.skip("columns are uniform")
+        field, edges = whole(provider, inputs, 4.0), np.linspace(inputs.layer.base_m, inputs.layer.top_m, 17)
+        shares = provider.height_shares(4.0, slice(0, field.shape[0]), slice(0, field.shape[1]), field, edges)
+        assert shares.dtype == np.float32
+        np.testing.assert_allclose(shares.sum(axis=0), field > 0.0, atol=1e-4)
+        assert shares.min() >= 0.0
+        part = provider.height_shares(4.0, slice(5, 31), slice(17, 18), field[5:31, 17:18], edges)
+        np.testing.assert_array_equal(part, shares[:, 5:31, 17:18])
+
     def test_undeclared_time_has_no_influence(self, inputs: CloudInputs) -> None:
         """If nothing moves or evolves, or time is not declared, all frames are equal.
 

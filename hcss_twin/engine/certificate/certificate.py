@@ -11,7 +11,7 @@ be larger, especially if a large stratum has few samples.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -121,6 +121,8 @@ class Certificate:
         Omitted physics that exceeds its share of the accuracy, with its size and the keys that would compute it.
     budget : ErrorBudget or None
         The total error, models included, by class and band.
+    sides : dict
+        Light between columns against a reference of its plugin, also as ``text``; empty for independent columns.
     """
 
     requested: RequestedAccuracy
@@ -137,6 +139,7 @@ class Certificate:
     interpolation: str = ""
     beyond: tuple[str, ...] = ()
     budget: ErrorBudget | None = None
+    sides: dict[str, Any] = field(default_factory=dict)
 
     @property
     def checked(self) -> int:
@@ -214,6 +217,7 @@ class Certificate:
             "error_budget": None if self.budget is None else self.budget.as_dict(),
             "reference": self.reference,
             "interpolation": self.interpolation,
+            "sides": self.sides,
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,
@@ -237,6 +241,7 @@ class Certificate:
             "hcss_certificate_strata": json.dumps(plain["strata"]),
             "hcss_beyond_accuracy": json.dumps(plain["beyond"]),
             **({"hcss_error_budget": json.dumps(plain["error_budget"])} if self.budget else {}),
+            **({"hcss_monte_carlo": json.dumps(plain["sides"])} if self.sides else {}),
         }
 
     @property
@@ -258,10 +263,11 @@ class Certificate:
 
     @property
     def _left_out(self) -> tuple[str, ...]:
+        sides = (str(self.sides["text"]),) if self.sides else ()
         if not self.beyond:
-            return ()
+            return sides
         effects = "one omitted effect" if len(self.beyond) == 1 else f"{len(self.beyond)} omitted effects, the largest"
-        return (f"NOT WITHIN the requested accuracy because of {effects}: {self.beyond[0]}",)
+        return (*sides, f"NOT WITHIN the requested accuracy because of {effects}: {self.beyond[0]}")
 
     @property
     def _world(self) -> tuple[str, ...]:

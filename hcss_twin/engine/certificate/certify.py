@@ -104,6 +104,7 @@ def certify(
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
+        sides=plan.light.check(plan, tables, frames[0].frame) if plan.light is not None and frames else {},
         interpolation="; ".join(filter(None, ("" if between is None else between.text, references.interpolation))),
         dark=tuple(
             band.name

@@ -1,6 +1,8 @@
 """Errors of columns and tiers against Monte Carlo, by cloud type, view and sun; writes the table that the tiers state.
 
     python plugins/hcss-light/benchmarks/tiers.py
+    python plugins/hcss-light/benchmarks/tiers.py --table grazing.csv --views 60 --types cumulus --cases grazing
+    python plugins/hcss-light/benchmarks/tiers.py --table 50m.csv --views 0 60 --pixel-size 50
 
 Each case is a scene of 96 x 96 pixels of 100 m at 20 N, seen from north, coverage .45. Cases that the table already has
 are not computed again; delete it to start afresh.
@@ -18,18 +20,22 @@ from hcss_twin import Scenario
 
 TABLE = Path(__file__).parent.parent / "src" / "hcss_light" / "errors.csv"
 TIMES = {"night": "2024-04-20T23:30:00+10:00", "day": "2024-04-20T14:30:00+10:00"}
+GRAZING = "2024-04-20T16:00:00+10:00"
+"""The sun is at 60 deg, opposite to views from east-southeast."""
+
 BANDS = {"lwir": [10.3, 11.3], "mwir": [3.6, 3.9]}
 COLUMNS = ["type", "view_deg", "sun", "band", "tier", "bias", "rms", "bias_K", "rms_K", "noise"]
 
 
-def scene(kind: str, view: float, sun: str) -> Scenario:
+def scene(kind: str, view: float, sun: str, pixel_m: float = 100.0) -> Scenario:
     """Return the scenario of a case."""
+    azimuth, time = (97.0, GRAZING) if sun == "grazing" else (0.0, TIMES[sun])
     return Scenario.from_dict(
         {
-            "time": TIMES[sun],
+            "time": time,
             "place": {"latitude": 20.0, "longitude": 150.0},
-            "view": {"zenith": view},
-            "image": {"rows": 96, "columns": 96, "pixel_size": 100.0},
+            "view": {"zenith": view, "azimuth": azimuth},
+            "image": {"rows": 96, "columns": 96, "pixel_size": pixel_m},
             "frames": {"count": 1},
             "accuracy": 0.01,
             "bands": list(BANDS.values()),
@@ -44,6 +50,8 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--types", nargs="+", default=["stratocumulus", "cumulus", "cirrus"])
     options.add_argument("--views", nargs="+", type=float, default=[0.0, 45.0, 60.0, 75.0])
+    options.add_argument("--cases", nargs="+", default=list(TIMES), choices=[*TIMES, "grazing"])
+    options.add_argument("--pixel-size", type=float, default=100.0)
     options.add_argument("--pixels", type=int, default=48)
     options.add_argument("--photons", type=int, default=2000)
     options.add_argument("--table", type=Path, default=TABLE)
@@ -56,10 +64,12 @@ def main() -> None:
         given.table.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
     for view in given.views:
         for kind in given.types:
-            for sun in TIMES:
+            for sun in given.cases:
                 if (kind, view, sun) in known:
                     continue
-                found = compare(scene(kind, view, sun), given.pixels, given.photons, 0, 1, ("slant", "source"))
+                found = compare(
+                    scene(kind, view, sun, given.pixel_size), given.pixels, given.photons, 0, 1, ("slant", "source")
+                )
                 with given.table.open("a", encoding="utf-8") as file:
                     for name, band in zip(BANDS, found["bands"], strict=True):
                         for tier in ("columns", "slant", "source"):

@@ -1,6 +1,9 @@
 """Tiers through scenarios: uniform limit, the same bits in windows, certificate, what is refused, the command."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,8 +72,15 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
     assert "PASSED" in whole.attrs["hcss_certificate"]
     assert json.loads(whole.attrs["hcss_light"])["name"] == tier
     assert "independent columns" in whole.attrs["hcss_notes"]
+    sides = json.loads(whole.attrs["hcss_monte_carlo"])
+    assert sides["pixels"] == 4
+    (own,) = sides["bands"].values()
+    assert abs(own["bias"]) < 0.02
+    assert 0.0 < own["noise"] < 0.005
+    assert "against Monte Carlo of 4 random pixels" in whole.attrs["hcss_certificate"]
     columns = simulate(scene("columns", time=DAY))
     assert "hcss_light" not in columns.attrs
+    assert "hcss_monte_carlo" not in columns.attrs
     assert np.any(columns.radiance.values != whole.radiance.values)
 
 
@@ -146,7 +156,7 @@ def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
         ([10.5, 11.0], 0.0, NIGHT, 0.01, "columns"),
         ([10.5, 11.0], 60.0, NIGHT, 0.01, "slant"),
         ([3.6, 3.8], 0.0, NIGHT, 0.02, "source"),
-        ([3.6, 3.8], 60.0, DAY, 0.08, "source"),
+        ([3.6, 3.8], 60.0, DAY, 0.12, "source"),
     ],
 )
 def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenith, time, allowed, chosen):
@@ -184,3 +194,9 @@ def test_monte_carlo_as_a_tier_agrees_with_source_within_its_noise():
 def test_monte_carlo_of_large_images_is_refused():
     with pytest.raises(ScenarioError, match="allowed: 4096"):
         make_plan(scene("reference", image={"rows": 65, "columns": 64, "pixel_size": 100.0}))
+
+
+def test_the_tables_of_the_pages_are_those_of_the_measurements():
+    script = Path(__file__).parents[1] / "benchmarks" / "tables.py"
+    run = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout

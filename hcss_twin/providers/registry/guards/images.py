@@ -50,6 +50,13 @@ class GuardedClouds(Guard):
         shape = rows.stop - rows.start, columns.stop - columns.start
         return self._thickness("thickness_around_m", shape, time_s, rows, columns, summary)
 
+    def _checked_height_shares(
+        self, time_s: float, rows: slice, columns: slice, thickness_m: Any, edges_m: Any
+    ) -> NDArray[np.float32]:
+        value = self._call("height_shares", time_s, rows, columns, thickness_m, edges_m)
+        shape = len(edges_m) - 1, *np.shape(thickness_m)
+        return self._array("height_shares()", value, shape, (0.0, 1.0 + FRACTION_TOLERANCE), np.float32)
+
     def _checked_cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         low, high = np.asarray(self._read("cloud_top_range_m"), np.float32).tolist()
         value = self._call("cloud_top_m", time_s, rows, columns)

@@ -10,17 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from hcss_light.reference import reference_radiance
-from hcss_light.transport import SourceLight
+from hcss_light.reference import levels_of, reference_radiance
+from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.light import LARGEST_SQUARE
 from hcss_twin.engine.stream import FrameClouds, PartMaker
-from hcss_twin.engine.tables.radiance_tables import TOTAL
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array
+
+CHECKED_PIXELS, CHECKED_PHOTONS = 8, 1000
+"""Pixels of a certificate, and photons of each and each band."""
 
 
 def compare(
@@ -39,47 +44,93 @@ def compare(
         If the scene has not one layer of cloud, several points for each pixel, or no radiance.
     """
     plan = make_plan(scenario)
-    if len(plan.layers) != 1 or not plan.assembly.has_cloud or not plan.needs_radiance:
-        raise LightError("scenario: Monte Carlo needs radiance and one layer of cloud; allowed: clouds.layers with one")
-    if not hasattr(plan.assembly.generators[0], "thickness_around_m"):
-        raise LightError("clouds.generator: its clouds end with the image; allowed: one that continues them")
-    if TOTAL not in {spec.name for spec in plan.variables}:
-        raise LightError(f"output.variables: without '{TOTAL}'; allowed: with it")
-    if plan.samples_per_pixel != 1:
-        raise LightError(f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1")
+    if reason := _not_comparable(plan):
+        raise LightError(reason)
     if not 0 <= frame < plan.frame_times_s.size:
         raise LightError(f"--frame: {frame}; allowed: 0 to {plan.frame_times_s.size - 1}")
     tables = tables_of(plan)
-    inputs = light_inputs(plan, tables.spectrum.nodes)
-    transport = SourceLight(inputs)
-    time_s = float(plan.frame_times_s[frame])
-    sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
     light = "columns" if plan.light is None else plan.light.name
-    names = {"cube": light, **{name: name for name in tiers}}
-    makers = {}
-    for name, each in names.items():
-        own = plan if each == light else make_plan(_with_light(scenario, each))
-        makers[name] = PartMaker(own, tables)
-    draw = np.random.default_rng([seed, 22])
-    cells = draw.choice(
-        plan.pixels[0] * plan.pixels[1], size=min(pixels, plan.pixels[0] * plan.pixels[1]), replace=False
+    makers = {"cube": PartMaker(plan, tables)}
+    for name in tiers:
+        makers[name] = PartMaker(plan if name == light else make_plan(_with_light(scenario, name)), tables)
+    count = plan.pixels[0] * plan.pixels[1]
+    cells = np.random.default_rng([seed, 22]).choice(count, size=min(pixels, count), replace=False)
+    places = [
+        (row + plan.extent[0].start, column + plan.extent[1].start)
+        for row, column in (divmod(cell, plan.pixels[1]) for cell in cells.tolist())
+    ]
+    return _compared(plan, tables, makers, places, photons, frame, seed) | {"light": light}
+
+
+def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
+    """Return bias, rms and noise by band of random pixels of one square of a plan's light, for its certificate.
+
+    Empty if Monte Carlo cannot compute the scene.
+    """
+    if plan.light is None or _not_comparable(plan):
+        return {}
+    draw, squares = np.random.default_rng([plan.scenario.seed, 23]), []
+    for own in plan.extent:
+        first = own.start + LARGEST_SQUARE * int(draw.integers(-(-(own.stop - own.start) // LARGEST_SQUARE)))
+        squares.append((first, min(first + LARGEST_SQUARE, own.stop)))
+    pixels = min(CHECKED_PIXELS, plan.scenario.output.certificate)
+    places = [(int(draw.integers(*squares[0])), int(draw.integers(*squares[1]))) for _ in range(pixels)]
+    makers = {"cube": PartMaker(plan, tables)}
+    found = _compared(plan, tables, makers, places, CHECKED_PHOTONS, frame, plan.scenario.seed % 2**31)
+    errors = ", ".join(
+        f"{band['name']} bias {100.0 * band['errors']['cube']['bias']:+.2f} +- {100.0 * band['noise']:.2f} %, "
+        f"rms {100.0 * band['errors']['cube']['rms']:.2g} %"
+        for band in found["bands"]
     )
-    bands = len(plan.bands)
-    mean, error = np.empty((2, cells.size, bands))
-    values = {name: np.empty((cells.size, bands)) for name in (*names, "columns")}
-    places = []
-    for number, cell in enumerate(cells.tolist()):
-        row, column = (
-            int(each) + own.start for each, own in zip(divmod(cell, plan.pixels[1]), plan.extent, strict=True)
-        )
-        places.append((row, column))
+    text = f"clouds with sides against Monte Carlo of {pixels} random pixels: {errors}"
+    return summary(found) | {"light": plan.light.name, "text": text}
+
+
+def summary(result: dict[str, Any]) -> dict[str, Any]:
+    """Return numbers of pixels and photons, and bias, rms and noise of the mean by band, relative to the mean."""
+    bands = {
+        band["name"]: {**{each: band["errors"]["cube"][each] for each in ("bias", "rms")}, "noise": band["noise"]}
+        for band in result["bands"]
+    }
+    return {each: result[each] for each in ("frame", "photons")} | {"pixels": len(result["pixels"]), "bands": bands}
+
+
+def _not_comparable(plan: Plan) -> str:
+    """Return why Monte Carlo cannot compute a plan; empty if it can."""
+    if len(plan.layers) != 1 or not plan.assembly.has_cloud or not plan.needs_radiance:
+        return "scenario: Monte Carlo needs radiance and one layer of cloud; allowed: clouds.layers with one"
+    if not hasattr(plan.assembly.generators[0], "thickness_around_m"):
+        return "clouds.generator: its clouds end with the image; allowed: one that continues them"
+    if TOTAL not in {spec.name for spec in plan.variables}:
+        return f"output.variables: without '{TOTAL}'; allowed: with it"
+    if plan.samples_per_pixel != 1:
+        return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
+    return ""
+
+
+def _compared(
+    plan: Plan, tables: RadianceTables, makers: dict[str, PartMaker], places: list[tuple[int, int]], photons: int,
+    frame: int, seed: int,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the result of :func:`compare` for pixels at some rows and columns."""
+    from hcss_light.transport import SourceLight
+
+    inputs = light_inputs(plan, tables.spectrum.nodes)
+    transport, time_s = SourceLight(inputs), float(plan.frame_times_s[frame])
+    sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
+    mean, error = np.empty((2, len(places), len(plan.bands)))
+    values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
+    for number, (row, column) in enumerate(places):
         around = [
             slice(at - before, at + 1 + after)
             for at, (before, after) in zip((row, column), transport.reach, strict=True)
         ]
         (thickness,) = clouds.thickness_m((around[0], around[1]))
+        shares = shares_of(plan, time_s, (around[0], around[1]), thickness, levels_of(transport.slices).edges_m)
         inside = np.array([[each[0] for each in transport.reach]])
-        found = reference_radiance(inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number)
+        found = reference_radiance(
+            inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number, shares
+        )
         mean[number], error[number] = (each[0] for each in found)
         for name, maker in makers.items():
             part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))
@@ -96,11 +147,11 @@ def compare(
                 "monte_carlo": mean[:, index].tolist(),
                 "standard_error": error[:, index].tolist(),
                 **{name: own[:, index].tolist() for name, own in values.items()},
-                "noise": float(np.sqrt(noise2 / cells.size) / np.mean(mean[:, index])),
+                "noise": float(np.sqrt(noise2 / len(places)) / np.mean(mean[:, index])),
                 "errors": errors,
             }
         )
-    return {"pixels": places, "frame": frame, "photons": photons, "light": light, "bands": result}
+    return {"pixels": places, "frame": frame, "photons": photons, "bands": result}
 
 
 def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> None:
@@ -115,16 +166,12 @@ def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> Non
     """
     from netCDF4 import Dataset
 
-    bands = {
-        band["name"]: {**{each: band["errors"]["cube"][each] for each in ("bias", "rms")}, "noise": band["noise"]}
-        for band in result["bands"]
-    }
-    checked = {each: result[each] for each in ("light", "frame", "photons")} | {"pixels": len(result["pixels"])}
+    checked = summary(result) | {"light": result["light"]}
     with Dataset(path, "a") as cube:
         own = getattr(cube, "hcss_scenario", None)
         if own is None or json.loads(own) != json.loads(scenario.to_json()):
             raise LightError(f"--cube: {path} has another scenario; allowed: a cube of the scenario that is compared")
-        cube.hcss_monte_carlo = json.dumps(checked | {"bands": bands})
+        cube.hcss_monte_carlo = json.dumps(checked)
 
 
 def _with_light(scenario: Scenario, light: str) -> Scenario:

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from hcss_light.reference import reference_radiance
+from hcss_light.reference import levels_of, reference_radiance
 from hcss_light.slices import Field, Slices
+from hcss_light.stage import stage
 from hcss_light.transport import LOWEST_SUN_DEG, SourceLight
 from hcss_light.voxels import LightError
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
@@ -62,6 +66,21 @@ class ReferenceLight(SourceLight):
         """Return the noise (B,), rms over pixels relative to the mean radiance."""
         return [float(each) for each in self._noise]
 
+    @staticmethod
+    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
+        """Return nothing: the light is Monte Carlo itself."""
+        return {}
+
+    @classmethod
+    def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
+        """Return the computation of frames, each for itself."""
+        return stage(plan, tables, False)
+
+    @property
+    def edges_m(self) -> Array:
+        """Altitudes at which the shares of heights are asked."""
+        return levels_of(self.slices).edges_m
+
     def at(self, sun: Sun | None) -> InstantPhotons:  # type: ignore[override]
         """Return the light at one instant."""
         return InstantPhotons(self._inputs, self.slices, self.reach, sun, self._photons)
@@ -90,7 +109,7 @@ class InstantPhotons:
     ) -> None:
         self._inputs, self._slices, self._reach, self._sun, self._photons = inputs, slices, reach, sun, photons
 
-    def correct(self, thickness_m: Field) -> tuple[Array, Array, Array]:
+    def correct(self, thickness_m: Field, shares: Field | None = None) -> tuple[Array, Array, Array]:
         """Return no cloud (y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x).
 
         Photons are drawn by the clouds, so that a square has the same bits wherever it is computed.
@@ -101,6 +120,8 @@ class InstantPhotons:
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:3])
         seen = np.zeros((self._inputs.weights_cm1.shape[0], *thickness_m.shape))
         points = np.argwhere(inside).astype(np.float64)
-        mean, _ = reference_radiance(self._inputs, self._slices, thickness_m, points, self._sun, self._photons, seed)
+        mean, _ = reference_radiance(
+            self._inputs, self._slices, thickness_m, points, self._sun, self._photons, seed, shares
+        )
         seen[:, inside] = mean.T
         return np.zeros(thickness_m.shape), np.zeros_like(seen), seen

@@ -69,23 +69,32 @@ class Air:
 
 
 def reference_radiance(
-    inputs: LightInputs, slices: Slices, thickness_m: Field, points: Array, sun: Sun | None, photons: int, seed: int = 0
+    inputs: LightInputs,
+    slices: Slices,
+    thickness_m: Field,
+    points: Array,
+    sun: Sun | None,
+    photons: int,
+    seed: int = 0,
+    shares: Field | None = None,
 ) -> tuple[Array, Array]:
     """Return the radiance (N, B) of points among broken clouds, and its standard error.
 
     Parameters
     ----------
     slices : Slices
-        Of the tier that is compared; levels here are at least as thin.
+        Of the tier that is compared; levels here are at least as thin (:func:`levels_of`).
     thickness_m : ndarray of float32 (y, x)
         Cloud, continued periodically.
     points : ndarray of int (N, 2)
         Rows and columns.
     photons : int
         For each point and band.
+    shares : ndarray (Z, y, x), optional
+        Of each column in each level.
     """
-    fine = replace(slices, count=slices.count * math.ceil(LEAST_LEVELS / slices.count))
-    density = np.moveaxis(fine.density(thickness_m, inputs.shape), 0, 2).astype(np.float64)
+    fine = levels_of(slices)
+    density = np.moveaxis(fine.density(thickness_m, inputs.shape, shares), 0, 2).astype(np.float64)
     bands = inputs.weights_cm1.shape[0]
     result = np.zeros((2, len(points), bands))
     for band in range(bands):
@@ -98,6 +107,11 @@ def reference_radiance(
             result[0, :, band] += air.weight * (air.through * mean + air.above)
             result[1, :, band] += (air.weight * air.through * error) ** 2
     return result[0], np.sqrt(result[1])
+
+
+def levels_of(slices: Slices) -> Slices:
+    """Return the levels of the voxels."""
+    return replace(slices, count=slices.count * math.ceil(LEAST_LEVELS / slices.count))
 
 
 def scattering_table(particles: Particles) -> ScatteringTable:

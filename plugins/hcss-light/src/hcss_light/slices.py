@@ -62,6 +62,12 @@ class Slices:
         return (self.top_m - self.base_m) / self.count
 
     @property
+    def edges_m(self) -> Array:
+        """Altitudes (Z + 1,) between them."""
+        edges: Array = np.linspace(self.base_m, self.top_m, self.count + 1)
+        return edges
+
+    @property
     def middle_m(self) -> Array:
         """Altitudes (Z,) of their middles, upward."""
         middle: Array = np.linspace(self.base_m, self.top_m, 2 * self.count + 1)[1::2]
@@ -76,7 +82,7 @@ class Slices:
         azimuth = math.radians(azimuth_deg)
         return np.stack((away * math.cos(azimuth), away * math.sin(azimuth)), axis=1)
 
-    def density(self, thickness_m: Field, shape: Shape = "uniform") -> Field:
+    def density(self, thickness_m: Field, shape: Shape = "uniform", shares: Field | None = None) -> Field:
         """Return the extinction (Z, y, x) of each slice over the mean extinction of cloud, from the thickness (y, x).
 
         Parameters
@@ -84,7 +90,12 @@ class Slices:
         shape : {"uniform", "adiabatic"}
             The extinction grows as the power 2/3 of the height above the column's base if droplets that condense in
             rising air keep their number; columns keep their optical thickness.
+        shares : ndarray (Z, y, x), optional
+            Of each column in each slice, instead of a shape.
         """
+        if shares is not None:
+            spread: Field = shares * (thickness_m / np.float32(self.height_m))
+            return spread
         result = np.empty((self.count, *thickness_m.shape), dtype=np.float32)
         power = 5.0 / 3.0 if shape == "adiabatic" else 1.0
         hanging = self.anchor == "top"
@@ -129,7 +140,8 @@ def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, resu
                 base = count * slice_m - own if hanging else 0.0
                 low = min(max((s * slice_m - base) / own, 0.0), 1.0)
                 high = min(max(((s + 1) * slice_m - base) / own, 0.0), 1.0)
-                result[s, y, x] = (high**power - low**power) * own / slice_m
+                share = high - low if power == 1.0 else high**power - low**power
+                result[s, y, x] = share * own / slice_m
 
 
 @inner()

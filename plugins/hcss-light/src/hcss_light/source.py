@@ -259,10 +259,11 @@ def sourced_radiance(
     view: Direction,
     sun: Direction | None,
     reference_m: float,
-    orders: int | None = None,
+    source: Field | None = None,
 ) -> tuple[Array, Array]:
     """Return path in cloud times cosine (m), and radiance, each (y, x), of the rays through points at an altitude."""
-    source = scattered_source(slices, density, particles, around, view, sun, orders)
+    if source is None:
+        source = scattered_source(slices, density, particles, around, view, sun)
     return _marched(slices, density, particles.scaled[0], source, np.zeros(slices.count), around, view, reference_m)
 
 

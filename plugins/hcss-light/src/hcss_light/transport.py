@@ -12,15 +12,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from hcss_light.bands import Group, groups_of_bands
+from hcss_light.kept import KeptSource
 from hcss_light.slices import Field, Slices, slices_of
-from hcss_light.source import Direction, Surroundings, absorbed_radiance, sourced_radiance
+from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
 from hcss_light.stated import stated_errors
 from hcss_light.sums import fitted_weights, sun_integrals
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
@@ -79,6 +83,23 @@ class SourceLight:
         )
         # One point for each of two interpolations.
         self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
+        if self.tier == "source":
+            self.seen = tuple(
+                (math.ceil(max(-float(np.min(own)), 0.0)) + 2, math.ceil(max(float(np.max(own)), 0.0)) + 2)
+                for own in seen.T
+            )
+
+    @staticmethod
+    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
+        """Return how some pixels of a frame compare with Monte Carlo, for the certificate."""
+        from hcss_light.comparison import check  # not for plans alone
+
+        return check(plan, tables, frame)
+
+    @property
+    def edges_m(self) -> Array:
+        """Altitudes at which the shares of heights are asked."""
+        return self.slices.edges_m
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
@@ -94,6 +115,13 @@ class SourceLight:
         middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
         sunlit = inputs.sun_zenith_deg.size > 0
         return stated_errors(tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle, inputs.point_m)
+
+    @classmethod
+    def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
+        """Return the computation of frames, which keeps the light in clouds if it can."""
+        from hcss_light.stage import stage  # not for plans alone
+
+        return stage(plan, tables, cls.tier == "source")
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
@@ -133,15 +161,36 @@ class InstantLight:
             dark = [[each.at_night() for each in own] for own in lights]
             self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
 
-    def correct(self, thickness_m: Field) -> tuple[Array, Array, Array]:
-        """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x)."""
-        density = self._slices.density(thickness_m, self._shape)
+    def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
+        """Return the source functions of clouds (y, x) within some rows and columns."""
+        density = self._slices.density(thickness_m, self._shape, shares)
+        sources = [each.source(density)[:, *inner] for own in self._lights for each in own]
+        return KeptSource.of(density[:, *inner], sources)
+
+    def correct(
+        self,
+        thickness_m: Field,
+        kept: KeptSource | None = None,
+        moved: Sequence[float] = (0.0, 0.0),
+        shares: Field | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x).
+
+        Parameters
+        ----------
+        kept : KeptSource, optional
+            Of the same clouds before they moved by so many rows and columns.
+        shares : ndarray (Z, y, x), optional
+            Of each column between the altitudes ``edges_m`` of the transport.
+        """
+        density = self._slices.density(thickness_m, self._shape, shares)
+        sources = iter(() if kept is None else kept.at(density, moved))
         share, change = np.empty((2, len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
         for band, own in enumerate(self._lights):
             total = np.zeros(thickness_m.shape)
             for each in own:
-                amount, radiance = each.radiance(density)
+                amount, radiance = each.radiance(density, next(sources, None))
                 total += radiance
             np.minimum(amount, self._most_m, out=amount)
             uniform, dark = (np.interp(amount, self._nodes_m, each[band]) for each in (self._uniform, self._dark))
@@ -177,11 +226,20 @@ class GroupLight:
             )
         return np.array([self.radiance(each)[1].item() for each in columns])
 
-    def radiance(self, density: Field) -> tuple[Array, Array]:
-        """Return the amount of cloud (m), and the radiance, each (y, x), along the lines of sight."""
+    def source(self, density: Field) -> Field:
+        """Return the source function (Z, y, x) toward the view."""
+        return scattered_source(
+            self._slices, density, self._group.particles, self._group.around, self._view, self._sun
+        )  # fmt: skip
+
+    def radiance(self, density: Field, source: Field | None = None) -> tuple[Array, Array]:
+        """Return the amount of cloud (m), and the radiance, each (y, x), along the lines of sight.
+
+        The tier ``source`` may be given its source function.
+        """
         around = self._group.around
         if self._tier == "source":
-            return self._sourced(density, around)
+            return self._sourced(density, around, source)
         particles, view = self._group.particles, self._view
         amount, radiance = absorbed_radiance(self._slices, density, particles, around, view, self._reference_m)
         if self._weights is not None:
@@ -189,9 +247,9 @@ class GroupLight:
                 radiance += weight * each
         return amount, radiance
 
-    def _sourced(self, density: Field, around: Surroundings) -> tuple[Array, Array]:
-        particles = self._group.particles
-        return sourced_radiance(self._slices, density, particles, around, self._view, self._sun, self._reference_m)
+    def _sourced(self, density: Field, around: Surroundings, source: Field | None = None) -> tuple[Array, Array]:
+        given = self._group.particles, around, self._view, self._sun, self._reference_m, source
+        return sourced_radiance(self._slices, density, *given)
 
     def _integrals(self, density: Field) -> Array:
         assert self._sun is not None

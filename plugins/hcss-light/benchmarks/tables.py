@@ -1,0 +1,64 @@
+"""Tables of errors in the README and in docs/how-to/clouds-with-sides.md, from the table that the tiers state.
+
+python plugins/hcss-light/benchmarks/tables.py [--check]
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+import sys
+from pathlib import Path
+
+PLUGIN = Path(__file__).parents[1]
+PAGES = (PLUGIN / "README.md", PLUGIN.parents[1] / "docs" / "how-to" / "clouds-with-sides.md")
+TIERS = ("columns", "slant", "source")
+HIDDEN = 3.0
+"""Standard errors of the mean below which an rms is hidden in the noise, as in hcss_light.stated."""
+
+
+def markdown() -> str:
+    """Return the table of bias and rms: kelvin by night, percent by day."""
+    with (PLUGIN / "src" / "hcss_light" / "errors.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    cases: dict[tuple[str, float, str, str], dict[str, dict[str, str]]] = {}
+    for row in rows:
+        if row["band"] == "mwir" or row["sun"] == "night":
+            key = row["type"], float(row["view_deg"]), row["band"], row["sun"]
+            cases.setdefault(key, {})[row["tier"]] = row
+    kinds = list(dict.fromkeys(row["type"] for row in rows))
+    lines = ["| type | view | band | columns | slant | source |", "|---|---|---|---|---|---|"]
+    for key in sorted(cases, key=lambda key: (kinds.index(key[0]), key[1], key[2], key[3] == "day")):
+        kind, view, band, sun = key
+        name = "10.8 um" if band == "lwir" else f"3.75 um, {sun}"
+        cells = " | ".join(_cell(cases[key][tier], sun) for tier in TIERS)
+        lines.append(f"| {kind} | {view:g} | {name} | {cells} |")
+    return "\n".join(lines)
+
+
+def _cell(row: dict[str, str], sun: str) -> str:
+    if sun == "night":
+        return f"{float(row['bias_K']):+.2f} / {float(row['rms_K']):.2f} K"
+    bias, rms, hidden = (100.0 * each for each in (float(row["bias"]), float(row["rms"]), HIDDEN * float(row["noise"])))
+    return f"{bias:+.1f} / {'< ' if rms < hidden else ''}{max(rms, hidden):.1f} %"
+
+
+def main() -> int:
+    """Write the tables; with ``--check`` tell pages whose table is another."""
+    table = f"<!-- table -->\n{markdown()}\n<!-- end -->"
+    stale = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        own = re.sub(r"<!-- table -->.*?<!-- end -->", lambda _: table, text, flags=re.DOTALL)
+        if own != text:
+            stale.append(page.name)
+            if "--check" not in sys.argv[1:]:
+                page.write_text(own, encoding="utf-8")
+    if stale and "--check" in sys.argv[1:]:
+        print(f"other tables than those of errors.csv: {', '.join(stale)}")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

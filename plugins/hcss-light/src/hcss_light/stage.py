@@ -1,0 +1,193 @@
+"""Radiance of sequences whose light in clouds is kept while they drift, on squares of a lattice that drifts with them.
+
+The lattice does not depend on windows, so that a pixel has the same bits in all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_light.slices import Field
+from hcss_light.voxels import LightError
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.stream import FrameClouds
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.clouds import wind_velocity_m_s
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window, pixel_sums, points_of
+from hcss_twin.providers import Sun
+
+SQUARES_OF_FRAME = 64
+"""Squares of a frame in memory."""
+
+KEPT_S, MOST_KEPT = 60.0, 2**22
+"""Time between two instants whose light in clouds is kept, and most columns of cloud (of some 100 bytes each)."""
+
+
+_Square = tuple[Any, Array, Array, Array, Array, Array]
+
+
+def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
+    """Return the stage of a plan: light is kept if it can be, the frames are close, and the image is not too large."""
+    return DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
+
+
+def shares_of(plan: Plan, time_s: float, window: Window, thickness_m: Field, edges_m: Array) -> Field | None:
+    """Return how the cloud of points is spread over heights, if its generator says so."""
+    shares = getattr(plan.assembly.generators[0], "height_shares", None)
+    rows, columns = (points_of(each, plan.samples_per_pixel) for each in window)
+    result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
+    return result
+
+
+class DriftingStage(LightStage):
+    """Light in clouds is computed every :data:`KEPT_S` only, and moves with the clouds.
+
+    Each frame is the mean of its two neighbours in time, by their distances. Clouds may have any shape in height.
+
+    Parameters
+    ----------
+    keeps : bool
+        False: each frame is computed for itself.
+    """
+
+    def __init__(self, plan: Plan, tables: RadianceTables, keeps: bool) -> None:
+        super().__init__(plan, tables)
+        transport: Any = self._transport
+        samples, pixels = plan.samples_per_pixel, self._pixels
+        # One pixel more: clouds lie between the pixels of the instant whose light is kept.
+        seen = [tuple(-(-each // samples) + 1 for each in both) for both in transport.seen] if keeps else self._reach
+        # Squares of two instants, with those of clouds that enter the image.
+        self._most_kept = 2 * (-(-plan.grid.rows // pixels) + 1) * (-(-plan.grid.columns // pixels) + 1)
+        columns = self._most_kept * math.prod((pixels + sum(each)) * samples for each in seen)
+        self._keeps = keeps and columns <= MOST_KEPT
+        self._seen = seen if self._keeps else self._reach
+        shapes, slant = hasattr(plan.assembly.generators[0], "height_shares"), plan.scenario.slant
+        if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
+            key = "slant.parallax" if slant.parallax else "radiance.light_profile"
+            raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
+        self._edges_m: Array = transport.edges_m
+        motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
+        east, north = motion.cloud_velocity_m_s
+        if section.wind_speed is not None or section.wind_from is not None:
+            own, base = section, plan.scenario.motion
+            east, north = wind_velocity_m_s(
+                base.wind_speed if own.wind_speed is None else own.wind_speed,
+                base.wind_from if own.wind_from is None else own.wind_from,
+            )
+        self._speed = np.array([north, east - motion.platform_speed_m_s]) / plan.grid.pixel_size_m
+        self._lights: OrderedDict[float, tuple[Sun | None, Any, Any]] = OrderedDict()
+        self._kept: OrderedDict[tuple[float, int, int], Any] = OrderedDict()
+        self._time_s: float | None = None
+        # Light, clouds and their displacement, amount, share and change of squares of this frame and the one before.
+        self._of_frame: OrderedDict[tuple[int, int, int], _Square] = OrderedDict()
+        self._previous = self._of_frame
+
+    def fill(
+        self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
+    ) -> None:
+        """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
+        if self._time_s != time_s:
+            self._time_s, self._previous, self._of_frame = time_s, self._of_frame, OrderedDict()
+        for number, (own_s, part) in enumerate(self._instants(time_s)):
+            moved = self._speed * (time_s - own_s)
+            self._add(radiance, window, place, number, (own_s, part, moved), clouds, look_up)
+
+    def _add(
+        self, radiance: NDArray[np.float32], window: Window, place: Window, number: int,
+        instant: tuple[float, float, Array], clouds: Any, look_up: Any,
+    ) -> None:  # fmt: skip
+        own_s, part, moved = instant
+        side, samples, by = self._pixels, self._plan.samples_per_pixel, np.floor(moved).astype(int).tolist()
+        spans = [
+            ((each.start - far) // side, -(-(each.stop - far) // side)) for each, far in zip(window, by, strict=True)
+        ]
+        for row, column in product(*(range(*each) for each in spans)):
+            first, key = (row * side + by[0], column * side + by[1]), (number, row, column)
+            if key not in self._of_frame:
+                self._of_frame[key] = self._of_lattice(key, first, own_s, moved - by, clouds)
+                if len(self._of_frame) > SQUARES_OF_FRAME:
+                    self._of_frame.popitem(last=False)
+            inner, outer = [], []
+            for start, wanted, where in zip(first, window, place, strict=True):
+                low, high = max(start, wanted.start), min(start + side, wanted.stop)
+                inner.append(slice((low - start) * samples, (high - start) * samples))
+                outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
+            *_, amount, share, change = self._of_frame[key]
+            values = self._looked_up(look_up, amount[*inner], radiance.shape[0])
+            values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
+            for band, own in zip(radiance, values, strict=True):
+                mean = own if samples == 1 else pixel_sums(own, samples) / samples**2
+                band[*outer] = mean if part == 1.0 else part * mean + (band[*outer] if number else 0.0)
+
+    def _instants(self, time_s: float) -> list[tuple[float, float]]:
+        """Return the instants whose light a frame has, with their shares."""
+        first = KEPT_S * math.floor(time_s / KEPT_S)
+        # Films of clouds end with the sequence.
+        last = min(first + KEPT_S, max(float(self._plan.frame_times_s[-1]), time_s))
+        if time_s == last or not self._keeps:
+            return [(time_s, 1.0)]
+        share = (time_s - first) / (last - first)
+        return [(first, 1.0 - share), (last, share)] if share > 0.0 else [(first, 1.0)]
+
+    def _light(self, time_s: float) -> tuple[Any, Any]:
+        """Return light, the same without sun or with the same one, and FrameClouds of an instant."""
+        if time_s not in self._lights:
+            sun = self._plan.sun_at(time_s)
+            known = [light for own, light, _ in self._lights.values() if own == sun]
+            self._lights[time_s] = sun, known[0] if known else self._transport.at(sun), FrameClouds(self._plan, time_s)
+            if len(self._lights) > 2:
+                self._lights.popitem(last=False)
+        return self._lights[time_s][1:]
+
+    def _of_lattice(
+        self, key: tuple[int, int, int], first: tuple[int, int], own_s: float, moved: Array, clouds: Any
+    ) -> _Square:
+        samples, side, (light, around) = self._plan.samples_per_pixel, self._pixels, self._light(own_s)
+        wide = _around(first, side, self._seen)
+        (thickness,) = clouds.thickness_m(wide)
+        before = self._previous.pop(key, None)
+        still = before is not None and before[0] is light and np.array_equal(before[2], moved)
+        if before is not None and still and np.array_equal(before[1], thickness):
+            return before
+        shares = self._shares(self._time_s, wide, thickness)
+        kept = (self._kept_of(own_s, key[1:], light, around), moved * samples) if self._keeps else ()
+        amount, share, change = light.correct(np.ascontiguousarray(thickness), *kept, **shares)
+        own = [slice(before * samples, (before + side) * samples) for before, _ in self._seen]
+        return light, thickness.copy(), moved, amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
+
+    def _shares(self, time_s: float | None, window: Window, thickness_m: Field) -> dict[str, Field]:
+        assert time_s is not None
+        shares = shares_of(self._plan, time_s, window, thickness_m, self._edges_m)
+        return {} if shares is None else {"shares": shares}
+
+    def _kept_of(self, time_s: float, place: tuple[int, int], light: Any, clouds: Any) -> Any:
+        """Return the light in the clouds of a square of the lattice at an instant."""
+        key, samples, side = (time_s, *place), self._plan.samples_per_pixel, self._pixels
+        if key not in self._kept:
+            first = place[0] * side, place[1] * side
+            wide = _around(first, side, self._reach)
+            (thickness,) = clouds.thickness_m(wide)
+            inner = [
+                slice((far - near) * samples, (far + side + high) * samples)
+                for (far, _), (near, high) in zip(self._reach, self._seen, strict=True)
+            ]
+            shares = self._shares(time_s, wide, thickness)
+            self._kept[key] = light.keep(np.ascontiguousarray(thickness), inner, **shares)
+            if len(self._kept) > self._most_kept:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(key)
+        return self._kept[key]
+
+
+def _around(first: tuple[int, int], side: int, reach: Any) -> Window:
+    """Return the window of a square and of the pixels around it."""
+    rows, columns = (slice(start - low, start + side + high) for start, (low, high) in zip(first, reach, strict=True))
+    return rows, columns
