@@ -130,6 +130,7 @@ def cellular(
     relief: float,
     lull: float,
     width: float,
+    grain: float,
     wind: dict[str, float],
     sea: dict[str, float],
 ) -> tuple[Field, Field]:
@@ -141,6 +142,7 @@ def cellular(
     distance = gaussian_filter(bent(polygons(rng, cell), rng, 0.25 * cell, 5.0 * cell), 0.6, mode="wrap")
     moist = regime + patchiness * fractal(rng, 2.8, 200.0)
     texture = fractal(rng, 2.4, 1.5 * cell)
+    fine = fractal(rng, 1.3, 8.0)
     walls = np.clip(1.0 - distance / 0.45, 0.0, 1.0)
     inside = np.clip(distance / 0.45, 0.0, 1.0)
     open_depth = walls - 0.6 + 0.5 * (moist - 0.5) + rough * texture
@@ -148,7 +150,7 @@ def cellular(
     closed = np.clip(2.0 * (moist - 0.75), 0.0, 1.0)
     depth = np.clip((1.0 - closed) * open_depth + closed * closed_depth, 0.0, None)
     sheet = 1.0 - np.exp(-depth / width)
-    top = 1100.0 * (1.0 + 0.12 * fractal(rng, 3.0, 200.0) + relief * (inside - 0.5) * closed + 0.3 * relief * texture)
+    top = 1100.0 * (1.0 + 0.12 * fractal(rng, 3.0, 200.0) + relief * (inside - 0.5) * closed + grain * fine)
     layer = sheet * top * (1.0 - lull * rank(fractal(rng, 3.0, 200.0)))
     (p,) = drawn_out(rng, layer, **wind)
     p = p + clear_sea(rng, **sea)
@@ -166,7 +168,7 @@ def closed_cells(rng: np.random.Generator, **shape: float) -> tuple[Field, Field
 
 
 def _cellular(rng: np.random.Generator, shape: dict[str, float]) -> tuple[Field, Field]:
-    names = "cell", "regime", "patchiness", "crack", "rough", "relief", "lull", "width"
+    names = "cell", "regime", "patchiness", "crack", "rough", "relief", "lull", "width", "grain"
     return cellular(rng, *(shape[name] for name in names), _wind(shape), _sea(shape))
 
 
@@ -217,7 +219,8 @@ def stratus_sheet(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     relief = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * ring, (SIDE, SIDE))
     relief = relief / relief.std()
     thick = fractal(rng, of["slope"], 240.0, 1.5) + of["rough"] * fractal(rng, 2.2, 30.0)
-    activity = np.exp(of["activity"] * fractal(rng, 2.8, 160.0))  # convection is strong in some regions only
+    # convection is strong in some regions only
+    activity = np.minimum(np.exp(of["activity"] * fractal(rng, 2.8, 160.0)), 4.0)
     thick = thick + of["cells"] * activity * relief
     sheet = smoothly_above(thick, of["cover"], of["width"])
     top = 1000.0 + 180.0 * fractal(rng, 3.0, 240.0) + activity * of["relief"] * (relief + fractal(rng, 2.2, 16.0))

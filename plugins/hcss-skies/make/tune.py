@@ -22,7 +22,7 @@ from hcss_evaluate.realism.features import all_features
 from hcss_evaluate.realism.patches import cut_patches, z_scored
 from hcss_skies.example import write_example
 
-from hcss_twin import ImageError
+from hcss_twin import HcssError
 
 
 def features(kelvin: list[np.ndarray], blur: float) -> np.ndarray:
@@ -36,13 +36,13 @@ def features(kelvin: list[np.ndarray], blur: float) -> np.ndarray:
 def distance(measured: np.ndarray, kind: str, shape: dict[str, float], folder: Path) -> float:
     """Return how far skies of a mechanism are from measured patches."""
     skies = []
-    for number in range(1, library.VARIANTS + 1):
-        path = folder / f"{kind}-{number}.nc"
-        write_example(path, library.made(kind, number, shape))
-        skies.append(kinds.blended(path, number)[0])
     try:
+        for number in range(1, library.VARIANTS + 1):
+            path = folder / f"{kind}-{number}.nc"
+            write_example(path, library.made(kind, number, shape))
+            skies.append(kinds.blended(path, number)[0])
         simulated = features(skies, 0.65)
-    except ImageError:
+    except HcssError:  # no cloud, or heights that no example may have
         return 9.0
     label = np.repeat([False, True], [len(measured), len(simulated)])
     both = np.concatenate((measured, simulated))
