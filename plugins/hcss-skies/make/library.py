@@ -109,7 +109,7 @@ SHAPES: dict[str, dict[str, float]] = {
         "sea": 47.1, "haze": 267.0,
     },
 }  # fmt: skip
-"""By kind: the parameters that ``tune.py`` chose in 30 to 50 steps; rows, stretch and pixels of altocumulus and open cells are by eye."""
+"""By kind: parameters that ``tune.py`` chose in 30 to 50 steps; some of altocumulus and open cells are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 """By example of a kind: the size of its organisation, its cover, and the direction of its wind."""

@@ -57,6 +57,12 @@ def blend(
     """
     joint = out.shape[2] == 2
     at_y, at_x = np.empty(x.size), np.empty(x.size)
+    interval, past = np.empty((flow.shape[0], x.size), np.int64), np.empty((flow.shape[0], x.size))
+    for octave in range(flow.shape[0]):
+        for j in range(x.size):
+            position = x[j] / bounds[octave, 0]
+            whole = math.floor(position)
+            interval[octave, j], past[octave, j] = np.int64(whole - bounds[octave, 2]) - 1, position - whole
     curves = np.empty((flow.shape[0], max(flow.shape[2] - 3, 1), 7))
     # patches of a triangle: corner, displacement along y and x in samples, weight
     corner, place, fade = np.empty(6, np.int64), np.empty((6, 2)), np.empty(6, np.float32)
@@ -64,7 +70,7 @@ def blend(
     to_samples = 2.0 / geometry[5]
     limits = scores.shape[0] - 1.001, scores.shape[1] - 1.001
     for i in range(y.size):
-        _displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, curves)
+        _displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, interval, past, curves)
         last_u, last_v, last_upper, count = np.int64(0), np.int64(0), -1, 0
         for j in range(x.size):
             v = at_y[j] / geometry[0] * _SKEW
@@ -108,7 +114,17 @@ def blend(
 
 @inner(fastmath={"contract"})
 def _displaced(
-    at_y: Any, at_x: Any, y: float, x: Any, shift_y: float, shift_x: float, flow: Any, bounds: Any, curves: Any
+    at_y: Any,
+    at_x: Any,
+    y: float,
+    x: Any,
+    shift_y: float,
+    shift_x: float,
+    flow: Any,
+    bounds: Any,
+    interval: Any,
+    past: Any,
+    curves: Any,
 ) -> None:
     """Write positions (columns,) of a row, shifted, moved by (d psi / dy, - d psi / dx) of the stream function psi.
 
@@ -141,12 +157,10 @@ def _displaced(
             a0, a1, a2 = a1, a2, along
             b0, b1, b2 = b1, b2, across
         for j in range(x.size):
-            position = x[j] / bounds[octave, 0]
-            whole = math.floor(position)
-            curve = curves[octave, np.int64(whole - bounds[octave, 2]) - 1]
-            f = position - whole
-            at_x[j] += curve[0] + f * (curve[1] + f * (curve[2] + f * curve[3]))
-            at_y[j] -= curve[4] + f * (curve[5] + f * curve[6])
+            k, f = interval[octave, j], past[octave, j]
+            slope = curves[octave, k, 1] + f * (curves[octave, k, 2] + f * curves[octave, k, 3])
+            at_x[j] += curves[octave, k, 0] + f * slope
+            at_y[j] -= curves[octave, k, 4] + f * (curves[octave, k, 5] + f * curves[octave, k, 6])
 
 
 @inner(fastmath={"contract"})
