@@ -5,8 +5,9 @@ patches around it, with weights w^2 / sqrt(sum w^4), which keep the variance 1 (
 "High-performance by-example noise using a histogram-preserving blending operator", Proc. ACM Comput. Graph. Interact.
 Tech. 1(2), 31, 2018, eq 3 with exponent 2). Random numbers are hashes of lattice indices, so that a pixel does not
 depend on the window. A patch moves through the example at a speed of its own, as long as it lives, and fades into
-another one. Speeds have a Cauchy distribution: what moves v t keeps the part cos(k v t) of waves with wavenumber k, the
-mean of which is exp(-k s t) for speeds of scale s. Structures live in proportion to their size, as measured.
+another one. Speeds have a Cauchy distribution up to a limit: what moves v t keeps the part cos(k v t) of waves with
+wavenumber k, the mean of which is exp(-k s t) for speeds of scale s. Structures live in proportion to their size, as
+measured.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from hcss_twin.core.kernels import inner, kernel
 
 _SKEW = 2.0 / math.sqrt(3.0)
 
-_SLOWEST = 0.06
-"""Least denominator of a speed: the fastest patches move at about 15 times the scale."""
+_SLOWEST = 0.4
+"""Least denominator of a speed. With .06, waves of 64 to 96 km change as measured, but a second changes .017 K rms."""
 
 CUT = 0.15
 """Weights below this limit are cut off, smoothly: three in ten samples are then not taken, and contrast is kept."""
