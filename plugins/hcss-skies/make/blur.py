@@ -1,7 +1,7 @@
-"""How well a classifier tells blended skies by how much of the sensor's blur their examples lose: ``blur.py BLOCKS.nc``.
+"""How well a classifier tells blended skies by how much of the blur their examples lose: ``make/blur.py BLOCKS.nc``.
 
 Skies of all SEVIRI blocks, temperature linear in height, against these blocks: AUC of the forest, z-scored, for both
-halves of the blocks, with a Gaussian of .65 (the importer's), .57 and .5 pixel removed. ``step.py --blur`` has the steps.
+halves of the blocks, with a Gaussian of .65 (the importer's), .57 and .5 pixel removed. Steps: ``step.py --blur``.
 """
 
 from __future__ import annotations
