@@ -7,6 +7,7 @@ import types
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from hcss_twin.analysis.matching import target as target_module
@@ -49,8 +50,19 @@ def open_cells() -> np.ndarray:
     return 3.0 - (near[..., 1] - near[..., 0])  # walls where two centres are equally near
 
 
-@pytest.mark.parametrize("clouds", [streets, open_cells])
-def test_no_fractal_field_looks_like_streets_or_cells(clouds) -> None:
+def fibres() -> np.ndarray:
+    """A normal field drawn out along a direction that turns."""
+    rng = np.random.default_rng(4)
+    k = np.hypot(*np.meshgrid(np.fft.fftfreq(SIDE), 3.0 * np.fft.rfftfreq(SIDE), indexing="ij"))
+    white = np.fft.rfft2(rng.standard_normal((SIDE, SIDE)))
+    field = np.fft.irfft2(white * np.maximum(k, 1.0 / 48.0) ** -1.6, (SIDE, SIDE))
+    y, x = np.mgrid[:SIDE, :SIDE]
+    turn = 12.0 * np.sin(2.0 * np.pi * x / SIDE), 12.0 * np.sin(2.0 * np.pi * y / SIDE)
+    return map_coordinates(field, (y + turn[0], x + turn[1]), mode="grid-wrap")
+
+
+@pytest.mark.parametrize("clouds", [streets, open_cells, fibres])
+def test_no_fractal_field_looks_like_streets_cells_or_fibres(clouds) -> None:
     assert says_so(grey(clouds()))
 
 

@@ -1,7 +1,8 @@
-"""Small models of cloud fields, each from its own mechanism: heights p and x in m at 3 km per pixel, periodic.
+"""Small models of cloud fields, each from its own mechanism: heights p and x in m at 3 km per pixel.
 
 Every function takes a random generator and shape parameters, and returns p, the height of an opaque cloud of the same
-brightness temperature above a clear sky of 0 m, and x, the cloud top above it.
+brightness temperature above a clear sky of 0 m, and x, the cloud top above it. Models are periodic; :func:`drawn_out`
+then bends them by the wind, so that the fields are not.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 
-SIDE = 192
+SIDE = 256
+SMOOTH, ROUGH = 6.5, 4.0  # exponents of the spectra of stream functions
 Field = NDArray[np.float64]
 
 
@@ -23,21 +25,46 @@ def wavenumbers() -> tuple[Field, Field]:
 def fractal(rng: np.random.Generator, exponent: float, longest: float = SIDE, stretch: float = 1.0) -> Field:
     """Return a normal field with a power spectrum k^-exponent along a line; longer than ``longest`` pixels, flat."""
     ky, kx = wavenumbers()
-    k = np.hypot(ky * stretch, kx)
+    k = np.hypot(ky, kx * stretch)
     amplitude = np.maximum(k, 1.0 / longest) ** (-0.5 * (exponent + 1.0))
     amplitude[0, 0] = 0.0
     field = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * amplitude, (SIDE, SIDE))
     return field / field.std()
 
 
-def bent(field: Field, rng: np.random.Generator, pixels: float, longest: float = 48.0) -> Field:
-    """Return a field carried by a random flow without divergence."""
+def flow(rng: np.random.Generator, pixels: float, longest: float, exponent: float) -> tuple[Field, Field]:
+    """Return displacements along y and x of a random flow without divergence."""
     ky, kx = wavenumbers()
-    psi = np.fft.rfft2(fractal(rng, 4.0, longest))
+    psi = np.fft.rfft2(fractal(rng, exponent, longest))
     moves = [np.fft.irfft2(2j * np.pi * sign * k * psi, (SIDE, SIDE)) for sign, k in ((1.0, kx), (-1.0, ky))]
     scale = pixels / np.sqrt(np.mean(moves[0] ** 2))
+    return scale * moves[0], scale * moves[1]
+
+
+def bent(
+    field: Field, rng: np.random.Generator, pixels: float, longest: float = 48.0, exponent: float = SMOOTH
+) -> Field:
+    """Return a field carried by a random flow without divergence; smooth with larger exponents."""
+    dy, dx = flow(rng, pixels, longest, exponent)
     y, x = np.mgrid[:SIDE, :SIDE]
-    return map_coordinates(field, (y + scale * moves[0], x + scale * moves[1]), order=3, mode="grid-wrap")
+    return map_coordinates(field, (y + dy, x + dx), order=3, mode="grid-wrap")
+
+
+def drawn_out(
+    rng: np.random.Generator,
+    *fields: Field,
+    stretch: float = 1.5,
+    angle: float = 0.0,
+    pixels: float = 10.0,
+    exponent: float = SMOOTH,
+) -> list[Field]:
+    """Return fields that a sheared wind drew out along ``angle`` (rad, from x), and that large eddies bent."""
+    dy, dx = flow(rng, pixels, 160.0, exponent)
+    y, x = np.mgrid[:SIDE, :SIDE] - 0.5 * SIDE
+    along, across = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+    along, across = along / np.sqrt(stretch) + dx, across * np.sqrt(stretch) + dy
+    at = (across * np.cos(angle) + along * np.sin(angle), along * np.cos(angle) - across * np.sin(angle))
+    return [map_coordinates(field, at, order=3, mode="grid-wrap") for field in fields]
 
 
 def rank(field: Field) -> Field:
@@ -47,9 +74,17 @@ def rank(field: Field) -> Field:
     return order.reshape(field.shape)
 
 
-def clear_sea(rng: np.random.Generator) -> Field:
-    """Return the texture of clear sea and vapour: a standard deviation of 40 m, 0.26 K."""
-    return 40.0 * fractal(rng, 1.8, 64.0)
+def smoothly_above(field: Field, cover: float, width: float) -> Field:
+    """Return 0 outside of the highest part ``cover`` of a field, and a smooth rise to 1 inside over ``width`` of it."""
+    level = field.std() * width
+    above = np.clip(field - np.quantile(field, 1.0 - cover), 0.0, None) / level
+    return 1.0 - np.exp(-above)
+
+
+def clear_sea(rng: np.random.Generator, metres: float = 40.0, haze: float = 0.0) -> Field:
+    """Return the texture of clear sea and vapour, and thin high cloud in places: 40 m are .26 K."""
+    thin = np.clip(fractal(rng, 2.8, 160.0, 2.5) + 0.5, 0.0, None) ** 2
+    return metres * fractal(rng, 2.2, 96.0) + haze * thin
 
 
 def swift_hohenberg(
@@ -63,9 +98,9 @@ def swift_hohenberg(
     square = (ky**2 + kx**2) * cell**2
     linear = -((1.0 - square) ** 2) - across * (kx * cell) ** 2
     local = forcing * (1.0 + 0.5 * fractal(rng, 3.0, 96.0))
-    u, dt = 0.3 * rng.standard_normal((SIDE, SIDE)), 0.2
+    u, dt = 0.3 * rng.standard_normal((SIDE, SIDE)), 0.4
     for _ in range(steps):
-        push = local * u + quadratic * u**2 - u**3 + 0.12 * rng.standard_normal((SIDE, SIDE))
+        push = local * u + quadratic * u**2 - u**3 + 0.17 * rng.standard_normal((SIDE, SIDE))
         u = np.fft.irfft2((np.fft.rfft2(u + dt * push)) / (1.0 - dt * linear), (SIDE, SIDE))
     return u / u.std()
 
@@ -85,135 +120,198 @@ def polygons(rng: np.random.Generator, cell: float) -> Field:
     return (near[:, 1] - near[:, 0]).reshape(SIDE, SIDE) / cell
 
 
-def open_cells(rng: np.random.Generator, cell: float, cover: float) -> tuple[Field, Field]:
-    """Return walls of cumulus around clear cells, as where cold pools collide; broken, with clusters at corners."""
-    walls = bent(polygons(rng, cell), rng, 0.25 * cell, 4.0 * cell)
-    wall = np.exp(-((walls / 0.28) ** 2)) * np.exp(0.6 * fractal(rng, 1.5, cell) + 0.6 * fractal(rng, 2.6, 96.0))
-    height = np.clip((rank(wall + 0.02 * fractal(rng, 1.8, cell)) - (1.0 - cover)) / cover, 0.0, 1.0)
-    p = 1800.0 * height**1.3 * (1.0 + 0.2 * fractal(rng, 2.0, 64.0)) + clear_sea(rng)
+def cellular(
+    rng: np.random.Generator,
+    cell: float,
+    regime: float,
+    patchiness: float,
+    crack: float,
+    rough: float,
+    relief: float,
+    lull: float,
+    width: float,
+    grain: float,
+    wind: dict[str, float],
+    sea: dict[str, float],
+) -> tuple[Field, Field]:
+    """Return a marine layer: clear, open cells (cloud at walls), closed cells (cloud between cracks) or a sheet.
+
+    Moisture decides, which varies slowly around ``regime`` by ``patchiness``: below 0 clear sky, from 0 to 1 walls of
+    cumulus around clear cells, above 1 cloud with cracks that close with more.
+    """
+    distance = gaussian_filter(bent(polygons(rng, cell), rng, 0.25 * cell, 5.0 * cell), 0.6, mode="wrap")
+    moist = regime + patchiness * fractal(rng, 2.8, 200.0)
+    texture = fractal(rng, 2.4, 1.5 * cell)
+    fine = fractal(rng, 1.3, 8.0)
+    walls = np.clip(1.0 - distance / 0.45, 0.0, 1.0)
+    inside = np.clip(distance / 0.45, 0.0, 1.0)
+    open_depth = walls - 0.6 + 0.5 * (moist - 0.5) + rough * texture
+    closed_depth = inside + 0.6 * (moist - 1.2) - crack + rough * texture
+    closed = np.clip(2.0 * (moist - 0.75), 0.0, 1.0)
+    depth = np.clip((1.0 - closed) * open_depth + closed * closed_depth, 0.0, None)
+    sheet = 1.0 - np.exp(-depth / width)
+    top = 1100.0 * (1.0 + 0.12 * fractal(rng, 3.0, 200.0) + relief * (inside - 0.5) * closed + grain * fine)
+    layer = sheet * top * (1.0 - lull * rank(fractal(rng, 3.0, 200.0)))
+    (p,) = drawn_out(rng, layer, **wind)
+    p = p + clear_sea(rng, **sea)
     return p, np.zeros_like(p)
 
 
-def closed_cells(rng: np.random.Generator, cell: float, cover: float) -> tuple[Field, Field]:
+def open_cells(rng: np.random.Generator, **shape: float) -> tuple[Field, Field]:
+    """Return walls of cumulus around clear cells, as where cold pools collide, in a layer that closes elsewhere."""
+    return _cellular(rng, shape)
+
+
+def closed_cells(rng: np.random.Generator, **shape: float) -> tuple[Field, Field]:
     """Return cloud over cells, separated by cracks of sinking air that widen where the layer is thin."""
-    distance = bent(polygons(rng, cell), rng, 0.3 * cell, 4.0 * cell)
-    moist = fractal(rng, 2.8, 160.0)
-    depth = distance * np.exp(0.3 * fractal(rng, 1.6, cell)) + 0.28 * moist + 0.07 * fractal(rng, 1.6, 2.0 * cell)
-    edge = np.clip(rank(depth) - (1.0 - cover), 0.0, None)
-    sheet = 1.0 - np.exp(-edge * 9.0)
-    top = 1050.0 + 100.0 * fractal(rng, 2.8, 160.0) + 120.0 * np.minimum(distance, 0.6) + 35.0 * fractal(rng, 1.6, 24.0)
-    p = sheet * top + clear_sea(rng)
-    return p, np.zeros_like(p)
+    return _cellular(rng, shape)
 
 
-def streets(rng: np.random.Generator, roll: float, cover: float) -> tuple[Field, Field]:
+def _cellular(rng: np.random.Generator, shape: dict[str, float]) -> tuple[Field, Field]:
+    names = "cell", "regime", "patchiness", "crack", "rough", "relief", "lull", "width", "grain"
+    return cellular(rng, *(shape[name] for name in names), _wind(shape), _sea(shape))
+
+
+def _wind(shape: dict[str, float]) -> dict[str, float]:
+    return {name: shape[name] for name in ("stretch", "angle", "pixels")}
+
+
+def _sea(shape: dict[str, float]) -> dict[str, float]:
+    return {"metres": shape["sea"], "haze": shape["haze"]}
+
+
+def streets(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return rolls of convection along the wind with cumulus on them."""
-    rolls = bent(swift_hohenberg(rng, roll, 0.3, 0.2, 200, across=0.25), rng, 0.4 * roll, 64.0)
-    rough = 0.9 * rolls + 0.8 * fractal(rng, 1.7, 10.0, 1.8) + 0.9 * fractal(rng, 2.6, 160.0, 1.5)
-    height = np.clip((rank(rough) - (1.0 - cover)) / cover, 0.0, 1.0)
-    p = 1500.0 * np.tanh(1.6 * height) * (1.0 + 0.1 * fractal(rng, 2.0, 64.0)) + clear_sea(rng)
+    rolls = bent(swift_hohenberg(rng, of["roll"], 0.3, 0.2, 60, across=0.25), rng, 0.3 * of["roll"], 48.0, ROUGH)
+    where = fractal(rng, of["slope"], 200.0, 1.5)
+    rough = of["rolls"] * rolls + of["rough"] * fractal(rng, 1.7, 12.0, 1.5) + where
+    height = smoothly_above(rough, of["cover"], of["width"])
+    p = 1500.0 * height * (1.0 + 0.15 * fractal(rng, 3.0, 128.0))
+    (p,) = drawn_out(rng, p, **_wind(of), exponent=ROUGH)
+    p = p + clear_sea(rng, **_sea(of))
     return p, np.zeros_like(p)
 
 
-def trade_cumulus(rng: np.random.Generator, clusters: int, largest: float) -> tuple[Field, Field]:
+def trade_cumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return plumes around random centres, with a power law of sizes, more of them where air converges."""
-    where = np.exp(1.3 * fractal(rng, 2.6, 96.0, 1.6))
-    centres = rng.choice(SIDE * SIDE, clusters, p=(where / where.sum()).ravel())
+    where = np.exp(of["clustering"] * fractal(rng, 2.6, 128.0, 1.6))
+    centres = rng.choice(SIDE * SIDE, round(of["clusters"]), p=(where / where.sum()).ravel())
     mask = np.zeros((SIDE, SIDE))
-    for centre in centres:
-        size = min(largest, 0.8 * (1.0 - rng.random()) ** (-1.0 / 1.7))
-        plumes = rng.poisson(2.0 + 1.5 * size**1.5)
-        y = (centre // SIDE + 1.1 * size * rng.standard_normal(plumes)).astype(int) % SIDE
-        x = (centre % SIDE + 1.8 * size * rng.standard_normal(plumes)).astype(int) % SIDE
-        np.add.at(mask, (y, x), rng.gamma(2.0, 0.5 + 0.25 * size, plumes))
-    soft = gaussian_filter(mask, 0.7, mode="wrap") + 0.45 * gaussian_filter(mask, 2.2, mode="wrap")
-    rough = bent(soft, rng, 1.0, 12.0) * np.exp(0.5 * fractal(rng, 1.8, 16.0))
-    p = 2200.0 * (1.0 - np.exp(-np.clip(rough - 0.1, 0.0, None) * 0.9)) + clear_sea(rng)
+    sizes = np.minimum(of["largest"], 0.8 * (1.0 - rng.random(centres.size)) ** (-1.0 / 1.7))
+    plumes = rng.poisson(2.0 + 1.5 * sizes**1.5)
+    own, size = np.repeat(centres, plumes), np.repeat(sizes, plumes)
+    y = (own // SIDE + 1.1 * size * rng.standard_normal(own.size)).astype(int) % SIDE
+    x = (own % SIDE + 1.8 * size * rng.standard_normal(own.size)).astype(int) % SIDE
+    np.add.at(mask, (y, x), rng.gamma(2.0, 0.5 + 0.25 * size))
+    spread = gaussian_filter(mask, 2.2, mode="wrap")
+    soft = gaussian_filter(mask, of["soft"], mode="wrap") + of["halo"] * spread
+    rough = bent(soft, rng, 1.0, 12.0, ROUGH) * np.exp(of["rough"] * fractal(rng, 1.8, 16.0))
+    p = 2200.0 * (1.0 - np.exp(-np.clip(rough - of["least"], 0.0, None) * 0.9))
+    (p,) = drawn_out(rng, p, **_wind(of), exponent=ROUGH)
+    p = p + clear_sea(rng, **_sea(of))
     return p, np.zeros_like(p)
 
 
-def stratus_sheet(rng: np.random.Generator, cover: float, cell: float) -> tuple[Field, Field]:
-    """Return a sheet with the texture of turbulence, cells in relief, and breaks where it is thinnest."""
-    relief = bent(swift_hohenberg(rng, cell, 0.2, 0.6, 80), rng, 2.0, 40.0)
-    thick = fractal(rng, 2.7, 160.0) + 0.35 * fractal(rng, 1.8, 30.0) + 0.3 * relief
-    edge = np.clip(rank(bent(thick, rng, 2.0, 24.0)) - (1.0 - cover), 0.0, None)
-    sheet = 1.0 - np.exp(-edge * 14.0)
-    p = sheet * (
-        1000.0 + 180.0 * fractal(rng, 3.0, 192.0) + 45.0 * relief + 30.0 * fractal(rng, 1.6, 24.0)
-    ) + clear_sea(rng)
+def stratus_sheet(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
+    """Return a sheet with the texture of turbulence and waves in relief, and breaks where it is thinnest."""
+    ky, kx = wavenumbers()
+    ring = np.exp(-(((np.hypot(ky, kx) * of["cell"] - 1.0) / 0.35) ** 2))
+    relief = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * ring, (SIDE, SIDE))
+    relief = relief / relief.std()
+    thick = fractal(rng, of["slope"], 240.0, 1.5) + of["rough"] * fractal(rng, 2.2, 30.0)
+    # convection is strong in some regions only
+    activity = np.minimum(np.exp(of["activity"] * fractal(rng, 2.8, 160.0)), 4.0)
+    thick = thick + of["cells"] * activity * relief
+    sheet = smoothly_above(thick, of["cover"], of["width"])
+    top = 1000.0 + 180.0 * fractal(rng, 3.0, 240.0) + activity * of["relief"] * (relief + fractal(rng, 2.2, 16.0))
+    (p,) = drawn_out(rng, sheet * top, **_wind(of))
+    p = p + clear_sea(rng, **_sea(of))
     return p, np.zeros_like(p)
 
 
-def cirrus_fibres(rng: np.random.Generator, length: float, cover: float) -> tuple[Field, Field]:
+def cirrus_fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return fall streaks: ice from random heads falls through sheared wind, which draws it out into fibres."""
-    heads = np.clip(fractal(rng, 1.2, 8.0) + 0.7 * fractal(rng, 2.8, 96.0) - 0.6, 0.0, None) ** 1.5
+    heads = np.clip(fractal(rng, 1.2, 8.0) + of["grouping"] * fractal(rng, 2.8, 128.0) - 0.6, 0.0, None) ** 1.5
     streak, spectrum = np.zeros((SIDE, SIDE)), np.fft.rfft2(heads)
     ky, kx = wavenumbers()
     # ice that fell for a time t is t + shear t^2 downwind and a little across; it sublimates
-    for t in np.linspace(0.0, 3.0, 60):
-        along, across = length * (0.35 * t + 0.2 * t**2), length * 0.1 * t**1.5
+    for t in np.linspace(0.0, 3.0, 40):
+        along, across = of["length"] * (0.35 * t + 0.2 * t**2), of["length"] * 0.1 * t**1.5
         streak += np.exp(-t) * np.fft.irfft2(spectrum * np.exp(-2j * np.pi * (kx * along + ky * across)), (SIDE, SIDE))
-    fibres = bent(streak / streak.std(), rng, 4.0, 80.0) + 0.25 * fractal(rng, 1.9, 30.0, 3.0)
-    sheet = 0.7 * fractal(rng, 2.8, 160.0, 1.8)
-    depth = np.clip((rank(fibres + sheet) - (1.0 - cover)) / cover, 0.0, 1.0)
+    fibres = bent(streak / streak.std(), rng, 4.0, 80.0) + of["rough"] * fractal(rng, 1.9, 30.0, 3.0)
+    sheet = of["sheet"] * fractal(rng, 3.0, 200.0, 1.8)
+    depth = smoothly_above(fibres + sheet, of["cover"], of["width"])
     top = 10_500.0 + 500.0 * fractal(rng, 3.0, 160.0)
-    opacity = 1.0 - np.exp(-2.6 * depth**2.2)
-    p = top * opacity + clear_sea(rng)
-    return p, np.where(depth > 0.0, np.clip(top - p, 0.0, None), 0.0)
+    low = of["low"] * smoothly_above(fractal(rng, 2.2, 96.0) + 0.3 * fractal(rng, 1.5, 10.0), 0.5, 0.6)
+    depth, top, low = drawn_out(rng, depth, top, low, **_wind(of))
+    opacity = np.clip(depth, 0.0, 1.0) ** of["power"]
+    below = low + clear_sea(rng, **_sea(of))
+    p = top * opacity + (1.0 - opacity) * below
+    return p, np.where(opacity > 0.01, np.clip(top - p, 0.0, None), 0.0)
 
 
-def anvils(rng: np.random.Generator, towers: int, shear: float) -> tuple[Field, Field]:
+def anvils(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return towers in the moist regions of an aggregating atmosphere, with anvils that spread and thin downwind.
 
     Moisture grows where it is high and diffuses (G. C. Craig and J. M. Mack, J. Geophys. Res. 118, 8761, 2013).
     """
-    moisture = 0.5 + 0.25 * fractal(rng, 2.2, 64.0)
-    for _ in range(60):
-        moisture += 0.05 * moisture * (1.0 - moisture) * (moisture - moisture.mean()) * 8.0
-        moisture = np.clip(gaussian_filter(moisture, 0.8, mode="wrap"), 0.0, 1.0)
+    moisture = 0.5 + 0.25 * fractal(rng, 2.2, 96.0)
+    for _ in range(30):
+        moisture += 0.8 * moisture * (1.0 - moisture) * (moisture - moisture.mean())
+        moisture = np.clip(gaussian_filter(moisture, 1.1, mode="wrap"), 0.0, 1.0)
     chance = np.exp(5.0 * rank(moisture)).ravel()
-    depth = np.zeros((SIDE, SIDE))
+    depth, shear = np.zeros((SIDE, SIDE)), of["shear"]
     y, x = np.mgrid[:SIDE, :SIDE].astype(float)
-    for centre in rng.choice(SIDE * SIDE, towers, p=chance / chance.sum()):
+    for centre in rng.choice(SIDE * SIDE, round(of["towers"]), p=chance / chance.sum()):
         age, strength = rng.random(), 1.5 * (1.0 - rng.random()) ** -0.5
-        radius = min(2.0 + 3.5 * np.sqrt(age) * strength, 26.0)
+        radius = min(2.0 + 3.5 * np.sqrt(age) * strength, 30.0)
         dy, dx = (
             (each - at + SIDE / 2) % SIDE - SIDE / 2
             for each, at in ((y, centre // SIDE), (x, centre % SIDE + shear * radius))
         )
         distance = np.hypot(dy, dx / (1.0 + abs(shear))) / radius
         depth += 3.0 * strength * (1.0 - 0.6 * age) * np.exp(-(distance**2) * 2.5)
-    ragged = bent(depth, rng, 4.0, 40.0) * np.exp(0.6 * fractal(rng, 2.2, 48.0, 1.3))
-    opacity = 1.0 - np.exp(-0.8 * np.clip(ragged - 0.2, 0.0, None))
+    outflow = of["outflow"] * np.clip(fractal(rng, 3.0, 200.0, 2.0) + 1.5 * (rank(moisture) - 0.5), 0.0, None)
+    ragged = bent(depth + outflow, rng, 5.0, 48.0, ROUGH) * np.exp(of["rough"] * fractal(rng, 2.4, 64.0, 2.0))
+    opacity = 1.0 - np.exp(-of["opacity"] * np.clip(ragged - 0.05, 0.0, None))
     top = 12_500.0 + 500.0 * fractal(rng, 2.6, 64.0)
-    low, _ = trade_cumulus(rng, 350, 3.0)
-    p = np.maximum(top * opacity**1.2, low) + 350.0 * opacity * gaussian_filter(
-        fractal(rng, 1.8, 20.0), 0.5, mode="wrap"
-    )
+    middle = smoothly_above(fractal(rng, 2.4, 128.0) + 0.8 * (rank(moisture) - 0.5), of["middle"], 0.7)
+    low = smoothly_above(fractal(rng, 1.9, 64.0) + 0.4 * fractal(rng, 1.4, 10.0), 0.5, 0.5)
+    opacity, top, middle, low = drawn_out(rng, opacity, top, middle, low, **_wind(of), exponent=ROUGH)
+    opacity = np.clip(opacity, 0.0, 1.0)
+    below = np.maximum(4500.0 * middle, of["low"] * low) + clear_sea(rng, **_sea(of))
+    p = top * opacity**1.2 + (1.0 - opacity**1.2) * below
+    p = p + of["bumps"] * opacity * gaussian_filter(fractal(rng, 1.8, 20.0), 0.5, mode="wrap")
     return p, np.where(opacity > 0.02, np.clip(top - p, 0.0, None), 0.0)
 
 
-def altocumulus(rng: np.random.Generator, wave: float, cover: float) -> tuple[Field, Field]:
+def altocumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return mid-level sheets that gravity waves break into rows, in patches."""
     ky, kx = wavenumbers()
-    packet = np.exp(-(((np.abs(ky) * wave - 1.0) / 0.2) ** 2) - (kx * wave / 0.35) ** 2)
+    packet = np.exp(-(((np.abs(ky) * of["wave"] - 1.0) / 0.25) ** 2) - (kx * of["wave"] / 0.35) ** 2)
     rows = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * packet, (SIDE, SIDE))
-    rows = bent(rows / rows.std(), rng, 3.0, 80.0)
-    sheet = fractal(rng, 2.6, 128.0, 1.4) + 0.4 * fractal(rng, 1.8, 16.0)
-    depth = np.clip((rank(bent(sheet, rng, 5.0, 64.0) + 0.35 * rows) - (1.0 - cover)) / cover, 0.0, 1.0)
+    rows = bent(rows / rows.std(), rng, 3.0, 80.0) * np.exp(0.5 * fractal(rng, 2.8, 128.0))
+    sheet = fractal(rng, of["slope"], 160.0, 1.4) + of["rough"] * fractal(rng, 1.8, 16.0)
+    depth = smoothly_above(bent(sheet, rng, 5.0, 64.0) + of["rows"] * rows, of["cover"], of["width"])
     top = 5200.0 + 500.0 * fractal(rng, 3.0, 160.0)
-    opacity = 1.0 - np.exp(-2.4 * depth)
-    p = top * opacity * (1.0 + 0.05 * rows * np.sqrt(opacity)) + clear_sea(rng)
-    return p, np.where(depth > 0.0, np.clip(top - p, 0.0, None), 0.0)
+    depth, top, rows = drawn_out(rng, depth, top, rows, **_wind(of))
+    opacity = np.clip(depth, 0.0, 1.0)
+    p = top * opacity * (1.0 + 0.05 * rows * np.sqrt(opacity)) + (1.0 - opacity) * clear_sea(rng, **_sea(of))
+    return p, np.where(opacity > 0.01, np.clip(top - p, 0.0, None), 0.0)
 
 
-def multi_layer(rng: np.random.Generator, length: float, cover: float) -> tuple[Field, Field]:
-    """Return cirrus above broken low cloud, and altocumulus between them."""
-    low = streets(rng, 9.0, 0.45)[0] if rng.random() < 0.5 else closed_cells(rng, 8.0, 0.6)[0]
-    middle, _ = altocumulus(rng, 7.0, 0.35)
-    high, excess = cirrus_fibres(rng, length, cover)
-    below = np.maximum(low, middle)
+def multi_layer(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
+    """Return cirrus above broken low cloud, and altocumulus between them, each with its own wind."""
+    fibres = {each: of[each] for each in ("length", "cover", "width", "power", "rough", "sheet", "grouping")}
+    wind = {**_wind(of), "sea": of["sea"], "haze": of["haze"]}
+    high, excess = cirrus_fibres(rng, **fibres, **wind, low=0.0)
+    other = {**wind, "angle": of["angle"] + 0.6}
+    middle, _ = altocumulus(
+        rng, wave=7.0, slope=2.7, rough=0.3, rows=of["rows"], cover=of["middle"], width=0.7, **other
+    )
+    low = of["low"] * smoothly_above(fractal(rng, 2.2, 96.0, 1.5) + 0.5 * fractal(rng, 1.5, 10.0), 0.5, 0.6)
+    below = np.maximum(*drawn_out(rng, low, **_wind(other)), middle)
     # thin cirrus lets the warmth below through
     through = np.clip(1.0 - high / np.maximum(high + excess, 1.0), 0.0, 1.0)
-    p = np.clip(high, 0.0, None) + through * below
+    p = high + through * np.clip(below, 0.0, None)
     return p, np.where(high > 300.0, np.clip(high + excess - p, 0.0, None), 0.0)

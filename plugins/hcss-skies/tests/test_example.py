@@ -64,11 +64,11 @@ def test_wrong_contents_are_named(written, change, message):
         read_example(written)
 
 
-def test_the_library_has_24_examples_of_eight_kinds_in_two_megabytes():
+def test_the_library_has_24_examples_of_eight_kinds_in_two_and_a_half_megabytes():
     examples = [read_example(path) for path in shipped().values()]
     assert len(examples) >= 24
     assert len({example.kind for example in examples}) >= 8
-    assert sum(path.stat().st_size for path in shipped().values()) < 2_000_000
+    assert sum(path.stat().st_size for path in shipped().values()) < 2_500_000
     assert all(example.licence == "BSD-3-Clause" and 0.1 < example.coverage < 0.99 for example in examples)
 
 

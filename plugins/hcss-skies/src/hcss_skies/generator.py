@@ -18,8 +18,11 @@ from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_u
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
 
-PATCH_S = 12_000.0
+PATCH_S = 40_000.0
 """Time in which a patch becomes another one."""
+
+PATCH_SPEED_M_S = 1.5
+"""Scale of the speeds of patches: by them alone, structures would live for 1.8 min per km of wavelength."""
 
 MEASURED_S = 1800.0
 """``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
@@ -141,7 +144,8 @@ class ExampleClouds:
         """Each seed has its lattice elsewhere, so that no place is special."""
         level = self._level
         shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2)
-        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale, *shift], dtype=np.float64)
+        drift = PATCH_SPEED_M_S * PATCH_S / self.example.pixel_size_m
+        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale, *shift, drift])
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window; 0 is clear sky."""

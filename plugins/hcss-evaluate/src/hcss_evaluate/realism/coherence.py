@@ -37,12 +37,12 @@ def _overlap(frame: Array, shift: tuple[int, int]) -> Array:
     return frame[max(0, row) : rows + min(0, row), max(0, column) : columns + min(0, column)]
 
 
-def correlation_by_band(first: Array, second: Array) -> Array:
+def correlation_by_band(first: Array, second: Array, wavelengths: Sequence[float] = WAVELENGTHS) -> Array:
     """Return the correlation of two frames (rows, columns): whole field, then bands of wavelength, short first.
 
     The second frame is moved back by the whole pixels that make the frames most alike, so that wind does not count as
     change, but shear does. Both frames lose their mean and get a Hann window; bands are rings of waves between
-    consecutive ``WAVELENGTHS``.
+    consecutive ``wavelengths`` (pixels).
     """
     row, column = motion(first, second)
     waves = [_waves(_overlap(first, (-row, -column))), _waves(_overlap(second, (row, column)))]
@@ -53,17 +53,21 @@ def correlation_by_band(first: Array, second: Array) -> Array:
     cross = (waves[0] * np.conj(waves[1])).real * count
     power = [np.abs(each) ** 2 * count for each in waves]
     bands = [wavenumber > 0.0]
-    bands += [(wavenumber * short < 1.0) & (wavenumber * long >= 1.0) for short, long in pairwise(WAVELENGTHS)]
+    bands += [(wavenumber * short < 1.0) & (wavenumber * long >= 1.0) for short, long in pairwise(wavelengths)]
     return np.array([cross[band].sum() / np.sqrt(power[0][band].sum() * power[1][band].sum()) for band in bands])
 
 
-def coherence(sequences: Iterable[tuple[Sequence[Array], Sequence[float]]]) -> dict[float, Array]:
+def coherence(
+    sequences: Iterable[tuple[Sequence[Array], Sequence[float]]], wavelengths: Sequence[float] = WAVELENGTHS
+) -> dict[float, Array]:
     """Return the mean correlation by lag (s): whole field, then each band of wavelength, short ones first.
 
     Parameters
     ----------
     sequences : iterable of (frames, times)
         Frames (rows, columns) of one scene without missing values, and their times in s.
+    wavelengths : sequence of float
+        Edges of the bands, pixels, ascending.
     """
     found: dict[float, list[Array]] = {}
     for frames, times in sequences:
@@ -72,5 +76,5 @@ def coherence(sequences: Iterable[tuple[Sequence[Array], Sequence[float]]]) -> d
             for late in order[number + 1 :]:
                 lag = round(float(times[late] - times[early]), 3)
                 if lag > 0.0 and np.isfinite(frames[early]).all() and np.isfinite(frames[late]).all():
-                    found.setdefault(lag, []).append(correlation_by_band(frames[early], frames[late]))
+                    found.setdefault(lag, []).append(correlation_by_band(frames[early], frames[late], wavelengths))
     return {lag: np.mean(found[lag], axis=0) for lag in sorted(found)}
