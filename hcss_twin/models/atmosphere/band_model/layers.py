@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
+from hcss_twin.core.cached_method import cached_method, weakly
 from hcss_twin.models.atmosphere.band_model.absorber_density import (
     COLD_SELF_COLUMN,
     OXYGEN_COLUMN,
@@ -249,7 +249,7 @@ class LayeredAir:
         self.amounts_upwards = cached_method(self._amounts_upwards, _MAX_PARTS)
         self._level_m = state.altitude_m
         self._level_set = frozenset(state.altitude_m.tolist())
-        self._sums = LegSums(self.columns, self._compute)
+        self._sums = LegSums(self.columns, weakly(self._compute))
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
         """Return the layers between two altitudes, with partial layers at the ends."""
