@@ -7,7 +7,8 @@ many temperatures therefore computes each column at a few of them, which its poi
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, cast
@@ -32,6 +33,10 @@ SCENES_PER_NODE = 2
 GROUPS = 2
 """Groups of scenes whose columns stay in memory; the scenes of a group follow one another."""
 
+FORESEEN = 41
+"""Temperatures at which the wavenumbers of other scenes are foreseen. A choice costs little, and a column at one
+wavenumber hardly less than at fifty."""
+
 LIMIT_BYTES = 100_000_000
 """Of the columns of a group, usually some 20 MB; beyond it all are forgotten."""
 
@@ -45,19 +50,18 @@ class SeaTemperatures:
     nodes_K : tuple of float
     group : str
         Equal for scenes that differ only in the temperature of the sea and in what radiance does not depend on.
-    afresh : bool
-        Whether the certificate of this scene solves its columns at the temperature of the scene.
+    afresh : int
+        Number of columns at each time that the certificate of this scene solves at the temperature of the scene.
     """
 
     nodes_K: tuple[float, ...]
     group: str
-    afresh: bool = False
+    afresh: int = 0
 
-    @property
-    def text(self) -> str:
-        """What a certificate says about it."""
+    def text(self, with_reference: bool) -> str:
+        """Return what a certificate says about it; ``with_reference`` if it used interpolated columns."""
         nodes = ", ".join(f"{kelvin:.2f}" for kelvin in self.nodes_K)
-        of = "columns of the tables are" if self.afresh else "columns of the tables and the reference are"
+        of = "columns of the tables and the reference are" if with_reference else "columns of the tables are"
         return (
             f"{of} interpolated between sea temperatures of {nodes} K, which scenes of the sweep share, with an "
             f"estimated error below {LARGEST_ERROR:g}"
@@ -80,6 +84,7 @@ class GroupColumns:
     def __init__(self) -> None:
         self.seas: dict[float, SeaModel] = {}
         self.files: dict[str, str] = {}
+        self.foreseen: dict[Hashable, Array] = {}
         self._known: dict[tuple[object, ...], tuple[Array, Array]] = {}
 
     def at(
@@ -96,7 +101,10 @@ class GroupColumns:
             if sum(values.nbytes for _, values in self._known.values()) > LIMIT_BYTES:
                 self._known.clear()
                 return self.at(key, wavenumber_cm1, thickness_m, solve)
-            new = np.unique(np.concatenate([missing[row] for row in rows]))
+            ahead = [each for each in self.foreseen.values() if np.isin(wavenumber_cm1, each).all()]
+            new = np.unique(np.concatenate([missing[row] for row in rows] + ahead))
+            known = [self._known[keys[row]][0] if keys[row] in self._known else np.empty(0) for row in rows]
+            new = new[~np.all([np.isin(new, each) for each in known], axis=0)]
             solved = solve(new, thickness_m[rows])
             for place, row in enumerate(rows):
                 self._add(keys[row], new, solved[:, place])
@@ -184,6 +192,33 @@ class BetweenSeaTemperatures:
             return self.exact.cloudy(wavenumber_cm1, thickness_m, sun)
         return dict(zip(self.terms, np.moveaxis(values, 1, 0), strict=True))
 
+    def foresee(self, name: Hashable, chosen_by: Callable[[RadianceModel], Array]) -> None:
+        """Let columns be solved at once at all wavenumbers that scenes of the group will probably choose.
+
+        Parameters
+        ----------
+        name : hashable
+            Of the choice; each is foreseen once.
+        chosen_by : callable
+            Returns the wavenumbers that a scene with another model of the group chooses.
+        """
+        if name in self._columns.foreseen:
+            return
+        middle, half = self._range_K
+        chosen = []
+        for kelvin in np.linspace(middle - half, middle + half, FORESEEN).tolist():
+            other = copy(self)
+            other._kelvin = kelvin
+            chosen.append(chosen_by(other))
+        self._columns.foreseen[name] = np.unique(np.concatenate(chosen))
+
+    @property
+    def _range_K(self) -> tuple[float, float]:
+        """Middle and half width of the range of temperatures whose Chebyshev nodes are known."""
+        nodes = np.array(self._nodes_K)
+        middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
+        return middle, half / np.polynomial.chebyshev.chebpts1(nodes.size)[-1]
+
     def _prepared(self, model: RadianceModel) -> RadianceModel:
         prepare = getattr(model, "expect", None)
         if prepare is not None:
@@ -213,8 +248,7 @@ class BetweenSeaTemperatures:
             self._recorded = len(self._columns.files)
         at_nodes = self._columns.at((*self._key, sun), wavenumber_cm1, thickness_m, solve)
         nodes = np.array(self._nodes_K)
-        count, middle, half = nodes.size, 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
-        half /= np.polynomial.chebyshev.chebpts1(count)[-1]
+        count, (middle, half) = nodes.size, self._range_K
         # Rows of the inverse: coefficients of Chebyshev polynomials from values at their nodes.
         inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander((nodes - middle) / half, count - 1))
         weights = np.polynomial.chebyshev.chebvander((self._kelvin - middle) / half, count - 1)[0] @ inverse
@@ -253,7 +287,7 @@ def interpolating(
         Builds the sea for another temperature.
     """
     groups: OrderedDict[SeaTemperatures, GroupColumns] = catalog.shelf.get_or_compute("sea columns", OrderedDict)
-    columns = groups.setdefault(replace(between, afresh=False), GroupColumns())
+    columns = groups.setdefault(replace(between, afresh=0), GroupColumns())
     while len(groups) > GROUPS:
         groups.popitem(last=False)
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @in_one_thread
 def certify(
-    plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels], from_curves: bool = False
+    plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels], from_curves: bool = False, afresh: int = 0
 ) -> Certificate:
     """Recompute the sampled pixels on the reference path and compare.
 
@@ -43,6 +43,8 @@ def certify(
     from_curves : bool
         Whether reference columns may be read from curves that the points of a sweep share. Curves pay only if all
         pixels have the same view and surface; other scenes have none.
+    afresh : int
+        Number of columns at each time that are solved although they lie on curves.
 
     Raises
     ------
@@ -56,7 +58,7 @@ def certify(
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
     one_model = plan.views is None and plan.imager is None and plan.surfaces is None and plan.tops is None
     suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
-    references = References(suns, from_curves and one_model)
+    references = References(suns, from_curves and one_model, afresh)
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
@@ -104,7 +106,9 @@ def certify(
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
-        interpolation="; ".join(filter(None, ("" if between is None else between.text, references.interpolation))),
+        interpolation="; ".join(
+            filter(None, ("" if between is None else between.text(references.shares), references.interpolation))
+        ),
         dark=tuple(
             band.name
             for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)

@@ -9,7 +9,7 @@ are a few percent at most, so that their own errors hardly matter.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,13 @@ from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
 from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.tables.thickness_axis import relative, total
 from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, choose_nodes
 from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.numerics import for_spectra, reference_level
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun
+from hcss_twin.providers import RadianceModel, Sun
 
 COLUMNS_AT_ONCE = 32
 """Columns per call of the model; its memory grows with their number."""
@@ -64,6 +65,8 @@ class References:
     from_curves : bool
         Whether columns with cloud in one layer are read from a curve through reference columns, which all scenes of a
         sweep share that differ in their clouds only.
+    afresh : int
+        Number of columns at each time that are solved although they lie on curves.
 
     Attributes
     ----------
@@ -73,12 +76,18 @@ class References:
         Number of columns read from curves, and of the columns behind these curves.
     curve_error : float
         Largest error of the curves, relative to the total.
+    shares : bool
+        Whether columns were asked for that other scenes may know.
+    checked, check_error : int, float
+        Number of columns that were solved although others know them, and their largest difference from what was known,
+        relative to the total.
     """
 
-    def __init__(self, suns: tuple[Sun | None, ...] = (), from_curves: bool = False) -> None:
-        self.suns, self.from_curves = suns, from_curves
+    def __init__(self, suns: tuple[Sun | None, ...] = (), from_curves: bool = False, afresh: int = 0) -> None:
+        self.suns, self.from_curves, self._afresh = suns, from_curves, afresh
         self.calls, self.solved = 0, 0
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
+        self.shares, self.checked, self.check_error = False, 0, 0.0
 
     def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
         """Return terms (N, K, B) of columns (N, L) at a time.
@@ -88,6 +97,23 @@ class References:
         ProviderError
             If a provider breaks its contract.
         """
+        between = plan.assembly.between
+        cloudy = np.flatnonzero(np.any(thickness_m, axis=1))
+        afresh = self._afresh if between is None else max(self._afresh, between.afresh)
+        self.shares |= afresh < cloudy.size
+        if not 0 < afresh < cloudy.size:
+            return self._shared(plan, thickness_m, time_s)
+        others = replace(between, afresh=0) if between is not None else None
+        result = self._shared(replace(plan, assembly=replace(plan.assembly, between=others)), thickness_m, time_s)
+        seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:8], "big")
+        drawn = np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False))
+        known, result[drawn] = result[drawn], self._columns(plan, thickness_m[drawn], time_s)
+        self.checked += afresh
+        self.check_error = max(self.check_error, relative(total(known), total(result[drawn])))
+        return result
+
+    def _shared(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+        """Return columns as :meth:`terms` does, whatever of them other scenes know."""
         if not self.from_curves:
             return self._columns(plan, thickness_m, time_s)
         clouds = np.count_nonzero(thickness_m, axis=1)
@@ -154,12 +180,18 @@ class References:
     @property
     def interpolation(self) -> str:
         """What was interpolated between reference columns; empty if nothing was."""
-        if not self.read:
-            return ""
-        return (
-            f"the reference of {self.read} columns is interpolated between {self.curve_columns} reference columns, "
-            f"with an error of {self.curve_error:.1g} at those between the nodes"
-        )
+        texts = []
+        if self.read:
+            texts.append(
+                f"the reference of {self.read} columns is interpolated between {self.curve_columns} reference columns, "
+                f"with an error of {self.curve_error:.1g} at those between the nodes"
+            )
+        if self.checked:
+            texts.append(
+                f"{self.checked} of the columns, drawn at random, are solved afresh, which changes them by at most "
+                f"{self.check_error:.1g}"
+            )
+        return "; ".join(texts)
 
     @property
     def origin(self) -> str:
@@ -184,6 +216,14 @@ def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: tupl
     terms: Array = known @ grid.weights_cm1.T
     if fine != coarse:
         nodes = choose_nodes(grid, known, NODES_TOLERANCE)
+        foresee = getattr(few.model, "foresee", None)
+        if foresee is not None:  # of scenes that share columns
+
+            def chosen_by(model: RadianceModel) -> Array:
+                spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+                return choose_nodes(grid, spectra, NODES_TOLERANCE).wavenumber_cm1
+
+            foresee(("certificate", grid.wavenumber_cm1.size, thickness_m.tobytes()), chosen_by)
         places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, sun)
         if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
             # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are
