@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -212,7 +212,14 @@ class BetweenSeaTemperatures:
             chosen.append(chosen_by(other))
         self._columns.foreseen[name] = np.unique(np.concatenate(chosen))
 
-    @property
+    @cached_property
+    def _coefficients(self) -> Array:
+        """Rows: coefficients (n, n) of Chebyshev polynomials from values at their nodes."""
+        middle, half = self._range_K
+        nodes: Array = (np.array(self._nodes_K) - middle) / half
+        return np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, nodes.size - 1)), dtype=np.float64)
+
+    @cached_property
     def _range_K(self) -> tuple[float, float]:
         """Middle and half width of the range of temperatures whose Chebyshev nodes are known."""
         nodes = np.array(self._nodes_K)
@@ -247,10 +254,8 @@ class BetweenSeaTemperatures:
                 return None
             self._recorded = len(self._columns.files)
         at_nodes = self._columns.at((*self._key, sun), wavenumber_cm1, thickness_m, solve)
-        nodes = np.array(self._nodes_K)
-        count, (middle, half) = nodes.size, self._range_K
-        # Rows of the inverse: coefficients of Chebyshev polynomials from values at their nodes.
-        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander((nodes - middle) / half, count - 1))
+        count, (middle, half) = len(self._nodes_K), self._range_K
+        inverse = self._coefficients
         weights = np.polynomial.chebyshev.chebvander((self._kelvin - middle) / half, count - 1)[0] @ inverse
         emitted = np.stack([planck(wavenumber_cm1, kelvin) for kelvin in (self._kelvin, *self._nodes_K)])
         share = emitted[:1] / emitted[1:]

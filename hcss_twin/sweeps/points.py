@@ -177,8 +177,8 @@ def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[Se
     """Return, for each scenario, the temperatures of the sea between which its columns are interpolated, if any.
 
     They depend on all scenarios of a sweep, not on their order. The second of a group solves the columns of its
-    certificate afresh, and a random tenth some of them. ``certified`` scenes of other seeds are other groups, because certificates
-    need columns of other thickness.
+    certificate afresh, and a random tenth some of them. ``certified`` scenes of other seeds are other groups, because
+    certificates need columns of other thickness.
     """
     left_out = ("title", "output") if certified else ("title", "output", "seed")
     groups: dict[str, list[int]] = {}
