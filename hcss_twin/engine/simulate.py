@@ -80,7 +80,6 @@ def run(
     scheduler: str | None = None,
     replace: bool = True,
     from_curves: bool = False,
-    afresh: int = 0,
 ) -> Path:
     """Compute a planned scene and write its cube with certificate and, with a sensor, the sensor cube.
 
@@ -102,8 +101,8 @@ def run(
         Address of a Dask cluster that computes them instead.
     replace : bool
         Whether to replace an existing cube, or one that another process writes in the meantime.
-    from_curves, afresh
-        Where the reference columns of the certificate come from (:func:`certify`).
+    from_curves : bool
+        Whether the certificate may read its reference columns from curves (:func:`certify`).
 
     Returns
     -------
@@ -120,7 +119,7 @@ def run(
     if plan.scenario.sensor is not None:
         require_netcdf(output)
     _require_no_input(plan, output)
-    certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace, from_curves, afresh)
+    certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace, from_curves)
     if plan.sensor is not None:
         sense_run(plan, tables, output, progress)
     if certificate is not None:
@@ -136,7 +135,6 @@ def _write_clean(
     scheduler: str | None = None,
     replace: bool = True,
     from_curves: bool = False,
-    afresh: int = 0,
 ) -> tuple[Certificate | None, RadianceTables | None]:
     """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
@@ -160,7 +158,7 @@ def _write_clean(
                 else:
                     sink.write_tile(first, place, frames[0])
         if tables is not None and sample is not None:
-            certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves, afresh))
+            certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves))
             writer.set_attributes(certificate.attributes())
     return certificate, tables
 

@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -37,6 +37,8 @@ FORESEEN = 41
 """Temperatures at which the wavenumbers of other scenes are foreseen. A choice costs little, and a column at one
 wavenumber hardly less than at fifty."""
 
+ALL_COLUMNS = 10**9
+
 LIMIT_BYTES = 100_000_000
 """Of the columns of a group, usually some 20 MB; beyond it all are forgotten."""
 
@@ -58,10 +60,12 @@ class SeaTemperatures:
     group: str
     afresh: int = 0
 
-    def text(self, with_reference: bool) -> str:
-        """Return what a certificate says about it; ``with_reference`` if it used interpolated columns."""
+    @property
+    def text(self) -> str:
+        """What a certificate says about it."""
         nodes = ", ".join(f"{kelvin:.2f}" for kelvin in self.nodes_K)
-        of = "columns of the tables and the reference are" if with_reference else "columns of the tables are"
+        alone = self.afresh == ALL_COLUMNS
+        of = "columns of the tables are" if alone else "columns of the tables and the reference are"
         return (
             f"{of} interpolated between sea temperatures of {nodes} K, which scenes of the sweep share, with an "
             f"estimated error below {LARGEST_ERROR:g}"
@@ -195,36 +199,17 @@ class BetweenSeaTemperatures:
     def foresee(self, name: Hashable, chosen_by: Callable[[RadianceModel], Array]) -> None:
         """Let columns be solved at once at all wavenumbers that scenes of the group will probably choose.
 
-        Parameters
-        ----------
-        name : hashable
-            Of the choice; each is foreseen once.
-        chosen_by : callable
-            Returns the wavenumbers that a scene with another model of the group chooses.
+        ``chosen_by`` returns those of a scene with another model of the group; each named choice is foreseen once.
         """
         if name in self._columns.foreseen:
             return
-        middle, half = self._range_K
-        chosen = []
-        for kelvin in np.linspace(middle - half, middle + half, FORESEEN).tolist():
+        low, high, chosen = self._nodes_K[0], self._nodes_K[-1], []
+        beyond = 0.04 * (high - low)  # Chebyshev nodes do not reach the ends of the range
+        for kelvin in np.linspace(low - beyond, high + beyond, FORESEEN).tolist():
             other = copy(self)
             other._kelvin = kelvin
             chosen.append(chosen_by(other))
         self._columns.foreseen[name] = np.unique(np.concatenate(chosen))
-
-    @cached_property
-    def _coefficients(self) -> Array:
-        """Rows: coefficients (n, n) of Chebyshev polynomials from values at their nodes."""
-        middle, half = self._range_K
-        nodes: Array = (np.array(self._nodes_K) - middle) / half
-        return np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, nodes.size - 1)), dtype=np.float64)
-
-    @cached_property
-    def _range_K(self) -> tuple[float, float]:
-        """Middle and half width of the range of temperatures whose Chebyshev nodes are known."""
-        nodes = np.array(self._nodes_K)
-        middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
-        return middle, half / np.polynomial.chebyshev.chebpts1(nodes.size)[-1]
 
     def _prepared(self, model: RadianceModel) -> RadianceModel:
         prepare = getattr(model, "expect", None)
@@ -254,8 +239,11 @@ class BetweenSeaTemperatures:
                 return None
             self._recorded = len(self._columns.files)
         at_nodes = self._columns.at((*self._key, sun), wavenumber_cm1, thickness_m, solve)
-        count, (middle, half) = len(self._nodes_K), self._range_K
-        inverse = self._coefficients
+        nodes = np.array(self._nodes_K)
+        count, middle, half = nodes.size, 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
+        half /= np.polynomial.chebyshev.chebpts1(count)[-1]
+        # Rows of the inverse: coefficients of Chebyshev polynomials from values at their nodes.
+        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander((nodes - middle) / half, count - 1))
         weights = np.polynomial.chebyshev.chebvander((self._kelvin - middle) / half, count - 1)[0] @ inverse
         emitted = np.stack([planck(wavenumber_cm1, kelvin) for kelvin in (self._kelvin, *self._nodes_K)])
         share = emitted[:1] / emitted[1:]

@@ -17,8 +17,9 @@ from typing import Any, Generic, TypeVar
 from hcss_twin.core.errors import HcssError, Problem, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.certificate.reference_columns import columns_afresh
 from hcss_twin.engine.simulate import run
-from hcss_twin.plan.between_sea_temperatures import SeaTemperatures, temperatures_between
+from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures, temperatures_between
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario
@@ -149,14 +150,6 @@ def shared_tables(scenario: Scenario) -> str:
 FEWEST_WITH_CURVES = 4
 """Points with the same tables from which on curves of reference columns cost less than columns for each point."""
 
-SOLVED_AFRESH = 10
-"""One in so many points, on average, solves columns of its certificate afresh."""
-
-AFRESH_COLUMNS = 4
-"""Columns at each time that such a point solves; the second point of a group solves all."""
-
-ALL_COLUMNS = 10**9
-
 
 def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) -> set[int]:
     """Return the points whose certificates read reference columns from curves that points with the same tables share.
@@ -197,15 +190,6 @@ def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[Se
             afresh = ALL_COLUMNS if place == 1 else columns_afresh(scenarios[number]) if place else 0
             found[number] = replace(between, afresh=afresh if certified else 0)
     return found
-
-
-def columns_afresh(scenario: Scenario) -> int:
-    """Return how many columns the certificate of a point solves although other points know them; most points: none.
-
-    The choice depends on the scenario only, so that cubes do not depend on workers, interruptions or kept results.
-    """
-    drawn = int.from_bytes(hashlib.sha256(scenario.to_json().encode()).digest()[:8], "big") % SOLVED_AFRESH == 0
-    return AFRESH_COLUMNS if drawn else 0
 
 
 class Schedule(Generic[_T]):
@@ -310,8 +294,7 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
     try:
         with _date(task.date):
             plan = make_plan(task.scenario, shelf=cache, between=task.between)
-            own = columns_afresh(task.scenario) if task.from_curves else 0
-            run(plan, path, report=certificates.append, from_curves=task.from_curves, afresh=own)
+            run(plan, path, report=certificates.append, from_curves=task.from_curves)
         failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
         size, digest = path.stat().st_size, sha256_of(path)
         outcome = PointOutcome(task.point, path.name, size, digest, error=failed[-1] if failed else None)

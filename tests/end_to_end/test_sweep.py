@@ -196,7 +196,7 @@ def test_a_cube_that_misses_its_accuracy_is_kept_told_and_not_made_again(tmp_pat
     run = hcss_twin.sweeps.points.run
     monkeypatch.setattr(
         "hcss_twin.sweeps.points.run",
-        lambda plan, path, report, from_curves, afresh: run(plan, path, report=lambda _: report(Failed)),
+        lambda plan, path, report, from_curves: run(plan, path, report=lambda _: report(Failed)),
     )
     scene = SMALL | {"output.certificate": 1}
     result = swept(tmp_path / "sweep", {"seed": [1, 2]}, scene)

@@ -8,9 +8,11 @@ import pytest
 from hcss_twin import Scenario
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.between_sea_temperatures import (
+    ALL_COLUMNS,
     FORESEEN,
     BetweenSeaTemperatures,
     GroupColumns,
@@ -19,7 +21,7 @@ from hcss_twin.plan.between_sea_temperatures import (
 )
 from hcss_twin.plan.slant_paths import slant_paths
 from hcss_twin.providers import RadianceDeclaration, Sun, View
-from hcss_twin.sweeps.points import AFRESH_COLUMNS, ALL_COLUMNS, sea_groups
+from hcss_twin.sweeps.points import sea_groups
 
 WAVENUMBER = np.array([900.0, 1100.0, 2500.0, 3160.0, 3600.0])
 SUN = Sun(40.0, 120.0, 1.0)
@@ -111,8 +113,8 @@ def test_a_certificate_afresh_has_the_model_of_the_scene_alone_and_says_what_was
         assert isinstance(assembly.model, BetweenSeaTemperatures)
         for model in (assembly.for_references.model, assembly.for_references.at_level(2).model):
             assert isinstance(model, BetweenSeaTemperatures) != bool(afresh)
-    assert "tables and the reference are" in group.text(with_reference=True)
-    assert "of the tables are" in group.text(with_reference=False)
+    assert "tables and the reference are" in group.text
+    assert "of the tables are" in replace(group, afresh=ALL_COLUMNS).text
 
 
 def total(kelvin, group):

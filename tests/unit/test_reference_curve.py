@@ -5,10 +5,10 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS, SOLVED_AFRESH, References, columns_afresh
 from hcss_twin.engine.certificate.reference_curve import reference_curve
 from hcss_twin.providers import CloudLayer, Microphysics
-from hcss_twin.sweeps.points import AFRESH_COLUMNS, SOLVED_AFRESH, SweepPoint, columns_afresh, points_with_curves
+from hcss_twin.sweeps.points import SweepPoint, points_with_curves
 
 LEVELS_M = np.arange(0.0, 20e3, 1e3)
 

@@ -44,9 +44,6 @@ _MAX_LEG_VIEWS = 16
 _LARGE = 256
 """Paths times wavenumbers of a column from which on it is computed alone."""
 
-_MOST_PATHS = 256
-"""Paths times columns computed together: their absorber amounts in all layers take 20 MB."""
-
 _MOST_VALUES = 2**22
 """Transmittances of the legs of single columns in memory."""
 
@@ -101,20 +98,14 @@ class _LegRequest:
     front: CompositePaths = field(compare=False)
     front_transmittance: Array = field(compare=False)
 
-    def by_columns(self, most: int) -> Iterator[_LegRequest]:
-        """Yield requests of at most so many columns."""
-        count, paths = len(self.lower_m), len(self.front)
-        through = self.front_transmittance.reshape(paths, count, -1)
-        for first in range(0, count, most):
-            some = slice(first, first + most)
-            own = self.front.columns(some)
+    def by_column(self) -> Iterator[_LegRequest]:
+        """Yield the request of each column."""
+        count = len(self.lower_m)
+        through = self.front_transmittance.reshape(len(self.front), count, -1)
+        for column, (lower, upper) in enumerate(zip(self.lower_m, self.upper_m, strict=True)):
+            own = self.front.column(column)
             yield replace(
-                self,
-                key=own.key,
-                lower_m=self.lower_m[some],
-                upper_m=self.upper_m[some],
-                front=own,
-                front_transmittance=through[:, some].reshape(paths, -1),
+                self, key=own.key, lower_m=(lower,), upper_m=(upper,), front=own, front_transmittance=through[:, column]
             )
 
 
@@ -237,12 +228,10 @@ class Air:
         Many columns share their upper air, and the arrays of one column fit in the processor's cache; where they are
         small, calls would cost more.
         """
-        paths = len(request.front)
-        if not isinstance(request.front, AbsorberPaths):
-            return self._leg_of_scenes(request)
-        if paths * self.wavenumber_cm1.size >= _LARGE:
-            return _beside([self._leg_of_column(own) for own in request.by_columns(1)])
-        return _beside([self._leg_of_scenes(own) for own in request.by_columns(max(_MOST_PATHS // paths, 1))])
+        large = len(request.front) * self.wavenumber_cm1.size >= _LARGE
+        if large and isinstance(request.front, AbsorberPaths):
+            return _beside([self._leg_of_column(own) for own in request.by_column()])
+        return self._leg_of_scenes(request)
 
     def _leg_of_scenes(self, request: _LegRequest) -> LegView:
         """Return a leg from the memory that scenes share, if there is one."""

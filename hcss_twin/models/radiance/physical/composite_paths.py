@@ -48,8 +48,8 @@ class CompositePaths(ABC):
         """Append the columns of others with the same number of paths."""
 
     @abstractmethod
-    def columns(self, some: slice) -> Self:
-        """Return the paths of some columns."""
+    def column(self, number: int) -> Self:
+        """Return the paths of one column."""
 
     @property
     @abstractmethod
@@ -77,9 +77,9 @@ class AbsorberPaths(CompositePaths):
         """Append columns."""
         return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
 
-    def columns(self, some: slice) -> Self:
-        """Return the paths of some columns."""
-        return type(self)(self.amounts[:, some])
+    def column(self, number: int) -> Self:
+        """Return the paths of one column."""
+        return type(self)(self.amounts[:, number : number + 1])
 
     @property
     def key(self) -> bytes:
@@ -112,8 +112,8 @@ class _LegPaths(CompositePaths):
         every = zip(self.paths, *(other.paths for other in others), strict=True)
         return type(self)(tuple(sum(rows, ()) for rows in every))
 
-    def columns(self, some: slice) -> Self:
-        return type(self)(tuple(row[some] for row in self.paths))
+    def column(self, number: int) -> Self:
+        return type(self)(tuple((row[number],) for row in self.paths))
 
     @property
     def key(self) -> Hashable:
