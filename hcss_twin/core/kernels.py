@@ -68,23 +68,26 @@ def compiling_meanwhile(work: Callable[[], object]) -> Iterator[None]:
     Only its kernels matter, which are kept in numba's cache; :func:`wait_for_kernels` waits for them. Where a process
     cannot be copied, or all kernels of the block are compiled, nothing happens.
     """
-
-    class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
-        is_first = True
-
-        def on_start(self, event: Any) -> None:
-            from hcss_twin.core.processes import can_copy, start_copy
-
-            if self.is_first and can_copy():
-                with suppress(OSError):  # no more processes
-                    start_copy(_silently, work).name = COMPILES
-            self.is_first = False
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Listener()):
+    with event.install_listener("numba:compile", _FirstCompilation(work)):
         yield
+
+
+class _FirstCompilation(event.Listener):  # type: ignore[misc]  # numba has no types
+    """Starts the copy. A class in a function would keep ``work``, and so a whole scene, until garbage is collected."""
+
+    def __init__(self, work: Callable[[], object]) -> None:
+        self._work, self._is_first = work, True
+
+    def on_start(self, event: Any) -> None:
+        from hcss_twin.core.processes import can_copy, start_copy
+
+        if self._is_first and can_copy():
+            with suppress(OSError):  # no more processes
+                start_copy(_silently, self._work).name = COMPILES
+        self._is_first = False
+
+    def on_end(self, event: Any) -> None:
+        pass
 
 
 def _silently(work: Callable[[], object]) -> None:

@@ -88,7 +88,11 @@ def assemble(
     ScenarioError
         With every value that is inconsistent with the selected data or provider.
     """
-    builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover))
+    registry = catalog.shelf.get_or_compute("registry", Registry.discover)
+    builder = Builder(registry)
+    # Models have a builder of their own, because clouds, which the other one records, may refer to them: a cycle would
+    # keep all arrays of the models in memory until the garbage collector runs.
+    of_models = Builder(registry)
     sight: LinesOfSight | None = None
     with builder.collect_problems("platform.altitude"):
         sight = lines_of_sight(scenario)
@@ -150,12 +154,12 @@ def assemble(
             air = moister(air or centre, vapour_factor)
             other = replace(other, profile=air.profile, transmittance=air.transmittance, air_memory=None)
         chosen = selected(radiance, "model")
-        model: RadianceModel = builder.build(Kind.RADIANCE, chosen, other, radiance.parameters)
+        model: RadianceModel = of_models.build(Kind.RADIANCE, chosen, other, radiance.parameters)
         return model
 
     @lru_cache(maxsize=AIRS)
     def moister(air: Air, factor: float) -> Air:
-        return _with_provider(builder, scenario, catalog, around, with_factors(air.profile, {"h2o": factor}))
+        return _with_provider(of_models, scenario, catalog, around, with_factors(air.profile, {"h2o": factor}))
 
     # The same model serves the tables and the certificate, which share its solutions.
     of_centre, of_others = (lru_cache(maxsize=most)(new_model) for most in (MODELS, MODELS_TOWARD_OTHERS))
@@ -185,8 +189,11 @@ def assemble(
         model = model_of(sea, slant.view, kelvin, 0)
     else:
         between = None
+    label = str(Kind.RADIANCE)
+    entries = builder.entries | {label: of_models.entries[label]}
+    built = builder.built | {label: of_models.built[label]}
     return Assembly(
-        entries=builder.entries,
+        entries=entries,
         bands=tuple(bands),
         spectral_grid=spectral_grid,
         profile=profile,
@@ -213,7 +220,7 @@ def assemble(
         slant=slant,
         code={
             name: (entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target))
-            for name, entry in builder.entries.items()
+            for name, entry in entries.items()
         },
         lines_of_sight=sight,
         elements=elements,
@@ -221,7 +228,7 @@ def assemble(
         surfaces=surfaces,
         air_over_field=over_field,
         air_memory=inputs.air_memory,
-        built=builder.built,
+        built=built,
     )
 
 

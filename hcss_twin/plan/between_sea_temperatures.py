@@ -7,7 +7,8 @@ many temperatures therefore computes each column at a few of them, which its poi
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, cast
@@ -32,6 +33,12 @@ SCENES_PER_NODE = 2
 GROUPS = 2
 """Groups of scenes whose columns stay in memory; the scenes of a group follow one another."""
 
+FORESEEN = 41
+"""Temperatures at which the wavenumbers of other scenes are foreseen. A choice costs little, and a column at one
+wavenumber hardly less than at fifty."""
+
+ALL_COLUMNS = 10**9
+
 LIMIT_BYTES = 100_000_000
 """Of the columns of a group, usually some 20 MB; beyond it all are forgotten."""
 
@@ -45,19 +52,20 @@ class SeaTemperatures:
     nodes_K : tuple of float
     group : str
         Equal for scenes that differ only in the temperature of the sea and in what radiance does not depend on.
-    afresh : bool
-        Whether the certificate of this scene solves its columns at the temperature of the scene.
+    afresh : int
+        Number of columns at each time that the certificate of this scene solves at the temperature of the scene.
     """
 
     nodes_K: tuple[float, ...]
     group: str
-    afresh: bool = False
+    afresh: int = 0
 
     @property
     def text(self) -> str:
         """What a certificate says about it."""
         nodes = ", ".join(f"{kelvin:.2f}" for kelvin in self.nodes_K)
-        of = "columns of the tables are" if self.afresh else "columns of the tables and the reference are"
+        alone = self.afresh == ALL_COLUMNS
+        of = "columns of the tables are" if alone else "columns of the tables and the reference are"
         return (
             f"{of} interpolated between sea temperatures of {nodes} K, which scenes of the sweep share, with an "
             f"estimated error below {LARGEST_ERROR:g}"
@@ -80,6 +88,7 @@ class GroupColumns:
     def __init__(self) -> None:
         self.seas: dict[float, SeaModel] = {}
         self.files: dict[str, str] = {}
+        self.foreseen: dict[Hashable, Array] = {}
         self._known: dict[tuple[object, ...], tuple[Array, Array]] = {}
 
     def at(
@@ -96,7 +105,10 @@ class GroupColumns:
             if sum(values.nbytes for _, values in self._known.values()) > LIMIT_BYTES:
                 self._known.clear()
                 return self.at(key, wavenumber_cm1, thickness_m, solve)
-            new = np.unique(np.concatenate([missing[row] for row in rows]))
+            ahead = [each for each in self.foreseen.values() if np.isin(wavenumber_cm1, each).all()]
+            new = np.unique(np.concatenate([missing[row] for row in rows] + ahead))
+            known = [self._known[keys[row]][0] if keys[row] in self._known else np.empty(0) for row in rows]
+            new = new[~np.all([np.isin(new, each) for each in known], axis=0)]
             solved = solve(new, thickness_m[rows])
             for place, row in enumerate(rows):
                 self._add(keys[row], new, solved[:, place])
@@ -184,6 +196,21 @@ class BetweenSeaTemperatures:
             return self.exact.cloudy(wavenumber_cm1, thickness_m, sun)
         return dict(zip(self.terms, np.moveaxis(values, 1, 0), strict=True))
 
+    def foresee(self, name: Hashable, chosen_by: Callable[[RadianceModel], Array]) -> None:
+        """Let columns be solved at once at all wavenumbers that scenes of the group will probably choose.
+
+        ``chosen_by`` returns those of a scene with another model of the group; each named choice is foreseen once.
+        """
+        if name in self._columns.foreseen:
+            return
+        low, high, chosen = self._nodes_K[0], self._nodes_K[-1], []
+        beyond = 0.04 * (high - low)  # Chebyshev nodes do not reach the ends of the range
+        for kelvin in np.linspace(low - beyond, high + beyond, FORESEEN).tolist():
+            other = copy(self)
+            other._kelvin = kelvin
+            chosen.append(chosen_by(other))
+        self._columns.foreseen[name] = np.unique(np.concatenate(chosen))
+
     def _prepared(self, model: RadianceModel) -> RadianceModel:
         prepare = getattr(model, "expect", None)
         if prepare is not None:
@@ -253,7 +280,7 @@ def interpolating(
         Builds the sea for another temperature.
     """
     groups: OrderedDict[SeaTemperatures, GroupColumns] = catalog.shelf.get_or_compute("sea columns", OrderedDict)
-    columns = groups.setdefault(replace(between, afresh=False), GroupColumns())
+    columns = groups.setdefault(replace(between, afresh=0), GroupColumns())
     while len(groups) > GROUPS:
         groups.popitem(last=False)
 

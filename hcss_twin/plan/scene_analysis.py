@@ -128,15 +128,19 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         parts["between"] = assembly.between.nodes_K
     key = result_key(parts, catalog.shelf)
     classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement, RadianceRange)
-    return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, sun), classes)
+    return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
 
 
-def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAnalysis:
+def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
     requested = cube_variables(scenario, assembly, True)
     radiance = wants_radiance(computed_variables(scenario, assembly, True, requested))
     if radiance:
         probe_particles(assembly)
-        probe_lowest_sun(assembly, sun)
+        between = assembly.between
+        if between is None:
+            probe_lowest_sun(assembly, sun)
+        else:  # scenes that differ in the temperature of the sea have the same suns
+            catalog.shelf.get_or_compute(("lowest sun", between.group), lambda: probe_lowest_sun(assembly, sun))
     extreme_suns = [position for _, position in sun.extremes(assembly.view)] if radiance else []
     accuracy = requested_accuracy(scenario, assembly, extreme_suns)
     shares = share_out(accuracy.relative)

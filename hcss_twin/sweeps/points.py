@@ -17,8 +17,9 @@ from typing import Any, Generic, TypeVar
 from hcss_twin.core.errors import HcssError, Problem, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.certificate.reference_columns import columns_afresh
 from hcss_twin.engine.simulate import run
-from hcss_twin.plan.between_sea_temperatures import SeaTemperatures, temperatures_between
+from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures, temperatures_between
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario
@@ -149,15 +150,11 @@ def shared_tables(scenario: Scenario) -> str:
 FEWEST_WITH_CURVES = 4
 """Points with the same tables from which on curves of reference columns cost less than columns for each point."""
 
-SOLVED_AFRESH = 10
-"""One in so many points, on average, solves all columns of its certificate."""
-
 
 def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) -> set[int]:
     """Return the points whose certificates read reference columns from curves that points with the same tables share.
 
-    Of each group the second point and a random tenth of the others solve their columns one by one. The choice depends
-    on the sweep only, so that cubes do not depend on workers, interruptions or kept results.
+    The second point of each group solves its columns one by one.
     """
     chosen: set[int] = set()
     members: dict[str, list[SweepPoint]] = {}
@@ -165,18 +162,16 @@ def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) 
         members.setdefault(groups[point.number], []).append(point)
     for group in members.values():
         if len(group) >= FEWEST_WITH_CURVES:
-            afresh = [_is_drawn(point.scenario) for point in group]
-            afresh[:2] = False, True
-            chosen |= {point.number for point, alone in zip(group, afresh, strict=True) if not alone}
+            chosen |= {point.number for place, point in enumerate(group) if place != 1}
     return chosen
 
 
 def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[SeaTemperatures | None]:
     """Return, for each scenario, the temperatures of the sea between which its columns are interpolated, if any.
 
-    They depend on all scenarios of a sweep, not on their order. The second of a group and a random tenth solve the
-    columns of their certificates afresh. ``certified`` scenes of other seeds are other groups, because certificates
-    need columns of other thickness.
+    They depend on all scenarios of a sweep, not on their order. The second of a group solves the columns of its
+    certificate afresh, and a random tenth some of them. ``certified`` scenes of other seeds are other groups, because
+    certificates need columns of other thickness.
     """
     left_out = ("title", "output") if certified else ("title", "output", "seed")
     groups: dict[str, list[int]] = {}
@@ -192,14 +187,9 @@ def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[Se
         for place, number in enumerate(members):
             if between is None:
                 break
-            drawn = place == 1 or (place > 1 and _is_drawn(scenarios[number]))
-            found[number] = replace(between, afresh=certified and drawn)
+            afresh = ALL_COLUMNS if place == 1 else columns_afresh(scenarios[number]) if place else 0
+            found[number] = replace(between, afresh=afresh if certified else 0)
     return found
-
-
-def _is_drawn(scenario: Scenario) -> bool:
-    """Return whether a point is one of the random ones that solve their certificates afresh."""
-    return int.from_bytes(hashlib.sha256(scenario.to_json().encode()).digest()[:8], "big") % SOLVED_AFRESH == 0
 
 
 class Schedule(Generic[_T]):

@@ -8,9 +8,12 @@ import pytest
 from hcss_twin import Scenario
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.between_sea_temperatures import (
+    ALL_COLUMNS,
+    FORESEEN,
     BetweenSeaTemperatures,
     GroupColumns,
     SeaTemperatures,
@@ -64,6 +67,29 @@ def test_columns_follow_the_known_law_and_are_computed_once_for_all_temperatures
     assert KnownSea.calls == before + 3 * 2  # those of the comparison
 
 
+def test_wavenumbers_that_other_scenes_will_choose_are_solved_with_those_of_the_first():
+    nodes, columns = temperatures_between(np.linspace(288.0, 294.0, 30), "any").nodes_K, GroupColumns()
+    chosen = {kelvin: WAVENUMBER[[0, 1 if kelvin < 291.0 else -1]] for kelvin in (290.0, 293.0)}
+    asked = []
+
+    def chosen_by(model):
+        asked.append(model)
+        emitted = model.clear(WAVENUMBER, SUN)
+        assert set(emitted) == set(model.terms)
+        return chosen[290.0 if len(asked) <= FORESEEN // 2 else 293.0]
+
+    for _ in range(2):
+        between(290.0, columns, nodes).foresee("tables", chosen_by)
+    assert len(asked) == FORESEEN
+    thickness = np.array([[30.0], [60.0]])
+    before = KnownSea.calls
+    for kelvin, own in chosen.items():
+        between(kelvin, columns, nodes).cloudy(own, thickness, SUN)
+        assert KnownSea.calls == before + len(nodes)
+    between(290.0, columns, nodes).cloudy(WAVENUMBER, thickness, SUN)
+    assert KnownSea.calls == before + 2 * len(nodes)
+
+
 def test_columns_that_are_not_smooth_are_computed_at_the_temperature_itself():
     nodes = temperatures_between(np.linspace(288.0, 294.0, 30), "any").nodes_K
     result = between(290.7, GroupColumns(), nodes, kink=1.0).clear(WAVENUMBER, SUN)
@@ -82,12 +108,13 @@ def test_a_physical_scene_has_the_radiance_it_has_alone_to_a_step_of_single_prec
 
 def test_a_certificate_afresh_has_the_model_of_the_scene_alone_and_says_what_was_interpolated():
     group = temperatures_between(np.linspace(288.0, 294.0, 30), "any")
-    for afresh in (False, True):
+    for afresh in (0, 4):
         assembly = assembled(290.0, replace(group, afresh=afresh))
         assert isinstance(assembly.model, BetweenSeaTemperatures)
         for model in (assembly.for_references.model, assembly.for_references.at_level(2).model):
-            assert isinstance(model, BetweenSeaTemperatures) != afresh
-        assert ("tables and the reference" in assembly.between.text) != afresh
+            assert isinstance(model, BetweenSeaTemperatures) != bool(afresh)
+    assert "tables and the reference are" in group.text
+    assert "of the tables are" in replace(group, afresh=ALL_COLUMNS).text
 
 
 def total(kelvin, group):
@@ -123,8 +150,8 @@ def test_scenes_that_differ_in_more_than_the_sea_temperature_are_other_groups_an
     assert groups[0].group == groups[7].group
     assert len({groups[place].group for place in (0, 8, 16)}) == 3
     assert not groups[0].afresh
-    assert groups[1].afresh
-    assert groups[17].afresh
+    assert groups[1].afresh == groups[17].afresh == ALL_COLUMNS
+    assert {each.afresh for each in groups[2:8]} <= {0, AFRESH_COLUMNS}
     without_certificates = sea_groups(scenarios, certified=False)
     assert without_certificates[0].group == without_certificates[8].group != without_certificates[16].group
     assert not any(each.afresh for each in without_certificates)

@@ -5,9 +5,12 @@ import weakref
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
+from hcss_twin import Scenario
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.radiance.physical.execution import cached_by_spectrum
+from hcss_twin.plan.make_plan import make_plan
 
 
 class Owner:
@@ -41,3 +44,14 @@ def test_an_object_with_caches_ends_with_its_last_reference():
         gc.enable()
     with pytest.raises(ReferenceError, match="_twice"):
         twice(5)
+
+
+def test_models_of_a_scene_end_with_the_last_reference_to_its_plan():
+    gc.disable()
+    try:
+        plan = make_plan(Scenario.load("stratus", CHEAP | {"image.rows": 4, "image.columns": 4}), keeps_results=False)
+        left = [weakref.ref(each) for each in (plan.assembly.built["radiance"], plan.assembly.transmittance)]
+        del plan
+        assert [each() for each in left] == [None, None]
+    finally:
+        gc.enable()

@@ -5,10 +5,10 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS, SOLVED_AFRESH, References, columns_afresh
 from hcss_twin.engine.certificate.reference_curve import reference_curve
 from hcss_twin.providers import CloudLayer, Microphysics
-from hcss_twin.sweeps.points import SOLVED_AFRESH, SweepPoint, points_with_curves
+from hcss_twin.sweeps.points import SweepPoint, points_with_curves
 
 LEVELS_M = np.arange(0.0, 20e3, 1e3)
 
@@ -62,10 +62,24 @@ def test_certificates_read_from_curves_what_columns_give():
     assert f"{curves.read} columns is interpolated between {curves.curve_columns} reference" in curves.interpolation
 
 
-def test_a_tenth_of_the_points_solves_its_columns_afresh_and_so_do_small_groups():
+def test_columns_drawn_from_curves_are_solved_afresh_and_the_certificate_says_how_far_they_are():
+    plan = make_plan(Scenario.load("stratus", CHEAP | {"bands": ["lwir-10.8"]}))
+    thickness = np.append(0.0, np.geomspace(plan.layers[0].thickness_min_m, plan.layers[0].thickness_max_m, 8))[:, None]
+    exact, curves, checked = References(), References(from_curves=True), References(from_curves=True, afresh=3)
+    terms = checked.terms(plan, thickness, 0.0)
+    own = np.any(terms != curves.terms(plan, thickness, 0.0), axis=(1, 2))
+    assert np.count_nonzero(own) == checked.checked == 3
+    assert not own[0]  # clear sky is on no curve
+    np.testing.assert_allclose(terms[own], exact.terms(plan, thickness, 0.0)[own], rtol=1e-6)
+    assert 0.0 < checked.check_error < 1e-5
+    assert "3 of the columns, drawn at random, are solved afresh" in checked.interpolation
+
+
+def test_a_tenth_of_the_points_solves_columns_afresh_and_the_second_of_a_group_and_small_groups_all():
     points = [SweepPoint(number, {}, Scenario.load("stratus", {"seed": number})) for number in range(200)]
     groups = {point.number: "few" if point.number < 3 else "many" for point in points}
     chosen = points_with_curves(points, groups)
-    assert chosen.isdisjoint({0, 1, 2, 4})
-    assert 3 in chosen
-    assert 197 - len(chosen) == pytest.approx(197 / SOLVED_AFRESH, abs=13)
+    assert chosen == set(range(200)) - {0, 1, 2, 4}
+    drawn = [columns_afresh(point.scenario) for point in points]
+    assert set(drawn) == {0, AFRESH_COLUMNS}
+    assert np.count_nonzero(drawn) == pytest.approx(200 / SOLVED_AFRESH, abs=13)

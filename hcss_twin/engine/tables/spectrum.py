@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from hcss_twin.engine.tables.thickness_axis import breakpoints
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.assembly import expect, expect_views
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import RadianceModel, Sun, View
 
 _SEED = 2**17
 
@@ -101,7 +102,8 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     if plan.texture is not None:
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, each)) for each in states]
-    known = np.concatenate([_spectra(each, views, _first_columns(plan), suns, skies) for each in plans])
+    fitted = [partial(_spectra, views=views, thickness_m=_first_columns(plan), suns=suns, skies=skies)]
+    known = np.concatenate([fitted[0](each) for each in plans])
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
@@ -118,9 +120,26 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         away, lit = np.abs(total[:, places] @ nodes.weights_cm1.T - exact), exact > 0.0
         error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
         if error <= TRIAL_SHARE * tolerance:
+            if not views and len(plans) == 1:
+                _foresee(plan, fitted, CHOICE_SHARE * tolerance)
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))
+        fitted.append(partial(_spectra, views=tested, thickness_m=thickness, suns=between, skies=skies))
     return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
+
+
+def _foresee(plan: Plan, fitted: Sequence[Callable[[Plan], Array]], tolerance: float) -> None:
+    """Tell a model that shares columns with other scenes which wavenumbers these will choose."""
+    foresee = getattr(plan.assembly.model, "foresee", None)
+    if foresee is None:
+        return
+
+    def chosen_by(model: RadianceModel) -> Array:
+        other = replace(plan, assembly=replace(plan.assembly, model=model))
+        spectra = np.concatenate([each(other) for each in fitted])
+        return choose_nodes(plan.spectral_grid, spectra, tolerance).wavenumber_cm1
+
+    foresee(("tables", plan.spectral_grid.wavenumber_cm1.size), chosen_by)
 
 
 def _spectra(

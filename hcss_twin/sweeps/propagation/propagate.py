@@ -166,18 +166,19 @@ def propagate(
         notes.append(f"{draws} draws give inaccurate shares of the variance: use {FEW_DRAWS} or more")
     if any(each.key.partition(".")[0] == "image" for each in keys) and maps:
         raise PropagationOptionError("maps: the image varies between draws; allowed: maps of one grid of pixels")
+    of_draws = list(zip(*(scenarios[each.name] for each in sample.mixtures), strict=True))
+    groups = sea_groups([scenario for each in of_draws for scenario in each], certified=False)
     with announce_compilation(logging.getLogger(__name__).warning):
         try:
-            plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache)
+            plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache, between=groups[0])
             require_room(plan)
             if maps:
                 require_room_for_maps(plan)
         except ScenarioError as error:
             raise with_draw(error, sample, sample.mixtures[0], 0) from error
         collected = _Collected(sample)
-        of_draws = list(zip(*(scenarios[each.name] for each in sample.mixtures), strict=True))
-        groups = iter(sea_groups([scenario for each in of_draws for scenario in each], certified=False))
-        tasks = [DrawTask(each, maps, tuple(islice(groups, len(each)))) for each in of_draws]
+        between = iter(groups)
+        tasks = [DrawTask(each, maps, tuple(islice(between, len(each)))) for each in of_draws]
         with executor_of(min(workers, draws)) as (executor, count):
             made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
             for draw, result in made if progress is None else progress(made, draws):

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
+from hcss_twin.core.cached_method import cached_method, weakly
 from hcss_twin.models.atmosphere.band_model.absorber_density import (
     COLD_SELF_COLUMN,
     OXYGEN_COLUMN,
@@ -274,7 +274,7 @@ class LayeredAir:
         self.columns = state.density.shape[1]
         self._parts = cached_method(self._between, _MAX_PARTS)
         self.amounts_upwards = cached_method(self._amounts_upwards, _MAX_PARTS)
-        self._sums = LegSums(self.columns, self._compute)
+        self._sums = LegSums(self.columns, weakly(self._compute))
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
         """Return the layers between two altitudes, with partial layers at the ends."""

@@ -294,7 +294,8 @@ class Air:
         whole = paths.take(np.arange(count - 1, len(paths), count))
         if self._power_law and SPACE in upper_m:
             whole = front + pieces(True).take(place * count + count - 1)
-        return LegView(emission, beyond[:, -1], whole)
+        # A copy: views of all layers would stay in memory with it.
+        return LegView(emission, beyond[:, -1].copy(), whole)
 
     def near_source(self, lower_m: Heights, upper_m: Heights, downward: bool) -> Array:
         """Return the Planck radiance (S,) at the near end of a leg."""
