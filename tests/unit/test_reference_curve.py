@@ -70,7 +70,8 @@ def test_columns_drawn_from_curves_are_solved_afresh_and_the_certificate_says_ho
     own = np.any(terms != curves.terms(plan, thickness, 0.0), axis=(1, 2))
     assert np.count_nonzero(own) == checked.checked == 3
     assert not own[0]  # clear sky is on no curve
-    np.testing.assert_allclose(terms[own], exact.terms(plan, thickness, 0.0)[own], rtol=1e-6)
+    # The change on the next finer spectral grid is interpolated between few of the columns of a call.
+    np.testing.assert_allclose(terms[own], exact.terms(plan, thickness, 0.0)[own], rtol=1e-6, atol=1e-5)
     assert 0.0 < checked.check_error < 1e-5
     assert "3 of the columns, drawn at random, are solved afresh" in checked.interpolation
 
