@@ -26,6 +26,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.brightness_inversion import LayerBrightness
 from hcss_twin.plan.builder import Builder, attribute_to_field
 from hcss_twin.plan.clouds import assemble_layers, build_generators, wind_velocity_m_s
+from hcss_twin.plan.imager import Climate
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
@@ -74,12 +75,18 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 
 
 def assemble(
-    scenario: Scenario, catalog: Catalog, slant: SlantPaths, between: SeaTemperatures | None = None
+    scenario: Scenario,
+    catalog: Catalog,
+    slant: SlantPaths,
+    between: SeaTemperatures | None = None,
+    climate: Climate | None = None,
 ) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
 
     Parameters
     ----------
+    climate : Climate, optional
+        Of an imager, whose places have air and sea of their own.
     between : SeaTemperatures, optional
         Where the scene is one of many that differ in the temperature of the sea.
 
@@ -123,12 +130,15 @@ def assemble(
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
         memory=catalog.shelf.arrays,
-        air_memory=None if around.field is not None else _air_memory(builder, around, catalog),
+        air_memory=None if around.field is not None or climate is not None else _air_memory(builder, around, catalog),
     )
     radiance = scenario.radiance
     over_field, centre = None, Air(around.profile, transmittance)
     with attribute_to_field("atmosphere.profile"):
-        over_field = _air_over_field(builder, scenario, catalog, around, centre)
+        if climate is None:
+            over_field = _air_over_field(builder, scenario, catalog, around, centre)
+        else:
+            over_field = _air_of_climate(builder, scenario, catalog, around, climate, sea_of)
 
     def new_model(
         sea: SeaModel,
@@ -146,6 +156,8 @@ def assemble(
         if over_field is not None:
             air = air or over_field.of(view)
             other = replace(other, profile=air.profile, transmittance=air.transmittance)
+            if air.sea is not None:
+                other = replace(other, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
         if vapour_factor not in (None, 1.0):
             air = moister(air or centre, vapour_factor)
             other = replace(other, profile=air.profile, transmittance=air.transmittance, air_memory=None)
@@ -320,6 +332,26 @@ def _air_over_field(
     for latitude, longitude in zip(*(each.tolist() for each in to_geographic(east, north, *centre_deg)), strict=True):
         field.at(latitude, longitude)
     return AirOverField(centre_deg, cast(Callable[[float, float], Air], at), left_out)
+
+
+def _air_of_climate(
+    builder: Builder,
+    scenario: Scenario,
+    catalog: Catalog,
+    around: Surroundings,
+    climate: Climate,
+    sea_of: Callable[[float], SeaModel],
+) -> AirOverField:
+    """Return the air and the sea of the places of an imager."""
+
+    @lru_cache(maxsize=AIRS)
+    def at(latitude_deg: float, longitude_deg: float) -> Air:
+        profile, kelvin = around.finished(climate.profile(latitude_deg)), climate.sea_temperature_K(latitude_deg)
+        own = _with_provider(builder, scenario, catalog, around, profile)
+        return replace(own, sea=sea_of(kelvin), sea_temperature_K=kelvin)
+
+    place = scenario.place
+    return AirOverField((place.latitude, place.longitude), cast(Callable[[float, float], Air], at), lambda: iter(()))
 
 
 def _sea(

@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeAlias
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import View
 from hcss_twin.scenario.scenario import Scenario
 
@@ -23,11 +24,24 @@ class Views(Protocol):
         ...
 
 
+class Climate(Protocol):
+    """Air and sea by latitude."""
+
+    def profile(self, latitude_deg: float) -> Profile:
+        """Return the profile of the air at a latitude."""
+        ...
+
+    def sea_temperature_K(self, latitude_deg: float) -> float:
+        """Return the temperature of the sea at a latitude."""
+        ...
+
+
 Imager: TypeAlias = Any
 """The object that a section's ``imager`` function returns. Plan and engine use these members:
 
 ``rows``, ``columns``, ``points`` (along a pixel, which is their mean), ``pixel_size_m`` (typical), ``view`` (typical),
-``views`` (all directions, :class:`Views`: tables are made between its edges), ``notes`` (for the plan);
+``views`` (all directions, :class:`Views`: tables are made between its edges; with ``suns(view)``, those of a view's
+place at some frames, places have suns of their own), ``climate`` (:class:`Climate` or None), ``notes`` (for the plan);
 ``variables(requested)`` of the cube; ``require_supported(plan)``, which raises what frames cannot show;
 ``layout(plan)``, an :class:`~hcss_twin.cube.header.ImageLayout`; ``views_of_pixels(time_s, rows, columns)``, exact, for
 the certificate; ``unseen(time_s, window)``, a mask of pixels without ground, or None; ``complete(frame, time_s,
