@@ -60,8 +60,8 @@ def test_air_at_the_temperature_of_the_sea_is_black_down_to_grazing_angles():
 
 
 def test_lines_of_sight_bend_by_twice_the_refraction_of_the_horizon():
-    # Standard refraction at the horizon, 34 minutes of arc in visible light at 283 K and 1010 hPa (Nautical Almanac), for
-    # the density and the refractivity (-1.7 %) of the infrared at 288 K and 1013 hPa: 32.9.
+    # Standard refraction at the horizon, 34 minutes of arc in visible light at 283 K and 1010 hPa (Nautical Almanac),
+    # for the density and the refractivity (-1.7 %) of the infrared at 288 K and 1013 hPa: 32.9.
     shells = Shells(load_profile("us-standard-1976", Catalog()))
     index = shells.bent_m / (EARTH_RADIUS_M + shells.level_m)
     impact = shells.bent_m[0]

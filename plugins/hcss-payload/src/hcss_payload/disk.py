@@ -127,7 +127,7 @@ def _ends(middle: float) -> tuple[float, float]:
 
 
 def _squeezed(place: Array, middle: float) -> Array:
-    """Return positions from stretched ones; -1 and 1 stay (T. W. Tee and L. N. Trefethen, SIAM J. Sci. Comput. 2006)."""
+    """Return positions from stretched ones; -1 and 1 stay (Tee and Trefethen, SIAM J. Sci. Comput. 28, 2006)."""
     after, before = _ends(middle)
     result: Array = middle + GLINT * np.sinh(0.5 * (after + before) * place + 0.5 * (after - before))
     return result

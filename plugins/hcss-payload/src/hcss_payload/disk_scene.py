@@ -97,8 +97,8 @@ def whole_disk(
     reach = np.degrees(zenith - np.arcsin(SEMI_MAJOR_AXIS_M / np.linalg.norm(camera) * np.sin(zenith)))
     if apart + reach > FARTHEST_DEG:
         message = (
-            f"{apart:.3g} deg from the place below the camera, and clouds end {FARTHEST_DEG:g} deg from [place]: a disk "
-            f"of {reach:.3g} deg does not fit; allowed: within {FARTHEST_DEG - reach:.2g} deg of "
+            f"{apart:.3g} deg from the place below the camera, and clouds end {FARTHEST_DEG:g} deg from [place]: a "
+            f"disk of {reach:.3g} deg does not fit; allowed: within {FARTHEST_DEG - reach:.2g} deg of "
             f"{below[0]:.2f} N {below[1]:.2f} E"
         )
         raise ScenarioError([Problem("place", message)])

@@ -61,8 +61,8 @@ ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [plac
 _SMEARLESS = "elements and views are those of its middle"
 
 LIMB_NOTE = (
-    "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines of "
-    "sight above a black sea; their clouds and scattered sunlight are left out"
+    "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
+    "of sight above a black sea; their clouds and scattered sunlight are left out"
 )
 
 

@@ -153,7 +153,7 @@ def _radiance(
     lines: Sequence[tuple[float, float | None]],
     sea_temperature_K: float | None,
 ) -> Array:
-    """Return the radiance (N, B) along lines from their lowest level, with an impact parameter (None: tangent there)."""
+    """Return the radiance (N, B) along lines, given by lowest level and impact parameter (None: tangent there)."""
     levels, profile = shells.level_m, shells.profile
     # Outside its levels the profile has no air.
     top = float(profile.altitude_m[-1])
