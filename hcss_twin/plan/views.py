@@ -282,7 +282,7 @@ def choose_views(
 
 
 def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None], terms: bool) -> Values:
-    """Return a cached function of position for the terms of clear sky and of few clouds under the suns, or their sum."""
+    """Return a cached function of position for the terms of clear sky and few clouds under the suns, or their sum."""
     columns = _few(assembly)
     known: dict[tuple[float, float], Array] = {}
 
