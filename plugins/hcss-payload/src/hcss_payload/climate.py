@@ -28,7 +28,7 @@ ZONES_DEG = (-60.0, -45.0, 0.0, 45.0, 60.0)
 FARTHEST_DEG = 75.0
 """Latitude beyond which air and sea are those of this one."""
 
-COLDEST_SEA_K, _SOFT_K = 271.35, 1.0
+COLDEST_SEA_K, _SOFT_K = 271.35, 2.0
 """Freezing point of the sea, and the width within which temperatures near it bend toward it."""
 
 _SEA_ORDER, _SEA_STEP_DEG = 6, 4.0

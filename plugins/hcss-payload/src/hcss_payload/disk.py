@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from datetime import timedelta
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from hcss_payload.directions import PADDING
 from hcss_payload.scene_plane import surface_place, toward_camera
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, east_north_up, to_earth_centred
+from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import Sun, View
@@ -144,18 +146,18 @@ def with_glint(disk: Disk) -> Disk:
     """Return a disk that is stretched around the mirror image of the sun in the middle of its times, if it has one."""
     edge = np.linspace(-1.0, 1.0, _SEARCH).tolist()
     places = [(x, y) for y in edge for x in edge]
-    nearness = np.array([_nearness(view, disk.suns(view)[len(disk.times_s) // 2]) for view in disk.at(places)])
-    best = int(np.argmax(nearness))
+    views = disk.at(places)
+    zenith, azimuth, latitude, longitude = (
+        np.array([getattr(view, name) for view in views])
+        for name in ("zenith_deg", "azimuth_deg", "latitude_deg", "longitude_deg")
+    )
+    instant = disk.track.start + timedelta(seconds=disk.times_s[len(disk.times_s) // 2])
+    sun_zenith, sun_azimuth, _ = sun_position([instant] * zenith.size, latitude, longitude)
+    seen, lit, turn = (np.radians(each) for each in (zenith, sun_zenith, azimuth - sun_azimuth))
+    # Cosine between the view and the mirror direction, whose bearing is opposite to the sun's.
+    nearness = np.cos(seen) * np.cos(lit) - np.sin(seen) * np.sin(lit) * np.cos(turn)
+    best = int(np.argmax(np.where(sun_zenith < 90.0, nearness, -1.0)))
     return replace(disk, glint=places[best]) if nearness[best] > np.cos(np.radians(_FARTHEST_GLINT_DEG)) else disk
-
-
-def _nearness(view: View, sun: Sun | None) -> float:
-    """Return the cosine between a view and the mirror image of the sun."""
-    if sun is None:
-        return -1.0
-    seen, lit = np.radians(view.zenith_deg), np.radians(sun.zenith_deg)
-    turn = np.radians(view.azimuth_deg - sun.azimuth_deg)
-    return float(np.cos(seen) * np.cos(lit) - np.sin(seen) * np.sin(lit) * np.cos(turn))
 
 
 def disk_around(

@@ -11,23 +11,16 @@ from numpy.typing import NDArray
 
 from hcss_payload.build import Payload, payload_of
 from hcss_payload.checks import PayloadError
+from hcss_payload.complete import complete
 from hcss_payload.directions import directions_around, view_of
 from hcss_payload.disk import Disk
 from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
-from hcss_payload.limb import Limb, tangent_heights_m
+from hcss_payload.limb import Limb
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
 from hcss_payload.pose import pose_at
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
-from hcss_payload.ray_geometry import (
-    GROUND,
-    LARGEST_WITH_LIMB_DEG,
-    LARGEST_ZENITH_DEG,
-    LIMB,
-    SLANT,
-    SPACE,
-    FrameGeometry,
-)
+from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_payload.sampled_pass import sample_pass
@@ -275,38 +268,7 @@ class CameraImager:
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
-        geometry = self._geometry(time_s)
-        rays = geometry.window(*extent)
-        beyond = self.unseen(time_s, extent)
-        if beyond is not None:
-            for values in frame.values():
-                if values.dtype.kind == "f":
-                    values[..., beyond] = np.nan
-                    values[..., rays.kind == SPACE] = 0.0
-        if self._payload.beyond == "limb":
-            self._complete_limb(frame, geometry, rays.kind, extent)
-        latitude, longitude = geometry.place(rays)
-        zenith, azimuth = geometry.angles_deg(rays)
-        distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
-        for spec, values in zip(
-            PIXEL_VARIABLES, (latitude, longitude, zenith, azimuth, distance, rays.kind), strict=True
-        ):
-            frame[spec.name] = np.ascontiguousarray(values, dtype=spec.dtype)
-
-    def _complete_limb(
-        self, frame: dict[str, NDArray[Any]], geometry: FrameGeometry, kind: NDArray[np.uint8], extent: Window
-    ) -> None:
-        """Add the tangent height of the pixels of limb and space, and the radiance of grazing ground and limb."""
-        seen, beyond = kind >= SLANT, kind >= LIMB
-        row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in extent)
-        places = (each[seen] for each in np.meshgrid(row, column, indexing="ij"))
-        ray = geometry.pose.to_earth(geometry.camera.directions(*places))
-        height = np.full(kind.shape, np.nan)
-        height[seen] = tangent_heights_m(geometry.pose.position_m, ray)
-        frame[TANGENT_HEIGHT.name] = np.where(beyond, height, np.nan).astype(np.float32)
-        if self._limb is not None:
-            air = (seen & (kind < SPACE)) & (height >= self._limb.lowest_m)
-            frame["radiance"][..., air] = self._limb(height[air])
+        complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb)
 
 
 def _range(values: Array) -> tuple[float, float]:

@@ -74,10 +74,11 @@ def sample_pass(
         ground = rays.kind == GROUND
         if not ground.any():
             continue
-        # Between sampled pixels at the limit others may be closer to it.
-        toward.append(
-            rays.toward[ground if limit_deg is None else rays.toward[..., 2] > np.cos(np.radians(limit_deg + 1.0))]
-        )
+        # Between sampled pixels at the limit others may be closer to it. Far from the scene there are no directions.
+        near = ground
+        if limit_deg is not None:
+            near = (rays.toward[..., 2] > np.cos(np.radians(limit_deg + 1.0))) & ~np.isnan(rays.toward[..., 0])
+        toward.append(rays.toward[near])
         places.append(np.stack(geometry.place(rays), axis=-1)[ground])
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
         footprints.append(distance * camera.pixel_rad / np.sqrt(rays.toward[ground][:, 2]))
