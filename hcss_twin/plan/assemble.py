@@ -135,10 +135,11 @@ def assemble(
     radiance = scenario.radiance
     over_field, centre = None, Air(around.profile, transmittance)
     with attribute_to_field("atmosphere.profile"):
-        if climate is None:
-            over_field = _air_over_field(builder, scenario, catalog, around, centre)
-        else:
-            over_field = _air_of_climate(builder, scenario, catalog, around, climate, sea_of)
+        over_field = _air_over_field(builder, scenario, catalog, around, centre)
+    if climate is not None:
+        over_field = climate(
+            lambda profile: _with_provider(builder, scenario, catalog, around, around.finished(profile)), sea_of
+        )
 
     def new_model(
         sea: SeaModel,
@@ -332,26 +333,6 @@ def _air_over_field(
     for latitude, longitude in zip(*(each.tolist() for each in to_geographic(east, north, *centre_deg)), strict=True):
         field.at(latitude, longitude)
     return AirOverField(centre_deg, cast(Callable[[float, float], Air], at), left_out)
-
-
-def _air_of_climate(
-    builder: Builder,
-    scenario: Scenario,
-    catalog: Catalog,
-    around: Surroundings,
-    climate: Climate,
-    sea_of: Callable[[float], SeaModel],
-) -> AirOverField:
-    """Return the air and the sea of the places of an imager."""
-
-    @lru_cache(maxsize=AIRS)
-    def at(latitude_deg: float, longitude_deg: float) -> Air:
-        profile, kelvin = around.finished(climate.profile(latitude_deg)), climate.sea_temperature_K(latitude_deg)
-        own = _with_provider(builder, scenario, catalog, around, profile)
-        return replace(own, sea=sea_of(kelvin), sea_temperature_K=kelvin)
-
-    place = scenario.place
-    return AirOverField((place.latitude, place.longitude), cast(Callable[[float, float], Air], at), lambda: iter(()))
 
 
 def _sea(

@@ -245,9 +245,8 @@ def choose_views(
         return None
     if own:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
-    most, largest = MAX_ORDER, MAX_NODES
-    if assembly.own_suns is not None:
-        most, largest = most * MORE_PLACES[0], largest * MORE_PLACES[1]
+    more = (1, 1) if assembly.own_suns is None else MORE_PLACES
+    most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
     each = 0.5 * tolerance / SAFETY_FACTOR
     try:

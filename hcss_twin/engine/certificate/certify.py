@@ -7,7 +7,7 @@ numerical choices, for the exact column of each pixel and without tables
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -22,17 +22,12 @@ from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.physics import quadrature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
 if TYPE_CHECKING:
     from hcss_twin.plan.surface_classes import SurfaceState
-
-MANY_COLUMNS, CURVE_ORDER, CURVE_SHARE = 12, 8, 0.3
-"""Columns of an imager's pixel of which all are solved; order of the polynomial through few, and share of the accuracy
-by which half that order may differ: the error of the whole order is about its square."""
 
 
 @in_one_thread
@@ -184,10 +179,12 @@ def _means(
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, and the perturbation of each pixel."""
     columns, which = np.unique(thickness_m, axis=0, return_inverse=True)
-    if plan.imager is None or columns.shape[0] <= MANY_COLUMNS:
+    if plan.imager is None:
         known = quantities.of(references.terms(plan, columns, time_s))
     else:
-        known = _many(lambda few: quantities.of(references.terms(plan, few, time_s)), columns, plan.accuracy.relative)
+        known = plan.imager.solve(
+            lambda own: quantities.of(references.terms(plan, own, time_s)), columns, plan.accuracy
+        )
     if places is not None and places.size:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 
@@ -198,32 +195,6 @@ def _means(
         return means
     means = np.mean(known[which.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
     return means
-
-
-def _many(solved: Callable[[Array], Array], columns: Array, tolerance: float) -> Array:
-    """Return values (N, Q, B) of columns (N, L): if one layer has cloud, from few along the logarithm of thickness.
-
-    If half as many nodes change any value by more than a share of the tolerance, all columns are solved.
-    """
-    layers = np.flatnonzero(np.any(columns > 0.0, axis=0))
-    cloudy = np.any(columns > 0.0, axis=1)
-    if layers.size != 1 or np.count_nonzero(cloudy) <= MANY_COLUMNS:
-        return solved(columns)
-    depth = np.log(columns[cloudy, layers[0]])
-    middle, half = 0.5 * (depth.max() + depth.min()), 0.5 * (depth.max() - depth.min())
-    nodes = np.zeros((CURVE_ORDER + 1 + int(not cloudy.all()), columns.shape[1]))
-    nodes[: CURVE_ORDER + 1, layers[0]] = np.exp(middle + half * quadrature.nodes(CURVE_ORDER))
-    known = solved(nodes)
-    at = (depth - middle) / half
-    fine, coarse = (
-        np.tensordot(quadrature.weights(order, at), known[: CURVE_ORDER + 1 : CURVE_ORDER // order], 1)
-        for order in (CURVE_ORDER, CURVE_ORDER // 2)
-    )
-    if np.any(np.abs(fine - coarse) > CURVE_SHARE * tolerance * fine[:, :1]):
-        return solved(columns)
-    result = np.repeat(known[-1:], columns.shape[0], axis=0)
-    result[cloudy] = fine
-    return result
 
 
 def _over_surfaces(

@@ -8,6 +8,7 @@ from camera_scenes import scenario
 from hcss_payload.climate import ZonalClimate
 from hcss_payload.directions import Hemisphere
 from hcss_payload.disk import Disk, with_glint
+from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.scene_plane import toward_camera
 from hcss_payload.trajectory import Geostationary
 from test_cube import DISK
@@ -101,3 +102,23 @@ def test_a_disk_by_day_has_suns_of_its_places():
 def test_what_a_disk_cannot_show_is_refused_by_name(parts, message):
     with pytest.raises(ScenarioError, match=message):
         hcss_twin.make_plan(scenario(DISK, parts))
+
+
+def test_the_columns_of_a_pixel_follow_from_few():
+    rng = np.random.default_rng(1)
+    columns = np.zeros((60, 1))
+    columns[1:, 0] = np.exp(rng.uniform(np.log(50.0), np.log(400.0), 59))
+    asked = []
+
+    def solved(own):
+        asked.append(len(own))
+        return (30.0 + 12.0 * np.exp(-own / 300.0))[:, :, None]
+
+    assert solve_pixel(solved, columns, 1e-3) == pytest.approx(solved(columns), rel=1e-6)
+    assert asked == [10, 60]
+
+    def rough(own):
+        asked.append(len(own))
+        return (30.0 + np.sin(own))[:, :, None]
+
+    assert np.array_equal(solve_pixel(rough, columns, 1e-3), rough(columns))

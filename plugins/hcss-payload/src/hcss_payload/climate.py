@@ -10,8 +10,10 @@ Polynomials have no kinks, which interpolation between the places of a disk coul
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,6 +23,8 @@ from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.providers import SeaModel
 
 ZONES_DEG = (-60.0, -45.0, 0.0, 45.0, 60.0)
 """Latitudes of the model atmospheres."""
@@ -31,22 +35,41 @@ FARTHEST_DEG = 75.0
 COLDEST_SEA_K, _SOFT_K = 271.35, 2.0
 """Freezing point of the sea, and the width within which temperatures near it bend toward it."""
 
+_AIRS = 4
+"""Latitudes whose air is kept in memory."""
+
 _SEA_ORDER, _SEA_STEP_DEG = 6, 4.0
 """Order of the polynomial of the sea's temperature, and step of the latitudes and longitudes it is fitted to."""
 
 
 class ZonalClimate:
-    """Air and sea by latitude; implements :class:`hcss_twin.plan.imager.Climate`.
+    """Air and sea by latitude; implements :data:`hcss_twin.plan.imager.Climate`.
 
     Parameters
     ----------
     time : datetime
         With a time zone.
+    centre_deg : (float, float)
+        Latitude and longitude of the scene.
     """
 
-    def __init__(self, catalog: Catalog, time: datetime) -> None:
+    def __init__(self, catalog: Catalog, time: datetime, centre_deg: tuple[float, float] = (0.0, 0.0)) -> None:
+        self._centre_deg = centre_deg
         self._zones = [_zone(latitude, catalog, time) for latitude in ZONES_DEG]
         self._sea = _zonal_sea(catalog, time)
+
+    def __call__(self, air_of: Callable[[Profile], Air], sea_of: Callable[[float], SeaModel]) -> AirOverField:
+        """Return the air and sea of all places."""
+
+        @lru_cache(maxsize=_AIRS)
+        def at_latitude(latitude_deg: float) -> Air:
+            kelvin = self.sea_temperature_K(latitude_deg)
+            return replace(air_of(self.profile(latitude_deg)), sea=sea_of(kelvin), sea_temperature_K=kelvin)
+
+        def at(latitude_deg: float, longitude_deg: float) -> Air:
+            return at_latitude(latitude_deg)
+
+        return AirOverField(self._centre_deg, at, lambda: iter(()))
 
     def profile(self, latitude_deg: float) -> Profile:
         """Return the profile at a latitude."""

@@ -52,7 +52,7 @@ def climate_of(scenario: Scenario, catalog: Catalog, choice: str) -> ZonalClimat
     problems = [Problem(name, message) for name, present in given.items() if present]
     if problems:
         raise ScenarioError(problems)
-    return ZonalClimate(catalog, scenario.time)
+    return ZonalClimate(catalog, scenario.time, (scenario.place.latitude, scenario.place.longitude))
 
 
 def whole_disk(

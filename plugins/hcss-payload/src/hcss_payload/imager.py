@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,6 +23,7 @@ from hcss_payload.ray_elements import RayElementStage
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
+from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.sampled_pass import sample_pass
 from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
 from hcss_twin import Scenario
@@ -32,6 +33,7 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window
 from hcss_twin.providers import View
@@ -257,6 +259,10 @@ class CameraImager:
         if isinstance(self.views, Disk):
             return self.views.views_of(rays.position_m)
         return [view_of(toward) for toward in rays.toward]
+
+    def solve(self, solved: Callable[[Array], Array], columns: Array, accuracy: RequestedAccuracy) -> Array:
+        """Return the values of the columns of a pixel of the certificate."""
+        return solve_pixel(solved, columns, accuracy.relative)
 
     def unseen(self, time_s: float, window: Window) -> NDArray[np.bool_] | None:
         """Return which pixels of a window do not show the ground that is computed."""
