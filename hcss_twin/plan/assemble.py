@@ -137,9 +137,8 @@ def assemble(
     with attribute_to_field("atmosphere.profile"):
         over_field = _air_over_field(builder, scenario, catalog, around, centre)
     if climate is not None:
-        over_field = climate(
-            lambda profile: _with_provider(builder, scenario, catalog, around, around.finished(profile)), sea_of
-        )
+        air_of = partial(_with_provider, builder, scenario, catalog, around)
+        over_field = climate(lambda profile: air_of(around.finished(profile)), sea_of)
 
     def new_model(
         sea: SeaModel,

@@ -26,7 +26,7 @@ class Views(Protocol):
 
 
 Climate: TypeAlias = Callable[[Callable[[Profile], Air], Callable[[float], SeaModel]], AirOverField]
-"""Returns the air and sea of an imager's places, from functions for the air of a profile and the sea of a temperature."""
+"""Returns air and sea of an imager's places, from functions for the air of a profile and the sea of a temperature."""
 
 Imager: TypeAlias = Any
 """The object that a section's ``imager`` function returns. Plan and engine use these members:
@@ -37,10 +37,10 @@ place at some frames, places have suns of their own), ``climate`` (:class:`Clima
 ``variables(requested)`` of the cube; ``require_supported(plan)``, which raises what frames cannot show;
 ``layout(plan)``, an :class:`~hcss_twin.cube.header.ImageLayout`; ``views_of_pixels(time_s, rows, columns)``, exact, for
 the certificate; ``solve(solved, columns, accuracy)``, which returns the values of the columns of a certificate's pixel
-from a function that solves columns; ``unseen(time_s, window)``, a mask of pixels without ground, or None; ``complete(frame, time_s,
-extent)``, which adds coordinates of pixels; and what takes the place of the engine's ``FrameClouds``, look-up,
-``SurfaceStage`` and ``ElementStage``: ``clouds(plan, time_s)``, ``look_up(plan, time_s, look_ups)``,
-``surface_stage(plan, tables)``, ``element_stage(plan)``.
+from a function that solves columns; ``unseen(time_s, window)``, a mask of pixels without ground, or None;
+``complete(frame, time_s, extent)``, which adds coordinates of pixels; and what takes the place of the engine's
+``FrameClouds``, look-up, ``SurfaceStage`` and ``ElementStage``: ``clouds(plan, time_s)``, ``look_up(plan, time_s,
+look_ups)``, ``surface_stage(plan, tables)``, ``element_stage(plan)``.
 """
 
 

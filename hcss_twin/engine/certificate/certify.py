@@ -179,12 +179,11 @@ def _means(
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, and the perturbation of each pixel."""
     columns, which = np.unique(thickness_m, axis=0, return_inverse=True)
-    if plan.imager is None:
-        known = quantities.of(references.terms(plan, columns, time_s))
-    else:
-        known = plan.imager.solve(
-            lambda own: quantities.of(references.terms(plan, own, time_s)), columns, plan.accuracy
-        )
+
+    def solved(columns: Array) -> Array:
+        return quantities.of(references.terms(plan, columns, time_s))
+
+    known = solved(columns) if plan.imager is None else plan.imager.solve(solved, columns, plan.accuracy)
     if places is not None and places.size:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 

@@ -1,4 +1,4 @@
-"""Columns of a pixel of the certificate: a pixel of a camera is the mean of many points, each with its own thickness."""
+"""Columns of a pixel of the certificate: that of a camera is the mean of many points with thicknesses of their own."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ MANY_COLUMNS = 12
 """Columns of which all are solved."""
 
 ORDER, HALF_ORDER_SHARE = 8, 0.3
-"""Order of the polynomial through few columns, and the share of the accuracy by which half that order may differ from it:
-the error of the whole order is about the square of this difference."""
+"""Order of the polynomial through few columns, and the share of the accuracy by which half that order may differ
+from it: the error of the whole order is about the square of this difference."""
 
 
 def solve_pixel(solved: Callable[[Array], Array], columns: Array, accuracy: float) -> Array:
