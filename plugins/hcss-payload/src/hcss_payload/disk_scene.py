@@ -90,7 +90,7 @@ def whole_disk(
     lit = any(sun is not None for view in disk.at([(x, y) for x in edge for y in edge]) for sun in disk.suns(view))
     if not (lit or climate):
         return None
-    place = to_earth_centred(np.float64(scenario.place.latitude), np.float64(scenario.place.longitude))
+    place = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
     under = camera / np.linalg.norm(camera)
     apart = np.degrees(np.arccos(np.clip(place @ under / np.linalg.norm(place), -1.0, 1.0)))
     zenith = np.arccos(seen.toward[:, 2].min()) if seen.limit_deg is None else np.radians(seen.limit_deg)
