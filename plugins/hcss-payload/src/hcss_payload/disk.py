@@ -93,7 +93,7 @@ class Disk:
         zenith = np.degrees(np.arctan2(across, up))
         azimuth = np.where(zenith < 1e-6, 0.0, np.degrees(np.arctan2(east, north)) % 360.0)
         each = zip(*(values.tolist() for values in (zenith, azimuth, latitude, longitude)), strict=True)
-        return [PlacedView(*values, True) for values in each]
+        return [PlacedView(above, around, north, east, own_sun=True) for above, around, north, east in each]
 
     def _seen_in(self, toward: Array) -> Array:
         """Return the positions (N, 3) on the ellipsoid from which the camera is seen in directions (N, 3)."""

@@ -109,4 +109,7 @@ def whole_disk(
 def disk_notes(climate: bool) -> tuple[str, ...]:
     """Return what the plan says about the places of a disk."""
     air = "air and sea by latitude (sea everywhere)" if climate else "the air and sea of [place]"
-    return (f"camera: each pixel has its own view and sun, and {air}; winds are bearings at each pixel",)
+    return (
+        f"camera: each pixel has its own view and sun, and {air}; winds are bearings at each pixel; elements have the "
+        "air and sun of [place]",
+    )
