@@ -6,23 +6,32 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import TransmittanceProvider, View
+from hcss_twin.providers import SeaModel, TransmittanceProvider, View
 
 
 @dataclass(frozen=True)
 class PlacedView(View):
-    """View of a place that has its own air."""
+    """View of a place that has its own air.
+
+    Attributes
+    ----------
+    own_sun : bool
+        Whether it has its own sun, too; azimuths then count from its own north.
+    """
 
     latitude_deg: float
     longitude_deg: float
+    own_sun: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Air:
-    """Profile and transmittance of the air at one place."""
+    """Profile and transmittance of the air at one place, and the sea below it if it differs from the scenario's."""
 
     profile: Profile
     transmittance: TransmittanceProvider
+    sea: SeaModel | None = None
+    sea_temperature_K: float = 0.0
 
 
 @dataclass(frozen=True)

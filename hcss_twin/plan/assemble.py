@@ -26,6 +26,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.brightness_inversion import LayerBrightness
 from hcss_twin.plan.builder import Builder, attribute_to_field
 from hcss_twin.plan.clouds import assemble_layers, build_generators, wind_velocity_m_s
+from hcss_twin.plan.imager import Climate
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
@@ -74,12 +75,18 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 
 
 def assemble(
-    scenario: Scenario, catalog: Catalog, slant: SlantPaths, between: SeaTemperatures | None = None
+    scenario: Scenario,
+    catalog: Catalog,
+    slant: SlantPaths,
+    between: SeaTemperatures | None = None,
+    climate: Climate | None = None,
 ) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
 
     Parameters
     ----------
+    climate : Climate, optional
+        Of an imager, whose places have air and sea of their own.
     between : SeaTemperatures, optional
         Where the scene is one of many that differ in the temperature of the sea.
 
@@ -127,12 +134,15 @@ def assemble(
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
         memory=catalog.shelf.arrays,
-        air_memory=None if around.field is not None else _air_memory(builder, around, catalog),
+        air_memory=None if around.field is not None or climate is not None else _air_memory(builder, around, catalog),
     )
     radiance = scenario.radiance
     over_field, centre = None, Air(around.profile, transmittance)
     with attribute_to_field("atmosphere.profile"):
         over_field = _air_over_field(builder, scenario, catalog, around, centre)
+    if climate is not None:
+        air_of = partial(_with_provider, builder, scenario, catalog, around)
+        over_field = climate(lambda profile: air_of(around.finished(profile)), sea_of)
 
     def new_model(
         sea: SeaModel,
@@ -150,6 +160,8 @@ def assemble(
         if over_field is not None:
             air = air or over_field.of(view)
             other = replace(other, profile=air.profile, transmittance=air.transmittance)
+            if air.sea is not None:
+                other = replace(other, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
         if vapour_factor not in (None, 1.0):
             air = moister(air or centre, vapour_factor)
             other = replace(other, profile=air.profile, transmittance=air.transmittance, air_memory=None)

@@ -138,6 +138,11 @@ class Assembly:
     imager_views: Views | None = None
 
     @property
+    def own_suns(self) -> Callable[[View], list[Sun | None]] | None:
+        """The suns of a view of an imager's place at some frames; None if all places have one sun."""
+        return getattr(self.imager_views, "suns", None)
+
+    @property
     def view(self) -> View:
         """Viewing direction."""
         return self.slant.view
@@ -160,7 +165,8 @@ class Assembly:
         if self.air_over_field is None:
             return toward
         air = self.air_over_field.of(view)
-        return replace(toward, profile=air.profile, transmittance=air.transmittance)
+        toward = replace(toward, profile=air.profile, transmittance=air.transmittance)
+        return toward if air.sea is None else replace(toward, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
 
     def at_level(self, level: int) -> Assembly:
         """Return the same scene with the radiance model at another numerical level."""

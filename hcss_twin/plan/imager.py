@@ -6,12 +6,14 @@ elements are defined; the cube has the rows and columns of the imager, which sam
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol, TypeAlias
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.providers import View
+from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.providers import SeaModel, View
 from hcss_twin.scenario.scenario import Scenario
 
 
@@ -23,17 +25,22 @@ class Views(Protocol):
         ...
 
 
+Climate: TypeAlias = Callable[[Callable[[Profile], Air], Callable[[float], SeaModel]], AirOverField]
+"""Returns air and sea of an imager's places, from functions for the air of a profile and the sea of a temperature."""
+
 Imager: TypeAlias = Any
 """The object that a section's ``imager`` function returns. Plan and engine use these members:
 
 ``rows``, ``columns``, ``points`` (along a pixel, which is their mean), ``pixel_size_m`` (typical), ``view`` (typical),
-``views`` (all directions, :class:`Views`: tables are made between its edges), ``notes`` (for the plan);
+``views`` (all directions, :class:`Views`: tables are made between its edges; with ``suns(view)``, those of a view's
+place at some frames, places have suns of their own), ``climate`` (:class:`Climate` or None), ``notes`` (for the plan);
 ``variables(requested)`` of the cube; ``require_supported(plan)``, which raises what frames cannot show;
 ``layout(plan)``, an :class:`~hcss_twin.cube.header.ImageLayout`; ``views_of_pixels(time_s, rows, columns)``, exact, for
-the certificate; ``unseen(time_s, window)``, a mask of pixels without ground, or None; ``complete(frame, time_s,
-extent)``, which adds coordinates of pixels; and what takes the place of the engine's ``FrameClouds``, look-up,
-``SurfaceStage`` and ``ElementStage``: ``clouds(plan, time_s)``, ``look_up(plan, time_s, look_ups)``,
-``surface_stage(plan, tables)``, ``element_stage(plan)``.
+the certificate; ``solve(solved, columns, accuracy)``, which returns the values of the columns of a certificate's pixel
+from a function that solves columns; ``unseen(time_s, window)``, a mask of pixels without ground, or None;
+``complete(frame, time_s, extent)``, which adds coordinates of pixels; and what takes the place of the engine's
+``FrameClouds``, look-up, ``SurfaceStage`` and ``ElementStage``: ``clouds(plan, time_s)``, ``look_up(plan, time_s,
+look_ups)``, ``surface_stage(plan, tables)``, ``element_stage(plan)``.
 """
 
 

@@ -97,7 +97,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     zenith, azimuth, _ = track.positions(times)
     view = View(scenario.view.zenith, scenario.view.azimuth) if imager is None else imager.view
     slant = slant_paths(scenario.slant, view, zenith, azimuth)
-    assembly = assemble(scenario, catalog, slant, between)
+    assembly = assemble(scenario, catalog, slant, between, None if imager is None else imager.climate)
     if imager is not None:
         assembly = replace(assembly, imager_views=imager.views)
     texture = _texture(scenario, assembly)

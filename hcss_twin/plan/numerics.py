@@ -159,7 +159,8 @@ def refine_toward(
         def at(level: int) -> Array:
             model = own.at_level(level).model_toward(view)
             expect_views(model, views)
-            return np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(suns)])
+            of_view = suns if assembly.own_suns is None else assembly.own_suns(view)
+            return np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(of_view)])
 
         finer = at(level + 1)
         before = largest_change(at(level - 1), finer) / FASTEST_CONVERGENCE if level > 0 else 0.0

@@ -234,17 +234,15 @@ def _changes_of_air(
     if air is None:
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)
         return
-    yield Omission(
-        what,
-        f"the scenario has one temperature of the sea and one wind{texture}; the air is that of the first frame's "
-        "place",
-        0.0,
-    )
+    sea = "wind" if air.of(assembly.view).sea is not None else "temperature of the sea and one wind"
+    yield Omission(what, f"the scenario has one {sea}{texture}; the air is that of the first frame's place", 0.0)
     ends, largest = columns.only(columns.ends), 0.0
     for factor, *pair in air.left_out():
         exact, guess = (assembly.model_in(each) for each in pair)
         for _, sun in known:
             largest = max(largest, factor * largest_change(ends.total(guess, sun), ends.total(exact, sun)))
+    if not largest:
+        return
     yield Omission(
         "air between the profiles of the file",
         "interpolated; the bound is the effect of leaving out a profile near the image centre, reduced to the "

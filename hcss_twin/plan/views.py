@@ -13,6 +13,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
@@ -207,6 +208,9 @@ converge slowly there.
 MAX_NODES = 200
 """Maximum number of views; each has its own tables."""
 
+MORE_PLACES = 2, 4
+"""Factors by which both are larger for places with suns of their own, which share no solutions of the model."""
+
 
 def choose_views(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float
@@ -241,11 +245,15 @@ def choose_views(
         return None
     if own:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
+    more = (1, 1) if assembly.own_suns is None else MORE_PLACES
+    most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
     each = 0.5 * tolerance / SAFETY_FACTOR
     try:
-        values = _columns(assembly, views, suns)
-        (x, x_error), (y, y_error) = (place_axis(values, along_x, each, MAX_ORDER) for along_x in (True, False))
+        names = scenario.output.variables
+        terms = assembly.own_suns is None or any(each.startswith(("terms", "all", TERM_PREFIX)) for each in names)
+        values = _columns(assembly, views, suns, terms)
+        (x, x_error), (y, y_error) = (place_axis(values, along_x, each, most) for along_x in (True, False))
     except (ProviderError, ScenarioError):
         if own:
             raise
@@ -255,14 +263,14 @@ def choose_views(
     _refuse_beside(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     tolerance *= 1.0 if own or assembly.air_over_field is None else AIR_SHARE
-    if error > tolerance or nodes > MAX_NODES:
+    if error > tolerance or nodes > largest:
         many = f"{x + 1} x {y + 1} views"
         limit = (
             f"an error of {error:.1e} of the radiance remains with {many} (at most "
-            f"{MAX_ORDER + 1} along an axis); allowed: an error of {tolerance:.1e}"
+            f"{most + 1} along an axis); allowed: an error of {tolerance:.1e}"
             if error > tolerance
             else f"an error below {tolerance:.1e} of the radiance needs {many}, which are {nodes}; allowed: up to "
-            f"{MAX_NODES} views"
+            f"{largest} views"
         )
         message = (
             f"{scenario.accuracy}: the {_what_varies(assembly)} changes over the image: {limit}, with a lower accuracy "
@@ -272,8 +280,8 @@ def choose_views(
     return ViewAxis(x, y, error)
 
 
-def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None]) -> Values:
-    """Return a cached function of position for the terms of clear sky and of few clouds under the suns."""
+def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None], terms: bool) -> Values:
+    """Return a cached function of position for the terms of clear sky and few clouds under the suns, or their sum."""
     columns = _few(assembly)
     known: dict[tuple[float, float], Array] = {}
 
@@ -284,8 +292,10 @@ def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None]) -> Va
             if place not in known:
                 model = assembly.model_toward(toward[place])
                 expect_views(model, new)
-                under = [columns.terms(model, sun) for sun in suns]
-                known[place] = np.concatenate([np.stack(list(terms.values()), axis=1) for terms in under])
+                own = suns if assembly.own_suns is None else assembly.own_suns(toward[place])
+                under = [columns.terms(model, sun) for sun in own]
+                all_terms = np.concatenate([np.stack(list(each.values()), axis=1) for each in under])
+                known[place] = all_terms if terms else np.sum(all_terms, axis=1, keepdims=True)
         return [known[place] for place in places]
 
     return values

@@ -60,7 +60,8 @@ class PixelSample:
     Parameters
     ----------
     plan : Plan
-        Its ``output.certificate`` is the number of pixels to draw; fewer if a pixel has more than four points.
+        Its ``output.certificate`` is the number of pixels to draw; fewer if a pixel has more than four points,
+        unless an imager has as many anyway.
 
     Attributes
     ----------
@@ -72,7 +73,9 @@ class PixelSample:
         self._plan = plan
         self.frames: list[SampledPixels] = []
         asked, frames = plan.scenario.output.certificate, plan.frame_times_s.size
-        count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
+        count = asked
+        if plan.imager is None:  # whose pixels have views of their own, which cost more than their points
+            count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
         if plan.tops is not None:  # each point has a model of its own
             count = min(count, PIXELS_WITH_TOPS)
         parts = min(max(1, count // PIXELS_PER_FRAME), frames)

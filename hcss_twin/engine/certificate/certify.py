@@ -181,7 +181,11 @@ def _means(
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, and the perturbation of each pixel."""
     columns, which = np.unique(thickness_m, axis=0, return_inverse=True)
-    known = quantities.of(references.terms(plan, columns, time_s))
+
+    def solved(columns: Array) -> Array:
+        return quantities.of(references.terms(plan, columns, time_s))
+
+    known = solved(columns) if plan.imager is None else plan.imager.solve(solved, columns, plan.accuracy)
     if places is not None and places.size:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 

@@ -31,8 +31,9 @@ TimeNodes = Callable[[BandColumns, Plan, float], tuple[tuple[float, ...], float]
 
 
 def may_compile_together(plan: Plan) -> bool:
-    """Whether the views of a plan can share wavenumbers and thicknesses: in one air, with cloud in one layer."""
-    return plan.views is not None and plan.assembly.air_over_field is None and sum(plan.assembly.cloudy_layers) <= 1
+    """Whether the views of a plan can share wavenumbers and thicknesses: one air, one sun, cloud in one layer."""
+    one = plan.assembly.air_over_field is None and plan.assembly.own_suns is None
+    return plan.views is not None and one and sum(plan.assembly.cloudy_layers) <= 1
 
 
 def tables_together(

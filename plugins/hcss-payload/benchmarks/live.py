@@ -14,7 +14,9 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 from hcss_payload import Camera, Circular, Jitter, Track
@@ -24,24 +26,10 @@ from hcss_payload.live.ring import Ring, RingShape
 
 from hcss_twin import Scenario
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from payload_scenes import RADIOMETER  # the sensor that tests check
+
 CASES = [(kind, size) for size in (100.0, 300.0) for kind in ("stratus", "cumulus", "cirrus", "stratocumulus")]
-SENSOR = {
-    "model": "radiometer",
-    "parameters": {
-        "method": "rows",
-        "psf": "gaussian",
-        "psf_sigma": 0.5,
-        "noise": "photon",
-        "aperture_diameter": 0.1,
-        "pixel_angle": 1e-4,
-        "integration_time": 1e-3,
-        "transmission": 0.7,
-        "quantum_efficiency": 0.6,
-        "read_noise": 100.0,
-        "well_depth": 1e8,
-        "bits": 14,
-    },
-}
 
 
 def scene(kind: str, pixel_m: float, pixels: int, bands: list[str], **more: object) -> Scenario:
@@ -107,7 +95,7 @@ def speed(count: int) -> None:
     for bands, rows, columns in ((["lwir"], 512, 512), (["lwir", "mwir"], 512, 640)):
         camera, orbit, track = orbit_of(rows, columns, 100.0)
         target = PointTarget(30.0, 150.0, 12e3, (1e3,) * len(bands))
-        for name, more in (("scene", {}), ("scene and sensor", {"sensor": SENSOR})):
+        for name, more in (("scene", {}), ("scene and sensor", {"sensor": RADIOMETER})):
             planned = scene("stratus", 100.0, 96, bands, **more)
             for threads in (1, 2):
                 twin = LiveTwin(planned, camera, threads)

@@ -26,3 +26,22 @@ def camera(size=64, field_deg=10.0, **changes):
     """A square camera with a field of view."""
     focal = 0.5 * size * 15e-6 / np.tan(np.radians(0.5 * field_deg))
     return Camera(**{"rows": size, "columns": size, "focal_length_m": focal, "pitch_m": 15e-6} | changes)
+
+
+RADIOMETER = {
+    "model": "radiometer",
+    "parameters": {
+        "method": "rows",
+        "psf": "gaussian",
+        "psf_sigma": 0.5,
+        "noise": "photon",
+        "aperture_diameter": 0.1,
+        "pixel_angle": 1e-4,
+        "integration_time": 1e-3,
+        "transmission": 0.7,
+        "quantum_efficiency": 0.6,
+        "read_noise": 100.0,
+        "well_depth": 1e8,
+        "bits": 14,
+    },
+}

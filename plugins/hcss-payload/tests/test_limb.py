@@ -3,15 +3,18 @@
 import numpy as np
 import pytest
 from camera_scenes import scenario
-from hcss_payload.limb import Limb, limb_radiance, tangent_heights_m
+from hcss_payload.limb import Limb, Shells, ground_radiance, limb_radiance, tangent_heights_m
 from hcss_payload.rays import geographic
 from test_cube import DISK
 
 import hcss_twin
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.geodesy import to_earth_centred
 from hcss_twin.physics.paths import Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
+from hcss_twin.providers import View
 
 WAVENUMBER, HEIGHT_M, KELVIN = np.linspace(900.0, 1000.0, 5), 7e3, 250.0
 WEIGHTS = np.full((1, 5), 25.0)
@@ -39,13 +42,33 @@ def isothermal():
 @pytest.mark.parametrize("surface_extinction_m1", [1e-9, 1e-5, 1e-3])
 def test_limb_of_isothermal_exponential_air_is_that_of_chapman(surface_extinction_m1):
     tangent = np.array([0.0, 5e3, 12e3, 30e3])
-    radiance = limb_radiance(Exponential(surface_extinction_m1), isothermal(), WAVENUMBER, WEIGHTS, tangent)[:, 0]
+    straight = Shells(isothermal(), refraction=False)
+    radiance = limb_radiance(Exponential(surface_extinction_m1), straight, WAVENUMBER, WEIGHTS, tangent)[:, 0]
     # The integral over a straight line, with the first correction to the length sqrt(2 pi R H) of Chapman's.
     length = np.sqrt(2.0 * np.pi * (EARTH_RADIUS_M + tangent) * HEIGHT_M)
     length *= 1.0 + 3.0 / 8.0 * HEIGHT_M / (EARTH_RADIUS_M + tangent)
     depth = surface_extinction_m1 * np.exp(-tangent / HEIGHT_M) * length
     black = np.sum(WEIGHTS[0] * planck(WAVENUMBER, KELVIN))
     assert radiance == pytest.approx(-np.expm1(-depth) * black, rel=2e-3)
+
+
+def test_air_at_the_temperature_of_the_sea_is_black_down_to_grazing_angles():
+    shells = Shells(isothermal())
+    grazing = np.array([-20e3, -5e3, shells.straight_m(0.0) - 1.0])
+    radiance = ground_radiance(Exponential(1e-5), shells, WAVENUMBER, WEIGHTS, grazing, KELVIN)[:, 0]
+    assert radiance == pytest.approx(np.sum(WEIGHTS[0] * planck(WAVENUMBER, KELVIN)), rel=1e-12)
+
+
+def test_lines_of_sight_bend_by_twice_the_refraction_of_the_horizon():
+    # Standard refraction at the horizon, 34 minutes of arc in visible light at 283 K and 1010 hPa (Nautical Almanac),
+    # for the density and the refractivity (-1.7 %) of the infrared at 288 K and 1013 hPa: 32.9.
+    shells = Shells(load_profile("us-standard-1976", Catalog()))
+    index = shells.bent_m / (EARTH_RADIUS_M + shells.level_m)
+    impact = shells.bent_m[0]
+    turned = np.arccosh(np.maximum(shells.bent_m / impact, 1.0))
+    bending = -2.0 * impact * np.sum(np.diff(np.log(index)) / np.diff(shells.bent_m) * np.diff(turned))
+    assert np.degrees(bending) * 30.0 == pytest.approx(32.9, abs=1.0)
+    assert shells.straight_m(0.0) == pytest.approx((index[0] - 1.0) * EARTH_RADIUS_M)
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +97,24 @@ def test_amounts_of_the_limb_are_those_of_long_paths_of_the_air(plan):
 def test_the_table_is_accurate_between_its_heights(plan):
     grid, air = plan.spectral_grid, plan.assembly
     heights = np.array([600.0, 9.8e3, 16.2e3, 30.4e3, 45.6e3])
-    exact = limb_radiance(air.transmittance, air.profile, grid.wavenumber_cm1, grid.weights_cm1, heights)
-    assert Limb(plan)(heights) == pytest.approx(exact.T, rel=5e-3)
+    shells, spectral = Shells(air.profile), (grid.wavenumber_cm1, grid.weights_cm1)
+    exact = limb_radiance(air.transmittance, shells, *spectral, heights)
+    limb = Limb(plan)
+    assert limb(np.array([shells.straight_m(each) for each in heights])) == pytest.approx(exact.T, rel=5e-3)
+    grazing = np.array([-23.3e3, -7.3e3, 0.0, 1.3e3])
+    below = ground_radiance(air.transmittance, shells, *spectral, grazing, air.sea_temperature_K)
+    assert limb(grazing) == pytest.approx(below.T, rel=1e-3)
+    edge = shells.straight_m(0.0) + np.array([-2.0, 2.0])
+    assert np.diff(limb(edge)) == pytest.approx(0.0, abs=1e-3 * limb(edge).min())
+
+
+def test_grazing_ground_continues_that_of_the_tables(plan):
+    # The tables hold to 85 degrees, with a sea that reflects; the model of the paper has plane air.
+    air, grid = plan.assembly, plan.spectral_grid
+    clear = air.model_toward(View(85.0, 0.0)).clear(grid.wavenumber_cm1, None)
+    band = sum(clear.values()) @ grid.weights_cm1.T
+    height = EARTH_RADIUS_M * (np.sin(np.radians(85.0)) - 1.0)
+    assert Limb(plan)(np.array([height]))[:, 0] == pytest.approx(band, rel=5e-3)
 
 
 def test_tangent_heights_are_the_least_along_a_line():
@@ -102,7 +141,7 @@ def test_a_full_disk_has_a_limb_that_fades_to_space():
     limb = kind == 2
     zenith = cube["pixel_view_zenith"].values[0]
     assert np.all(radiance[kind == 0] > 10.0)
-    assert np.all(np.isnan(radiance[kind == 1]))
+    assert np.all(radiance[kind == 1] > 20.0)
     assert 84.0 < np.nanmax(zenith[kind == 0]) <= 85.0 < np.nanmin(zenith[kind == 1])
     assert limb.sum() > 20
     assert np.all(np.isfinite(radiance[limb]))

@@ -5,29 +5,13 @@ import pytest
 from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, PositionTable, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveTwin, PointTarget
+from payload_scenes import RADIOMETER
 
 import hcss_twin
 from hcss_twin.physics.geodesy import to_earth_centred
 
 SIZE = 96
 FAST = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
-SENSOR = {
-    "model": "radiometer",
-    "parameters": {
-        "method": "rows",
-        "psf": "gaussian",
-        "psf_sigma": 0.5,
-        "noise": "photon",
-        "aperture_diameter": 0.1,
-        "pixel_angle": 1e-4,
-        "integration_time": 1e-3,
-        "transmission": 0.7,
-        "quantum_efficiency": 0.6,
-        "read_noise": 100.0,
-        "well_depth": 1e8,
-        "bits": 14,
-    },
-}
 
 
 def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
@@ -98,7 +82,7 @@ def test_the_same_pose_gives_the_same_bits_whatever_came_before():
     camera, orbit, track = of_orbit(48)
     times = [0.0, 0.5, 9.25, 30.0]
     jitter = Jitter((2e-3, 2e-3, 1e-3))
-    noisy = scene(sensor=SENSOR)
+    noisy = scene(sensor=RADIOMETER)
     with LiveTwin(noisy, camera, threads=1).prepare(orbit, track, 0.0, 30.0, jitter) as live:
         first = [live.frame(time).digital_number.copy() for time in times]
     with LiveTwin(noisy, camera, threads=3).prepare(orbit, track, 0.0, 30.0, jitter) as live:
@@ -113,7 +97,7 @@ def test_the_same_pose_gives_the_same_bits_whatever_came_before():
 
 def test_numbers_of_the_sensor_give_the_radiance_back():
     trajectory = above()
-    clear = scene(clouds={"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}, sensor=SENSOR)
+    clear = scene(clouds={"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}, sensor=RADIOMETER)
     with LiveTwin(clear, Camera(SIZE, SIZE, 1.0, 1e-5)).prepare(trajectory, Nadir(trajectory), 0.0, 1.0) as live:
         frame = live.frame(0.25)
         own = live._sensor.scene[:, 0, 0]

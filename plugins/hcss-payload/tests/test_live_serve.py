@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hcss_payload import Jitter, PayloadError, Pose, pose_at
 from hcss_payload.build import payload_of, scene_of
-from hcss_payload.live import LiveClient, LiveTwin
+from hcss_payload.live import LiveClient, LiveTwin, PointTarget
 from hcss_payload.live.ring import Ring, RingShape
 
 import hcss_twin
@@ -73,7 +73,8 @@ def files(tmp_path):
 
 
 def command(name):
-    start = f"from hcss_payload.live.command import serve; serve(['scene.toml', '--name', '{name}'])"
+    options = f"'scene.toml', '--name', '{name}', '--highest-target', '15000'"
+    start = f"from hcss_payload.live.command import serve; serve([{options}])"
     return [sys.executable, "-c", start]
 
 
@@ -91,7 +92,9 @@ def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files
     nominal = payload_of(scenario, Catalog(base=files))
     with (
         subprocess.Popen(command(name), cwd=files, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server,
-        LiveTwin(scene_of(scenario), nominal.camera).prepare(nominal.trajectory, nominal.attitude, 0.0, 10.0) as live,
+        LiveTwin(scene_of(scenario), nominal.camera).prepare(
+            nominal.trajectory, nominal.attitude, 0.0, 10.0, highest_target_m=15e3
+        ) as live,
     ):
         try:
             with LiveClient(name, TIMEOUT_S) as client:
@@ -103,26 +106,34 @@ def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files
                     frame = client.wait(number, TIMEOUT_S)
                     assert (frame.pose_number, frame.time_s) == (number, time_s)
                     assert np.array_equal(frame.image, live.frame(time_s, frame.pose).radiance)
+                # Targets that the client decides on with the pose; the next frame has none.
+                targets = [PointTarget(30.0, 150.0, 2.5e3, (1e5,)), PointTarget(30.01, 150.0, 2e3, (1e5,))]
+                shown = client.wait(client.send_pose(pose, targets), TIMEOUT_S)
+                assert np.array_equal(shown.image, live.frame(2.0, shown.pose, targets=targets).radiance)
+                assert np.count_nonzero(shown.image > frame.image + 0.1) == 8
+                assert np.array_equal(client.wait(client.send_pose(pose), TIMEOUT_S).image, frame.image)
+                with pytest.raises(PayloadError, match=r"target\.intensity: 2 values; allowed: 1, one a band"):
+                    client.send_pose(pose, [PointTarget(30.0, 150.0, 0.0, (1.0, 2.0))])
                 # Poses in a rush: the last one wins, and none is counted twice or lost.
                 for time_s in np.linspace(4.0, 5.0, 200):
                     last = client.send_pose(pose_at(float(time_s), nominal.trajectory, nominal.attitude))
                 assert client.wait(last, TIMEOUT_S).time_s == 5.0
                 counts = client.counts()
-                assert counts["frames"] + counts["skipped"] == 203
+                assert counts["frames"] + counts["skipped"] == 205
                 assert counts["skipped"] > 0
                 client.send_pose(Pose(11.0, pose.position_m, pose.quaternion))
                 until = time.monotonic() + TIMEOUT_S
                 while not client.counts()["refused"] and time.monotonic() < until:
                     time.sleep(0.01)
                 assert client.counts()["refused"] == 1
-                with pytest.raises(TimeoutError, match=r"no frame of pose 204 within 0\.01 s"):
-                    client.wait(204, 0.01)
+                with pytest.raises(TimeoutError, match=r"no frame of pose 206 within 0\.01 s"):
+                    client.wait(206, 0.01)
         finally:
             server.send_signal(signal.SIGTERM)
         output, errors = server.communicate(timeout=TIMEOUT_S)
     assert server.returncode == 0, errors
     assert f"{name}: 1 x 48 x 64 radiance, times 0 to 10 s" in output
-    assert "pose 204: time_s: 11 s; allowed: 0 to 10 s, the pass" in errors
+    assert "pose 206: time_s: 11 s; allowed: 0 to 10 s, the pass" in errors
     assert not is_there(name)
 
 

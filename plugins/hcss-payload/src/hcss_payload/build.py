@@ -44,6 +44,8 @@ class Payload:
         As ``camera.beyond``.
     integration_s, line_s : float
         As ``camera.integration_time`` and ``camera.line_time``.
+    climate : str
+        As ``camera.climate``.
     """
 
     camera: Camera
@@ -54,6 +56,7 @@ class Payload:
     beyond: str = "refuse"
     integration_s: float = 0.0
     line_s: float = 0.0
+    climate: str = "place"
 
     def pose(self, time_s: float) -> Pose:
         """Return the pose at a time."""
@@ -85,7 +88,15 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
     return Payload(
-        optics, trajectory, toward, shaken, camera.points, camera.beyond, camera.integration_time, camera.line_time
+        optics,
+        trajectory,
+        toward,
+        shaken,
+        camera.points,
+        camera.beyond,
+        camera.integration_time,
+        camera.line_time,
+        camera.climate,
     )
 
 

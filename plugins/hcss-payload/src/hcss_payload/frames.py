@@ -84,7 +84,7 @@ def frames(
     """
     require_within("points", 1 if points is None else points, 1, 16)
     payload = Payload(camera, trajectory, attitude, jitter, points, beyond, integration_s, line_s)
-    plan = make_plan(scenario, imager=lambda planned, _: camera_imager(planned, payload))
+    plan = make_plan(scenario, imager=lambda planned, catalog: camera_imager(planned, payload, catalog))
     first, last = float(plan.frame_times_s[0]), float(plan.frame_times_s[-1])
     for time_s in times_s:
         if not first <= time_s <= last:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,15 +11,20 @@ from numpy.typing import NDArray
 
 from hcss_payload.build import Payload, payload_of
 from hcss_payload.checks import PayloadError
+from hcss_payload.complete import complete
 from hcss_payload.directions import directions_around, view_of
-from hcss_payload.limb import Limb, tangent_heights_m
+from hcss_payload.disk import Disk
+from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
+from hcss_payload.limb import Limb
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
 from hcss_payload.pose import pose_at
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
-from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, LIMB, SPACE, FrameGeometry
+from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
+from hcss_payload.reference_pixel import solve_pixel
+from hcss_payload.sampled_pass import sample_pass
 from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
@@ -28,12 +33,13 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window
 from hcss_twin.providers import View
 
-TIMES, FIELD, FIELD_AT_LIMB = 33, 9, 129
-"""Times of the pass, and points along each side of the detector, at which directions and extent are sampled."""
+TIMES = 33
+"""Times of the pass at which directions and extent are sampled."""
 
 FEWEST_POINTS, MOST_POINTS = 3, 8
 """Points along a pixel that are chosen without being asked for: between those of the scene, one point of a pixel shows
@@ -42,15 +48,16 @@ FEWEST_POINTS, MOST_POINTS = 3, 8
 NOTES = (
     "camera: lines of sight are geometric, without aberration and refraction; pixels are points of the focal plane, "
     "without optics and detector",
-    "camera: clouds are met at the height of each layer's flat side; each pixel has its own view, but the sun and the "
-    "profile of [place]",
+    "camera: clouds are met at the height of each layer's flat side",
 )
+
+ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
 _SMEARLESS = "elements and views are those of its middle"
 
 LIMB_NOTE = (
-    "camera: the limb is clear air of the profile of [place] along straight lines of sight; its clouds and scattered "
-    "sunlight are left out"
+    "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
+    "of sight above a black sea; their clouds and scattered sunlight are left out"
 )
 
 
@@ -62,13 +69,13 @@ def make_imager(scenario: Scenario, catalog: Catalog) -> CameraImager:
     ScenarioError
         If a section is invalid, contradicts other keys, or the camera looks beyond what is computed.
     """
-    return camera_imager(scenario, payload_of(scenario, catalog))
+    return camera_imager(scenario, payload_of(scenario, catalog), catalog)
 
 
-def camera_imager(scenario: Scenario, payload: Payload) -> CameraImager:
+def camera_imager(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraImager:
     """Return the imager of a payload above a scenario; raises as :func:`make_imager`."""
     _require_no_other_view(scenario)
-    return CameraImager(scenario, payload)
+    return CameraImager(scenario, payload, catalog)
 
 
 def _require_no_other_view(scenario: Scenario) -> None:
@@ -101,7 +108,7 @@ def _require_no_other_view(scenario: Scenario) -> None:
 class CameraImager:
     """Image geometry of a camera in orbit; implements :class:`hcss_twin.plan.imager.Imager`."""
 
-    def __init__(self, scenario: Scenario, payload: Payload) -> None:
+    def __init__(self, scenario: Scenario, payload: Payload, catalog: Catalog) -> None:
         self._payload, self._scenario = payload, scenario
         self._largest_deg = LARGEST_WITH_LIMB_DEG if payload.beyond == "limb" else LARGEST_ZENITH_DEG
         self.camera = payload.camera
@@ -115,11 +122,17 @@ class CameraImager:
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
         self._shutter = self._shutter_over(times)
-        toward, places, footprints, limit_deg = self._along(times)
-        self.views = directions_around(toward, limit_deg)
+        jitter = payload.jitter
+        margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
+        seen = sample_pass(self.camera, self._geometry, self._require_ground, times, margin, self._largest_deg)
+        self.views, footprints = directions_around(seen.toward, seen.limit_deg), seen.footprint_m
+        self.climate = climate_of(scenario, catalog, payload.climate)
+        disk = whole_disk(scenario, catalog, payload.trajectory, self.views, seen, times, self.climate is not None)
+        if disk is not None:
+            self.views, self._centre, self._last = disk, disk.centre, None
         middle = self._geometry(float(times[times.size // 2])).nodes()
-        self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(toward[len(toward) // 2])
-        self._extent = (*_range(places[:, 0]), *_range(places[:, 1]))
+        self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(seen.toward[len(seen.toward) // 2])
+        self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
         self.pixel_size_m = float(np.median(footprints))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
         own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
@@ -127,55 +140,12 @@ class CameraImager:
         self.points = -(-(payload.points or own) // instants) * instants
         self.notes: tuple[str, ...] = (
             *NOTES,
+            *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
-
-    def _along(self, times_s: Array) -> tuple[Array, Array, Array, float | None]:
-        """Return directions (N, 3), places (N, 2) and sizes (N,) of sampled pixels of the ground, over the pass.
-
-        The last value is the largest zenith, deg, if pixels see the ground beyond it.
-        """
-        toward, places, footprints, limit_deg = [], [], [], None
-        for time_s in times_s.tolist():
-            geometry = self._geometry(time_s)
-            kind = geometry.exact(*self._sampled(FIELD)).kind
-            self._require_ground(kind, time_s)
-            if not np.all(kind == GROUND):
-                limit_deg = self._largest_deg
-            # Between the sampled times jitter may turn the image as far as it ever does.
-            jitter = self._payload.jitter
-            margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
-            rays = geometry.exact(*self._sampled(FIELD if np.all(kind == GROUND) else FIELD_AT_LIMB, margin))
-            ground = rays.kind == GROUND
-            if not ground.any():
-                continue
-            # Between sampled pixels at the limit others may be closer to it.
-            toward.append(
-                rays.toward[ground if limit_deg is None else rays.toward[..., 2] > np.cos(np.radians(limit_deg + 1.0))]
-            )
-            places.append(np.stack(geometry.place(rays), axis=-1)[ground])
-            distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
-            # The geometric mean of the sides of a footprint.
-            footprints.append(distance * self.camera.pixel_rad / np.sqrt(rays.toward[ground][:, 2]))
-        if not toward:
-            raise ScenarioError(
-                [
-                    Problem(
-                        "attitude",
-                        f"no pixel of any frame sees the ground below zenith {self._largest_deg:g} deg; "
-                        "allowed: passes that do",
-                    )
-                ]
-            )
-        return np.concatenate(toward), np.concatenate(places), np.concatenate(footprints), limit_deg
-
-    def _sampled(self, count: int, margin: float = 0.0) -> tuple[Array, Array]:
-        """Return rows (n, 1) and columns (1, n) from edge to edge of the image, with a margin in pixels."""
-        rows, columns = (np.linspace(-0.5 - margin, size - 0.5 + margin, count) for size in (self.rows, self.columns))
-        return rows[:, None], columns[None, :]
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
         if self._payload.beyond != "refuse" or np.all(kind == GROUND):
@@ -243,7 +213,7 @@ class CameraImager:
                 problems.append(Problem(field, message))
         if plan.tops is not None:
             problems.append(Problem("clouds", "tops of their own with [camera]; allowed: tops of the layer"))
-        if plan.assembly.air_over_field is not None:
+        if plan.assembly.air_over_field is not None and self.climate is None:
             problems.append(Problem("atmosphere.profile", "several profiles with [camera]; allowed: one"))
         if problems:
             raise ScenarioError(problems)
@@ -285,7 +255,14 @@ class CameraImager:
     def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
         """Return the exact view of pixels."""
         row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
-        return [view_of(toward) for toward in self._geometry(time_s).exact(row, column).toward]
+        rays = self._geometry(time_s).exact(row, column)
+        if isinstance(self.views, Disk):
+            return self.views.views_of(rays.position_m)
+        return [view_of(toward) for toward in rays.toward]
+
+    def solve(self, solved: Callable[[Array], Array], columns: Array, accuracy: RequestedAccuracy) -> Array:
+        """Return the values of the columns of a pixel of the certificate."""
+        return solve_pixel(solved, columns, accuracy.relative)
 
     def unseen(self, time_s: float, window: Window) -> NDArray[np.bool_] | None:
         """Return which pixels of a window do not show the ground that is computed."""
@@ -297,37 +274,7 @@ class CameraImager:
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
-        geometry = self._geometry(time_s)
-        rays = geometry.window(*extent)
-        beyond = self.unseen(time_s, extent)
-        if beyond is not None:
-            for values in frame.values():
-                if values.dtype.kind == "f":
-                    values[..., beyond] = np.nan
-                    values[..., rays.kind == SPACE] = 0.0
-        if self._payload.beyond == "limb":
-            self._complete_limb(frame, geometry, rays.kind, extent)
-        latitude, longitude = geometry.place(rays)
-        zenith, azimuth = geometry.angles_deg(rays)
-        distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
-        for spec, values in zip(
-            PIXEL_VARIABLES, (latitude, longitude, zenith, azimuth, distance, rays.kind), strict=True
-        ):
-            frame[spec.name] = np.ascontiguousarray(values, dtype=spec.dtype)
-
-    def _complete_limb(
-        self, frame: dict[str, NDArray[Any]], geometry: FrameGeometry, kind: NDArray[np.uint8], extent: Window
-    ) -> None:
-        """Add the tangent height of the pixels of limb and space, and the radiance of the limb."""
-        limb, beyond = kind == LIMB, kind >= LIMB
-        row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in extent)
-        places = (each[beyond] for each in np.meshgrid(row, column, indexing="ij"))
-        ray = geometry.pose.to_earth(geometry.camera.directions(*places))
-        height = np.full(kind.shape, np.nan, dtype=np.float32)
-        height[beyond] = tangent_heights_m(geometry.pose.position_m, ray)
-        frame[TANGENT_HEIGHT.name] = height
-        if self._limb is not None and limb.any():
-            frame["radiance"][..., limb] = self._limb(height[limb].astype(np.float64))
+        complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb)
 
 
 def _range(values: Array) -> tuple[float, float]:

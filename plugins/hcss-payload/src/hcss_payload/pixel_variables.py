@@ -35,7 +35,7 @@ PIXEL_VARIABLES = (
     replace(
         _pixel("pixel_kind", "1", "what the pixel sees",
             f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees ({LARGEST_WITH_LIMB_DEG:g} with "
-            "camera.beyond = 'limb'), whose radiance is missing; limb, whose radiance is missing without that; or "
+            "camera.beyond = 'limb'), and limb, whose radiance is missing without that and of clear air with it; or "
             "space above 100 km, whose radiance is 0.", None, "uint8"),
         attributes=flags("ground slant_ground limb space"),
     ),

@@ -66,10 +66,15 @@ class CameraSection(ScenarioSection):
         description="n: a pixel is the mean of n x n points; default: as many as its footprint has points of the scene "
         "(image.pixel_size), 3 to 8.",
     )
+    climate: Literal["place", "latitude"] = Field(
+        "place",
+        description='Air and sea of a full disk from a camera that stands still: "place", those of the scenario, or '
+        '"latitude", model atmospheres and the climatology of the sea by latitude and date.',
+    )
     beyond: Literal["refuse", "missing", "limb"] = Field(
         "refuse",
         description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", "missing" values, or '
-        '"limb": the ground to 85 degrees, missing values beyond, and the thermal radiance of clear air at the limb. '
+        '"limb": the ground to 85 degrees, and the thermal radiance of clear air beyond and at the limb. '
         "Space above the atmosphere has radiance 0.",
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import TracebackType
@@ -11,8 +12,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_payload.checks import PayloadError
-from hcss_payload.live.ring import Ring
+from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.live.ring import MOST_BANDS, MOST_TARGETS, TARGET_VALUES, Ring
+from hcss_payload.live.target import PointTarget
 from hcss_payload.pose import Pose
 
 _NAP_S, _SPIN_S = 5e-5, 2e-3
@@ -91,9 +93,26 @@ class LiveClient:
         """Bands, rows and columns of frames."""
         return self._ring.shape.bands, self._ring.shape.rows, self._ring.shape.columns
 
-    def send_pose(self, pose: Pose) -> int:
-        """Ask for the frame of a pose, in place of poses that the server has not begun; return the pose's number."""
-        return self._ring.post(pose)
+    def send_pose(self, pose: Pose, targets: Sequence[PointTarget] | None = None) -> int:
+        """Ask for the frame of a pose, in place of poses that the server has not begun; return the pose's number.
+
+        Parameters
+        ----------
+        targets : sequence of PointTarget, optional
+            Those of this frame, without a temperature and no higher than ``hcss serve --highest-target``.
+
+        Raises
+        ------
+        PayloadError
+            If there are too many, or they have no intensity in some band.
+        """
+        if targets is None:
+            return self._ring.post(pose)
+        bands = self._ring.shape.bands
+        require_within("targets", len(targets), 0, MOST_TARGETS)
+        require_within("bands of targets", bands, 1, MOST_BANDS)
+        values = np.array([each.values(bands) for each in targets]).reshape(len(targets), TARGET_VALUES + bands)
+        return self._ring.post(pose, values)
 
     def latest(self, out: NDArray[np.float32] | NDArray[np.uint16] | None = None) -> ServedFrame | None:
         """Return a copy of the newest frame; None if there is none yet.

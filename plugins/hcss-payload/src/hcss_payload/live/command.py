@@ -19,6 +19,7 @@ from hcss_twin.cli.options import load, set_option
 @click.option("--slots", default=4, show_default=True, type=click.IntRange(4, 1024), help="Frames in the ring.")
 @click.option("--threads", default=2, show_default=True, type=click.IntRange(1, 64), help="Threads that compute.")
 @click.option("--fineness", default=2.0, show_default=True, help="Points of the sky per width of a pixel, 1 to 16.")
+@click.option("--highest-target", "highest_m", type=float, help="Altitude up to which clients may show targets, m.")
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
 def serve(
     scenario: str,
@@ -29,6 +30,7 @@ def serve(
     slots: int,
     threads: int,
     fineness: float,
+    highest_m: float | None,
     outlive_parent: bool,
 ) -> None:
     """Serve live frames of SCENARIO from poses that a client sends.
@@ -40,7 +42,7 @@ def serve(
     from hcss_payload.live.scenario_pass import live_pass
     from hcss_payload.live.server import Server
 
-    live = live_pass(load(scenario, assignments), start_s, end_s, threads, fineness)
+    live = live_pass(load(scenario, assignments), start_s, end_s, threads, fineness, highest_target_m=highest_m)
     name = name or f"hcss-live-{os.getpid()}"
     try:
         server = Server(live, name, slots, parent)

@@ -19,7 +19,13 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.pose import Pose
 
 MAGIC = 0x68637373_6C697665
-VERSION = 1
+VERSION = 2
+
+MOST_TARGETS, MOST_BANDS = 64, 16
+"""Targets of a frame that a letter holds, and their bands."""
+
+TARGET_VALUES = 6
+"""Values of a target before its intensities: latitude, longitude, altitude, velocity toward east, north and up."""
 
 TYPES = (np.dtype(np.float32), np.dtype(np.uint16))
 
@@ -30,6 +36,8 @@ _HEADER = np.dtype(
         ("letter", np.uint64),
         ("pose_number", np.uint64),
         ("pose", np.float64, 8),
+        ("targets", np.int64),
+        ("target", np.float64, (MOST_TARGETS, TARGET_VALUES + MOST_BANDS)),
     ]
 )
 _SLOT = np.dtype(
@@ -143,28 +151,38 @@ class Ring:
         del header
         return cls(memory, shape)
 
-    def post(self, pose: Pose) -> int:
-        """Put a pose into the letter box, in place of one that is there, and return its number; for one client."""
+    def post(self, pose: Pose, targets: NDArray[np.float64] | None = None) -> int:
+        """Put a pose into the letter box, in place of one that is there, and return its number; for one client.
+
+        Parameters
+        ----------
+        targets : ndarray (N, 6 + bands), optional
+            Those of its frame; by default the server's.
+        """
         header = self.header
         number = int(header["pose_number"]) + 1
         header["letter"] += np.uint64(1)
         header["pose"][0] = pose.time_s
         header["pose"][1:4] = pose.position_m
         header["pose"][4:] = pose.quaternion
+        header["targets"] = -1 if targets is None else len(targets)
+        if targets is not None:
+            header["target"][: len(targets), : targets.shape[1]] = targets
         header["pose_number"] = number
         header["letter"] += np.uint64(1)
         return number
 
-    def newest(self, after: int) -> tuple[int, NDArray[np.float64]] | None:
-        """Return number and values of the pose in the letter box; None if it is not newer."""
+    def newest(self, after: int) -> tuple[int, NDArray[np.float64], NDArray[np.float64] | None] | None:
+        """Return number, values and targets (N, 6 + bands) of the pose in the letter box; None if it is not newer."""
         header = self.header
         if int(header["pose_number"]) <= after:
             return None
         for _ in range(_TRIES):
             before = int(header["letter"])
-            number, values = int(header["pose_number"]), header["pose"].copy()
+            number, values, count = int(header["pose_number"]), header["pose"].copy(), int(header["targets"])
+            own = header["target"][: max(0, min(count, MOST_TARGETS)), : TARGET_VALUES + self.shape.bands].copy()
             if before % 2 == 0 and int(header["letter"]) == before:
-                return number, values
+                return number, values, None if count < 0 else own
         return None
 
     def publish(self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int) -> None:

@@ -10,8 +10,10 @@ from collections.abc import Callable
 from types import FrameType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_payload.live.ring import Ring, RingShape
+from hcss_payload.live.target import PointTarget
 from hcss_payload.live.twin import PreparedPass
 from hcss_payload.pose import Pose
 from hcss_twin.errors import HcssError
@@ -82,11 +84,11 @@ class Server:
                     time.sleep(NAP_S if now - busy < IDLE_S else LONG_NAP_S)
                 continue
             busy = now
-            pose_number, values = posted
+            pose_number, values, targets = posted
             header["skipped"] += np.uint64(pose_number - last - 1)
             last = pose_number
             try:
-                self._make(number, pose_number, values)
+                self._make(number, pose_number, values, targets)
             except HcssError as error:
                 header["refused"] += np.uint64(1)
                 print(f"pose {pose_number}: {error}", file=sys.stderr, flush=True)
@@ -94,12 +96,15 @@ class Server:
             number += 1
             header["stalls"] = self._live.stalls
 
-    def _make(self, number: int, pose_number: int, values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
+    def _make(
+        self, number: int, pose_number: int, values: NDArray[np.float64], posted: NDArray[np.float64] | None
+    ) -> None:
         pose = Pose(float(values[0]), values[1:4], values[4:])
+        targets = None if posted is None else [PointTarget.of_values(each.tolist()) for each in posted]
         target = self._ring.begin(number)
         if self._radiance is None:
-            self._live.frame(pose.time_s, pose, target)  # type: ignore[arg-type]
+            self._live.frame(pose.time_s, pose, target, targets)  # type: ignore[arg-type]
         else:
-            frame = self._live.frame(pose.time_s, pose, self._radiance)
+            frame = self._live.frame(pose.time_s, pose, self._radiance, targets)
             np.copyto(target, frame.digital_number, casting="unsafe")  # type: ignore[arg-type]
         self._ring.publish(number, pose_number, values, time.monotonic_ns())

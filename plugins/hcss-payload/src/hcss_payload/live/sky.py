@@ -7,6 +7,7 @@ frame lacks are made at once, which is counted, since that frame is late.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.checks import PayloadError
-from hcss_payload.live.kernels import TILE, VALUE_STEP, WIDE, pack
+from hcss_payload.live.kernels import TILE, VALUE_STEP, WIDE, pack, reach_of
 from hcss_payload.live.octaves import SeenOctaves
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
@@ -227,3 +228,11 @@ def _names(tiles: Tiles) -> list[tuple[int, int, int]]:
         for row in range(tiles.row, tiles.end_row)
         for column in range(tiles.column, tiles.end_column)
     ]
+
+
+def tiles_around(points: Array, keyframe: int) -> Tiles:
+    """Return the tiles that hold points (N, M, 2) of the sky; blocks begin up to two points before their nodes."""
+    low_x, low_y, high_x, high_y = (float(each) for each in reach_of(points))
+    left, bottom = math.floor(low_x - 2.0) // TILE, math.floor(low_y - 2.0) // TILE
+    right, top = math.floor(high_x + 2.0) // TILE, math.floor(high_y + 2.0) // TILE
+    return Tiles(bottom, left, top + 1, right + 1, keyframe)

@@ -63,6 +63,26 @@ class PointTarget:
         for value in self.intensity:
             require_within("target.intensity", value, 0.0, 1e12, "W sr-1")
 
+    def values(self, bands: int) -> list[float]:
+        """Return what a letter holds of the target: place, velocity and intensities.
+
+        Raises
+        ------
+        PayloadError
+            If it has a temperature, which letters do not hold, or another number of bands.
+        """
+        if self.temperature_K is not None:
+            raise PayloadError(f"target.temperature_K: {self.temperature_K:g} K; allowed: none for a server's targets")
+        if len(self.intensity) != bands:
+            raise PayloadError(f"target.intensity: {len(self.intensity)} values; allowed: {bands}, one a band")
+        return [self.latitude_deg, self.longitude_deg, self.altitude_m, *self.velocity_m_s, *self.intensity]
+
+    @classmethod
+    def of_values(cls, values: Sequence[float]) -> PointTarget:
+        """Return the target of a letter."""
+        latitude, longitude, altitude, east, north, up, *intensity = values
+        return cls(latitude, longitude, altitude, tuple(intensity), (east, north, up))
+
     def position_m(self, time_s: float) -> Array:
         """Return the Earth-fixed position at a time."""
         latitude, longitude = np.float64(self.latitude_deg), np.float64(self.longitude_deg)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
@@ -18,12 +17,13 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
 from hcss_payload.live.footprints import PassFootprints
-from hcss_payload.live.kernels import TILE, reach_of, sky_rows
+from hcss_payload.live.kernels import sky_rows
 from hcss_payload.live.plane import fit_plane
 from hcss_payload.live.radiance import FieldRadiance
 from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
-from hcss_payload.live.sky import Sky, Tiles
+from hcss_payload.live.sky import Sky, Tiles, tiles_around
+from hcss_payload.live.supported import require_supported
 from hcss_payload.live.target import TOP_M, PointTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.trajectory import Trajectory
@@ -31,7 +31,6 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.clouds import layer_seed
-from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import View
 
@@ -76,7 +75,7 @@ class LiveTwin:
         require_within("fineness", fineness, 1.0, 16.0)
         self.plan, self.camera = make_plan(scenario), camera
         self.threads, self.fineness = threads, fineness
-        _require_supported(self.plan)
+        require_supported(self.plan)
 
     def prepare(
         self,
@@ -324,38 +323,6 @@ class PreparedPass:
             yield Tiles(tiles.row - 1, tiles.column - 1, tiles.end_row + 1, tiles.end_column + 1, tiles.keyframe)
 
 
-def tiles_around(points: Array, keyframe: int) -> Tiles:
-    """Return the tiles that hold points (N, M, 2) of the sky; blocks begin up to two points before their nodes."""
-    low_x, low_y, high_x, high_y = (float(each) for each in reach_of(points))
-    left, bottom = math.floor(low_x - 2.0) // TILE, math.floor(low_y - 2.0) // TILE
-    right, top = math.floor(high_x + 2.0) // TILE, math.floor(high_y + 2.0) // TILE
-    return Tiles(bottom, left, top + 1, right + 1, keyframe)
-
-
 def _shortest(camera: Camera, poses: list[Pose]) -> float:
     """Return about the smallest width of a pixel on the ground, m: at the altitude of the camera."""
     return camera.pixel_rad * min(float(np.linalg.norm(pose.position_m)) - SEMI_MAJOR_AXIS_M for pose in poses)
-
-
-def _require_supported(plan: Plan) -> None:
-    """Reject by name what live frames cannot show."""
-    scenario = plan.scenario
-    generators = plan.assembly.generators
-    unsupported = {
-        "clouds: not one layer": len(plan.layers) != 1,
-        "clouds: no coverage": not any(plan.assembly.cloudy_layers),
-        "clouds.generator other than 'fractal'": any(not hasattr(each, "octaves") for each in generators),
-        "clouds.coverage_mode = 'frame', which has no meaning for a moving camera": any(
-            layer.coverage_mode != "field" for layer in plan.layers
-        ),
-        "clouds: tops of their own": plan.tops is not None,
-        "sea.waves: resolved waves": plan.waves is not None,
-        "surfaces": plan.surfaces is not None,
-        "elements: live frames have a target of their own": bool(plan.assembly.elements),
-        "slant.shadows": scenario.slant.shadows,
-        "slant.parallax: the camera has its own": scenario.slant.parallax,
-        "motion.platform_speed: the trajectory moves the camera": scenario.motion.platform_speed != 0.0,
-    }
-    names = [name for name, present in unsupported.items() if present]
-    if names:
-        raise PayloadError(f"scenario: {'; '.join(names)}; allowed: scenarios without, for live frames")

@@ -1,0 +1,69 @@
+"""Completion of the frames of a camera: coordinates of pixels, space, and what is not computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_payload.limb import Limb, tangent_heights_m
+from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT
+from hcss_payload.ray_geometry import GROUND, LIMB, SLANT, SPACE, FrameGeometry
+from hcss_twin.plan.windows import Window, length
+
+PIXELS_AT_ONCE = 2**19
+"""Pixels whose coordinates are computed together: the lines of sight of a full disk would take 3 GB."""
+
+
+def complete(
+    frame: dict[str, NDArray[Any]], geometry: FrameGeometry, extent: Window, shows_limb: bool, limb: Limb | None
+) -> None:
+    """Add the coordinates of the pixels to a part of a frame; set space to 0 and what is not computed to missing.
+
+    Parameters
+    ----------
+    shows_limb : bool
+        Whether pixels of the limb have a tangent height.
+    limb : Limb or None
+        Radiance of the limb; None if it is missing.
+    """
+    rows, columns = extent
+    shape, own = (length(rows), length(columns)), list(frame.values())
+    specs = (*PIXEL_VARIABLES, TANGENT_HEIGHT) if shows_limb else PIXEL_VARIABLES
+    for spec in specs:
+        frame[spec.name] = np.empty(shape, dtype=spec.dtype)
+    step = max(1, PIXELS_AT_ONCE // shape[1])
+    for first in range(0, shape[0], step):
+        strip = slice(first, min(first + step, shape[0]))
+        window = slice(rows.start + strip.start, rows.start + strip.stop), columns
+        rays = geometry.window(*window)
+        beyond, space = rays.kind != GROUND, rays.kind == SPACE
+        if beyond.any():
+            for values in own:
+                if values.dtype.kind == "f":
+                    values[..., strip, :][..., beyond] = np.nan
+                    values[..., strip, :][..., space] = 0.0
+        latitude, longitude = geometry.place(rays)
+        zenith, azimuth = geometry.angles_deg(rays)
+        distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
+        each = latitude, longitude, zenith, azimuth, distance, rays.kind
+        for spec, coordinate in zip(PIXEL_VARIABLES, each, strict=True):
+            frame[spec.name][strip] = coordinate
+        if shows_limb:
+            height = _tangent_heights(geometry, rays.kind, window)
+            frame[TANGENT_HEIGHT.name][strip] = np.where(rays.kind >= LIMB, height, np.nan)
+            if limb is not None:
+                air = (rays.kind >= SLANT) & ~space & (height >= limb.lowest_m)
+                frame["radiance"][..., strip, :][..., air] = limb(height[air])
+
+
+def _tangent_heights(geometry: FrameGeometry, kind: NDArray[np.uint8], window: Window) -> NDArray[np.float64]:
+    """Return the tangent heights of pixels beyond the ground, those of lines that meet it below it; NaN for others."""
+    seen = kind >= SLANT
+    row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in window)
+    places = (each[seen] for each in np.meshgrid(row, column, indexing="ij"))
+    height = np.full(kind.shape, np.nan)
+    ray = geometry.pose.to_earth(geometry.camera.directions(*places))
+    height[seen] = tangent_heights_m(geometry.pose.position_m, ray)
+    return height

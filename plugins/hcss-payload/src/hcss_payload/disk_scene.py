@@ -1,0 +1,115 @@
+"""Whether a scene is a full disk whose places have suns, air and sea of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcss_payload.climate import ZonalClimate
+from hcss_payload.directions import Directions, Hemisphere
+from hcss_payload.disk import Disk, disk_around, with_glint
+from hcss_payload.sampled_pass import SampledPass
+from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
+from hcss_payload.trajectory import Trajectory
+from hcss_twin import Scenario
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
+from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.scenario.bands import spectral_band
+
+SUNS = 3
+"""Times of the frames at which suns are compared."""
+
+SUNLIT_UM = 6.0
+"""Wavelength below which the mirror image of the sun is brighter than a hundredth of the sea."""
+
+_STILL_M = 1.0
+"""Largest motion of a camera that stands still above the Earth."""
+
+
+def climate_of(scenario: Scenario, catalog: Catalog, choice: str) -> ZonalClimate | None:
+    """Return the air and sea by latitude if ``camera.climate`` asks for them.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario has what they contradict; names the field.
+    """
+    if choice == "place":
+        return None
+    atmosphere, sea = scenario.atmosphere, scenario.sea
+    given = {
+        "atmosphere.profile": atmosphere.profile is not None,
+        "atmosphere.inversion": atmosphere.inversion is not None,
+        "atmosphere.water_vapour_texture": atmosphere.water_vapour_texture > 0.0,
+        "sea.temperature": sea.temperature is not None,
+        "sea.temperature_texture": sea.temperature_texture > 0.0,
+        "surfaces": scenario.surfaces is not None,
+        "elements": bool(scenario.elements),
+    }
+    message = "given with camera.climate = 'latitude', which has its own air and sea; allowed: without it"
+    problems = [Problem(name, message) for name, present in given.items() if present]
+    if problems:
+        raise ScenarioError(problems)
+    return ZonalClimate(catalog, scenario.time, (scenario.place.latitude, scenario.place.longitude))
+
+
+def whole_disk(
+    scenario: Scenario,
+    catalog: Catalog,
+    trajectory: Trajectory,
+    views: Directions,
+    seen: SampledPass,
+    times_s: Array,
+    climate: bool,
+) -> Disk | None:
+    """Return the directions of a disk whose places differ; None if all pixels have the sun and air of [place].
+
+    Places differ where directions fill the hemisphere, the camera stands still above the Earth, and sunlight or
+    ``climate`` does differ. By night all places have the same sun: none.
+
+    Raises
+    ------
+    ScenarioError
+        If places cannot differ, but ``camera.climate`` asks for it; names the field.
+    """
+    positions = np.array([trajectory.at(time_s) for time_s in (times_s[0], times_s[times_s.size // 2], times_s[-1])])
+    camera = positions[0]
+    still = bool(np.all(np.linalg.norm(positions - camera, axis=1) < _STILL_M))
+    if not (still and isinstance(views, Hemisphere)):
+        if climate:
+            message = "'latitude' without a full disk from a camera that stands still above the Earth; allowed: 'place'"
+            raise ScenarioError([Problem("camera.climate", message)])
+        return None
+    instants = np.unique(times_s[[0, times_s.size // 2, -1]])
+    below = tuple(float(each) for each in surface_place(camera))
+    track = SunTrack(scenario.time, below[0], below[1])
+    disk = disk_around(seen.toward, seen.limit_deg, (below[0], below[1]), camera, track, tuple(instants.tolist()))
+    edge = np.linspace(-1.0, 1.0, 9).tolist()
+    lit = any(sun is not None for view in disk.at([(x, y) for x in edge for y in edge]) for sun in disk.suns(view))
+    if not (lit or climate):
+        return None
+    place = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
+    under = camera / np.linalg.norm(camera)
+    apart = np.degrees(np.arccos(np.clip(place @ under / np.linalg.norm(place), -1.0, 1.0)))
+    zenith = np.arccos(seen.toward[:, 2].min()) if seen.limit_deg is None else np.radians(seen.limit_deg)
+    reach = np.degrees(zenith - np.arcsin(SEMI_MAJOR_AXIS_M / np.linalg.norm(camera) * np.sin(zenith)))
+    if apart + reach > FARTHEST_DEG:
+        message = (
+            f"{apart:.3g} deg from the place below the camera, and clouds end {FARTHEST_DEG:g} deg from [place]: a "
+            f"disk of {reach:.3g} deg does not fit; allowed: within {FARTHEST_DEG - reach:.2g} deg of "
+            f"{below[0]:.2f} N {below[1]:.2f} E"
+        )
+        raise ScenarioError([Problem("place", message)])
+    bands = [spectral_band(band, catalog) for band in scenario.bands]
+    return with_glint(disk) if lit and any(band.lower_um < SUNLIT_UM for band in bands) else disk
+
+
+def disk_notes(climate: bool) -> tuple[str, ...]:
+    """Return what the plan says about the places of a disk."""
+    air = "air and sea by latitude (sea everywhere)" if climate else "the air and sea of [place]"
+    return (
+        f"camera: each pixel has its own view and sun, and {air}; winds are bearings at each pixel; elements have the "
+        "air and sun of [place]",
+    )

@@ -1,0 +1,30 @@
+"""What live frames cannot show."""
+
+from __future__ import annotations
+
+from hcss_payload.checks import PayloadError
+from hcss_twin.plan.plan import Plan
+
+
+def require_supported(plan: Plan) -> None:
+    """Raise a :class:`PayloadError` that names what live frames cannot show."""
+    scenario = plan.scenario
+    generators = plan.assembly.generators
+    unsupported = {
+        "clouds: not one layer": len(plan.layers) != 1,
+        "clouds: no coverage": not any(plan.assembly.cloudy_layers),
+        "clouds.generator other than 'fractal'": any(not hasattr(each, "octaves") for each in generators),
+        "clouds.coverage_mode = 'frame', which has no meaning for a moving camera": any(
+            layer.coverage_mode != "field" for layer in plan.layers
+        ),
+        "clouds: tops of their own": plan.tops is not None,
+        "sea.waves: resolved waves": plan.waves is not None,
+        "surfaces": plan.surfaces is not None,
+        "elements: live frames have a target of their own": bool(plan.assembly.elements),
+        "slant.shadows": scenario.slant.shadows,
+        "slant.parallax: the camera has its own": scenario.slant.parallax,
+        "motion.platform_speed: the trajectory moves the camera": scenario.motion.platform_speed != 0.0,
+    }
+    names = [name for name, present in unsupported.items() if present]
+    if names:
+        raise PayloadError(f"scenario: {'; '.join(names)}; allowed: scenarios without, for live frames")

@@ -1,0 +1,124 @@
+"""Full disks whose places have suns, air and sea of their own."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from camera_scenes import scenario
+from hcss_payload.climate import ZonalClimate
+from hcss_payload.directions import Hemisphere
+from hcss_payload.disk import Disk, with_glint
+from hcss_payload.reference_pixel import solve_pixel
+from hcss_payload.scene_plane import toward_camera
+from hcss_payload.trajectory import Geostationary
+from test_cube import DISK
+
+import hcss_twin
+from hcss_twin import ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan.lines_of_sight import SunTrack
+
+NOON = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
+CAMERA_M = Geostationary(140.7).at(0.0)
+
+
+def disk(edge=1.7):
+    return Disk(edge, (0.0, 140.7), tuple(CAMERA_M.tolist()), SunTrack(NOON, 0.0, 140.7), (0.0,))
+
+
+def test_a_direction_to_the_camera_tells_the_place():
+    line = np.linspace(-1.0, 1.0, 7)
+    places = [(x, y) for x in line for y in line]
+    for own in (disk(), with_glint(disk())):
+        views = own.at(places)
+        ground = to_earth_centred(
+            *(np.array([getattr(v, n) for v in views]) for n in ("latitude_deg", "longitude_deg"))
+        )
+        found = np.stack(own.places(toward_camera(ground, CAMERA_M, own.centre)), axis=-1)
+        assert found == pytest.approx(np.array(places), abs=1e-8)
+        again = own.views_of(ground)
+        assert [v.zenith_deg for v in again] == pytest.approx([v.zenith_deg for v in views], abs=1e-9)
+    assert max(view.zenith_deg for view in views) > 81.0
+
+
+def test_places_are_densest_around_the_mirror_image_of_the_sun():
+    own = with_glint(disk())
+    assert own.glint is not None
+    (view,) = disk().at([own.glint])
+    (sun,) = own.suns(view)
+    # Within the step of the search, 5 degrees near the middle of the disk.
+    assert view.zenith_deg == pytest.approx(sun.zenith_deg, abs=5.0)
+    assert abs((view.azimuth_deg - sun.azimuth_deg) % 360.0 - 180.0) < 25.0
+    line = np.linspace(-1.0, 1.0, 101)
+    x = own.places(np.stack([np.sin(line), 0.0 * line, np.cos(line)], axis=-1))[0]
+    assert np.argmax(np.diff(x)) == pytest.approx(50, abs=3)
+
+
+def test_suns_are_those_of_the_places():
+    own = disk()
+    views = own.at([(-0.9, 0.0), (0.5, -0.5), (0.0, 0.9)])
+    for view in views:
+        (sun,) = own.suns(view)
+        zenith, azimuth, _ = sun_position([NOON], np.array([view.latitude_deg]), np.array([view.longitude_deg]))
+        assert (sun.zenith_deg, sun.azimuth_deg) == pytest.approx((zenith[0], azimuth[0]))
+
+
+def test_zonal_air_is_that_of_its_model_atmospheres_and_mirrors_the_seasons():
+    spring = ZonalClimate(Catalog(), NOON)
+    assert spring.profile(0.0).temperature_K[0] == pytest.approx(299.7)  # tropical, AFGL-TR-86-0110
+    january, july = (ZonalClimate(Catalog(), datetime(2024, month, 15, tzinfo=UTC)) for month in (1, 7))
+    assert july.profile(45.0).temperature_K[0] == pytest.approx(294.2, abs=0.1)
+    assert january.profile(60.0).temperature_K[0] == pytest.approx(257.2, abs=0.1)
+    assert january.profile(-45.0).temperature_K == pytest.approx(july.profile(45.0).temperature_K, abs=0.1)
+    sea = np.array([spring.sea_temperature_K(latitude) for latitude in np.arange(-80.0, 81.0, 5.0).tolist()])
+    # Zonal means of the climatology: 301 K at the equator, at its freezing point toward the poles.
+    assert sea.max() == pytest.approx(301.5, abs=1.5)
+    assert sea.min() >= 271.35
+    assert np.argmax(sea) == pytest.approx(16, abs=1)
+    assert np.all(np.diff(spring.profile(30.0).pressure_Pa) < 0.0)
+
+
+def test_a_disk_by_day_has_suns_of_its_places():
+    day = {"time": "2024-04-20T02:30:00Z", "accuracy": 0.1, "output": {"certificate": 4}}
+    cube = hcss_twin.simulate(scenario(DISK, day))
+    assert cube.attrs["hcss_certificate"].startswith("PASSED: 4 random pixels")
+    assert isinstance(hcss_twin.make_plan(scenario(DISK)).imager.views, Hemisphere)  # midnight
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"camera": {"climate": "latitude"}}, r"sea.temperature: given with camera.climate = 'latitude'"),
+        ({"time": "2024-04-20T02:30:00Z", "place": {"latitude": 40.0}},
+         r"place: 39.8 deg from the place below the camera"),
+        ({"orbit": {"provider": "circular", "altitude": 3.4e7, "inclination": 0.0, "longitude": None,
+                    "above": [0.0, 140.7]},
+          "frames": {"count": 2, "interval": 600.0}, "camera": {"climate": "latitude"}, "sea": {"temperature": None}},
+         r"camera.climate: 'latitude' without a full disk"),
+    ],
+)  # fmt: skip
+def test_what_a_disk_cannot_show_is_refused_by_name(parts, message):
+    with pytest.raises(ScenarioError, match=message):
+        hcss_twin.make_plan(scenario(DISK, parts))
+
+
+def test_the_columns_of_a_pixel_follow_from_few():
+    rng = np.random.default_rng(1)
+    columns = np.zeros((60, 1))
+    columns[1:, 0] = np.exp(rng.uniform(np.log(50.0), np.log(400.0), 59))
+    asked = []
+
+    def solved(own):
+        asked.append(len(own))
+        return (30.0 + 12.0 * np.exp(-own / 300.0))[:, :, None]
+
+    assert solve_pixel(solved, columns, 1e-3) == pytest.approx(solved(columns), rel=1e-6)
+    assert asked == [10, 60]
+
+    def rough(own):
+        asked.append(len(own))
+        return (30.0 + np.sin(own))[:, :, None]
+
+    assert np.array_equal(solve_pixel(rough, columns, 1e-3), rough(columns))
