@@ -41,8 +41,8 @@ SUBLAYERS = 2
 _MAX_LEG_VIEWS = 16
 """Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""
 
-_LARGE, _ABSORBERS = 256, 64
-"""Paths times wavenumbers, or this many absorbers, of a column from which on it is computed alone."""
+_LARGE = 256
+"""Paths times wavenumbers of a column from which on it is computed alone."""
 
 _MOST_VALUES = 2**22
 """Transmittances of the legs of single columns in memory."""
@@ -233,7 +233,7 @@ class Air:
         Many columns share their upper air, and the arrays of one column fit in the processor's cache; where they are
         small, calls would cost more.
         """
-        large = len(request.front) * max(self.wavenumber_cm1.size, _ABSORBERS) >= _LARGE
+        large = len(request.front) * self.wavenumber_cm1.size >= _LARGE
         if large and isinstance(request.front, AbsorberPaths):
             return _beside([self._leg_of_column(own) for own in request.by_column()])
         return self._leg_of_scenes(request)
