@@ -184,3 +184,28 @@ def test_kit_refuses_cloud_tops_outside_their_range_or_their_clouds(top_m, accep
         return
     with pytest.raises(AssertionError):
         CloudGeneratorContract().test_cloud_tops_are_within_their_range(provider, inputs)
+
+
+@pytest.mark.parametrize(
+    ("share", "accepted"),
+    [
+        (lambda layers, rows: np.full(rows, 1.0 / layers), True),
+        (lambda layers, rows: np.full(rows, 0.5 / layers), False),
+        (lambda layers, rows: np.full(rows, 1.0 / rows), False),
+    ],
+    ids=["even", "half of the column", "depends on the window"],
+)
+def test_kit_refuses_shares_of_heights_that_are_not_the_whole_column(share, accepted):
+    class Layered(Checkerboard):
+        def height_shares(self, time_s, rows, columns, thickness_m, edges_m):
+            layers = edges_m.size - 1
+            own = share(layers, thickness_m.shape[0])[:, None] * (thickness_m > 0.0)
+            return np.broadcast_to(own, (layers, *thickness_m.shape)).astype(np.float32)
+
+    inputs = sample_cloud_inputs()
+    provider = Layered(inputs)
+    if accepted:
+        CloudGeneratorContract().test_shares_of_heights_hold_the_whole_column(provider, inputs)
+        return
+    with pytest.raises(AssertionError):
+        CloudGeneratorContract().test_shares_of_heights_hold_the_whole_column(provider, inputs)
