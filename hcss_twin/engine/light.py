@@ -49,23 +49,37 @@ class LightStage:
             sun, last = self._plan.sun_at(time_s), self._instant
             self._instant = time_s, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
             self._squares = OrderedDict()
-        side, samples = self._pixels, self._plan.samples_per_pixel
+        side = self._pixels
         for row, column in product(*(range(each.start // side, -(-each.stop // side)) for each in window)):
             first = row * side, column * side
             if (row, column) not in self._squares:
                 self._squares[row, column] = self._square(first, clouds)
                 if len(self._squares) > KEPT_SQUARES:
                     self._squares.popitem(last=False)
-            inner, outer = [], []
-            for start, wanted, where in zip(first, window, place, strict=True):
-                low, high = max(start, wanted.start), min(start + side, wanted.stop)
-                inner.append(slice((low - start) * samples, (high - start) * samples))
-                outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-            amount, share, change = self._squares[row, column]
-            values = self._looked_up(look_up, amount[*inner], radiance.shape[0])
-            values = values * share[:, *inner] + change[:, *inner]
-            for band, own in zip(radiance, np.maximum(values, 0.0), strict=True):
-                band[*outer] = own if samples == 1 else pixel_sums(own, samples) / samples**2
+            where, means = self._within(first, self._squares[row, column], window, place, look_up, radiance.shape[0])
+            for band, mean in zip(radiance, means, strict=True):
+                band[*where] = mean
+
+    def _within(
+        self,
+        first: tuple[int, int],
+        square: tuple[Array, Array, Array],
+        window: Window,
+        place: Window,
+        look_up: LookUp,
+        bands: int,
+    ) -> tuple[list[slice], list[Array]]:
+        """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
+        side, samples = self._pixels, self._plan.samples_per_pixel
+        inner, outer = [], []
+        for start, wanted, where in zip(first, window, place, strict=True):
+            low, high = max(start, wanted.start), min(start + side, wanted.stop)
+            inner.append(slice((low - start) * samples, (high - start) * samples))
+            outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
+        amount, share, change = square
+        values = self._looked_up(look_up, amount[*inner], bands)
+        values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
+        return outer, [own if samples == 1 else pixel_sums(own, samples) / samples**2 for own in values]
 
     def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
         """Return amount (y, x), share and change of radiance (B, y, x) of the points of a square."""

@@ -21,7 +21,7 @@ from hcss_twin.engine.stream import FrameClouds
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.clouds import wind_velocity_m_s
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, pixel_sums, points_of
+from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Sun
 
 SQUARES_OF_FRAME = 64
@@ -105,7 +105,7 @@ class DriftingStage(LightStage):
         instant: tuple[float, float, Array], clouds: Any, look_up: Any,
     ) -> None:  # fmt: skip
         own_s, part, moved = instant
-        side, samples, by = self._pixels, self._plan.samples_per_pixel, np.floor(moved).astype(int).tolist()
+        side, by = self._pixels, np.floor(moved).astype(int).tolist()
         spans = [
             ((each.start - far) // side, -(-(each.stop - far) // side)) for each, far in zip(window, by, strict=True)
         ]
@@ -115,17 +115,11 @@ class DriftingStage(LightStage):
                 self._of_frame[key] = self._of_lattice(key, first, own_s, moved - by, clouds)
                 if len(self._of_frame) > SQUARES_OF_FRAME:
                     self._of_frame.popitem(last=False)
-            inner, outer = [], []
-            for start, wanted, where in zip(first, window, place, strict=True):
-                low, high = max(start, wanted.start), min(start + side, wanted.stop)
-                inner.append(slice((low - start) * samples, (high - start) * samples))
-                outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
             *_, amount, share, change = self._of_frame[key]
-            values = self._looked_up(look_up, amount[*inner], radiance.shape[0])
-            values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
-            for band, own in zip(radiance, values, strict=True):
-                mean = own if samples == 1 else pixel_sums(own, samples) / samples**2
-                band[*outer] = mean if part == 1.0 else part * mean + (band[*outer] if number else 0.0)
+            square = amount, share, change
+            where, means = self._within(first, square, window, place, look_up, radiance.shape[0])
+            for band, mean in zip(radiance, means, strict=True):
+                band[*where] = mean if part == 1.0 else part * mean + (band[*where] if number else 0.0)
 
     def _instants(self, time_s: float) -> list[tuple[float, float]]:
         """Return the instants whose light a frame has, with their shares."""
