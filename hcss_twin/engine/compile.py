@@ -74,7 +74,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
     spectrum = choose_spectrum(few_streams, allowed.wavenumbers)
     columns = BandColumns(plan, spectrum.nodes)
-    times, time_error = _time_nodes(columns, plan, allowed.time)
+    times, time_error = _time_nodes(columns.of(few_streams), plan, allowed.time)
     placing = times[len(times) // 2]
     sun = plan.sun_at(placing)
     source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
@@ -154,13 +154,14 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
     """Choose the frames with computed tables; those between are linearly interpolated.
 
     Evaluated for the clear column and for the thinnest and thickest clouds of each layer and of both, which bound the
-    weight of the solar terms. Returns one frame if the sun does not matter.
+    weight of the solar terms. Returns one frame if the sun does not matter. The columns may have few streams: how they
+    change as the sun moves hardly depends on the numerical level.
     """
     times = plan.frame_times_s
     middle = times.size // 2
     if not plan.sun_matters or times.size == 1:
         return (float(times[middle]),), 0.0
-    _expect(plan, [0, (times.size - 1) // 2, middle, times.size - 1])
+    _expect(columns.plan, [0, (times.size - 1) // 2, middle, times.size - 1])
     known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
     change = _largest_share(known[times.size - 1] - known[0], known[0])
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
@@ -172,7 +173,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
     while pending:
         intervals, pending = [(low, high) for low, high in pending if high - low > 1], []
         if len(intervals) > 1:
-            _expect(plan, [(low + high) // 2 for low, high in intervals])
+            _expect(columns.plan, [(low + high) // 2 for low, high in intervals])
         for low, high in intervals:
             middle = (low + high) // 2
             exact = columns.probe(plan.sun_at(float(times[middle])))

@@ -212,13 +212,14 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     @cache
     def at(refinement: int) -> Array:
         grid = assembly.refined_grid(refinement)
-        total = bounding(grid.wavenumber_cm1) @ grid.weights_cm1.T
+        total = bounding(grid.wavenumber_cm1, grid.ends_cm1) @ grid.weights_cm1.T
         if not (narrow and medium.size):
             return total
         places = np.unique(np.concatenate([grid.nodes[band] for band in narrow]))
         weights = np.zeros((len(grid.nodes), places.size))
         weights[narrow] = grid.weights_cm1[narrow][:, places]
-        return np.concatenate((total, clouds(grid.wavenumber_cm1[places]) @ weights.T))
+        own = grid.wavenumber_cm1[places]
+        return np.concatenate((total, clouds(own, np.intersect1d(own, grid.ends_cm1)) @ weights.T))
 
     def error(refinement: int) -> float:
         return largest_change(at(refinement), at(refinement + 1))
@@ -231,13 +232,17 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     return GridRefinement(refinement, error(refinement))
 
 
-def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Callable[[Array], Array]:
-    """Return a function from wavenumbers (V,) to the radiance (C, V) of columns, which solves each wavenumber once."""
+def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Callable[[Array, Array], Array]:
+    """Return a function from wavenumbers (V,) to the radiance (C, V) of columns, which solves each wavenumber once.
+
+    Its second argument are the ends of bands among them: models that interpolate in a band need both.
+    """
     known: dict[float, Array] = {}
 
-    def at(wavenumber_cm1: Array) -> Array:
+    def at(wavenumber_cm1: Array, ends_cm1: Array) -> Array:
         new = np.array([each for each in wavenumber_cm1.tolist() if each not in known])
         if new.size:
+            new = np.union1d(new, ends_cm1)
             own = replace(columns, wavenumber_cm1=new, weights_cm1=np.eye(new.size))
             known.update(zip(new.tolist(), own.total(model, sun).T, strict=True))
         return np.stack([known[each] for each in wavenumber_cm1.tolist()], axis=1)

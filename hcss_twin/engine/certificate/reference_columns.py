@@ -275,10 +275,11 @@ def _grid_change(
         known = np.empty((thickness_m.shape[0], terms.shape[1], grid.wavenumber_cm1.size))
         known[some] = reference_spectra(model, grid.wavenumber_cm1, thickness_m[some], sun, COLUMNS_AT_ONCE)
     new = ~np.isin(finer.wavenumber_cm1, grid.wavenumber_cm1)
-    between = reference_spectra(model, finer.wavenumber_cm1[new], thickness_m[some], sun, COLUMNS_AT_ONCE)
-    weights = -grid.weights_cm1
+    weights, share = -grid.weights_cm1, finer.weights_cm1 * new
     weights[:, np.isin(grid.wavenumber_cm1, finer.wavenumber_cm1)] += finer.weights_cm1[:, ~new]
-    change = between @ finer.weights_cm1[:, new].T + known[some] @ weights.T
+    new |= np.isin(finer.wavenumber_cm1, finer.ends_cm1)
+    between = reference_spectra(model, finer.wavenumber_cm1[new], thickness_m[some], sun, COLUMNS_AT_ONCE)
+    change = between @ share[:, new].T + known[some] @ weights.T
     total = np.sum(terms, axis=1, keepdims=True)
     relative = np.divide(change, total[some], out=np.zeros_like(change), where=total[some] > 0.0)
     result: Array = np.tensordot(shares, relative, axes=1) * total

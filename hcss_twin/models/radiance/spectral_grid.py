@@ -118,6 +118,11 @@ class SpectralGrid:
     nodes: tuple[NDArray[np.intp], ...]
     response: tuple[Array, ...]
 
+    @property
+    def ends_cm1(self) -> Array:
+        """First and last wavenumber of each band: models that interpolate in a band need both."""
+        return self.wavenumber_cm1[np.unique([place for own in self.nodes for place in (own[0], own[-1])])]
+
 
 def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None, refinement: int = 0) -> SpectralGrid:
     """Return the grid of all native wavenumbers inside the bands, the band edges, and the nodes of the responses.

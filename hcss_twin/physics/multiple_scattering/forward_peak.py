@@ -69,9 +69,18 @@ _MAX_ASYMMETRY = 0.998
 
 def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:
     """Brdf (T, V, P) of light scattered once by the full phase function, over the scaled thickness."""
+    kernel = once_back_kernel(scaled, albedo, moments, mu, sun, azimuth)
+    return kernel * path_back(scaled.thickness[..., np.newaxis], mu, sun)
+
+
+def once_back_kernel(
+    scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
+) -> Array:
+    """The kernel (V, P) of :func:`once_back`, which does not depend on thickness."""
     turned = np.array([scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
     strength = (albedo / (1.0 - albedo * scaled.peak))[:, np.newaxis] / (4.0 * np.pi * mu * sun)
-    return strength * phase_function(turned, moments) * path_back(scaled.thickness[..., np.newaxis], mu, sun)
+    result: Array = strength * phase_function(turned, moments)
+    return result
 
 
 _ANGLES, _MORE_AZIMUTHS = 1441, 16

@@ -1,12 +1,13 @@
 """Emission, reflection and transmission operators of a cloud layer, which sum to one in every direction.
 
-They are solved on a grid of thicknesses and interpolated; for few thicknesses, they are solved for these.
+They are solved on a grid of thicknesses and interpolated; for few thicknesses, they are solved for these. In dense
+spectra they are also interpolated in wavenumber.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from itertools import chain
@@ -28,9 +29,11 @@ from hcss_twin.models.radiance.physical.operator_table import (
     from_coarse,
     thickness_grid,
 )
+from hcss_twin.models.radiance.physical.spectral_steps import SpectralSteps, spectral_steps
 from hcss_twin.physics.multiple_scattering.beams import solve_covered_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.forward_peak import once_back_kernel, path_back
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
-from hcss_twin.physics.multiple_scattering.phase_function import extended_moments
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m, extended_moments
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
@@ -106,6 +109,19 @@ def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
     return CloudSlab(**together)
 
 
+LEAST_SHARE = 1e-6
+"""Properties below this count as equal: their logarithms would not be."""
+
+SUN_REFLECTION = 5
+"""Place of ``sun_reflection`` among the operators."""
+
+UNLIT_WEIGHT = 0.3
+"""Weight of changes of the properties where the sun is faint: reflection matters little beside emission."""
+
+Faint = Sequence[NDArray[np.bool_]]
+"""Where sunlight is faint (V,), for each of several solvers."""
+
+
 class SlabSolver:
     """Solver for layers of one optics provider and one set of directions.
 
@@ -115,8 +131,9 @@ class SlabSolver:
     numerics : Numerics
     wavenumber_cm1 : ndarray (V,)
     directions : ColumnDirections
-    sun_share : ndarray (V,)
-        Sunlight reflected by a white plane, relative to the Planck radiance of a cold sea.
+    sun_share : callable
+        Returns of wavenumbers (V,) the sunlight reflected by a white plane, relative to the Planck radiance of a cold
+        sea.
     closed_form : bool
         Whether clouds are solved by the two-stream closed form.
     memory : ArrayMemory
@@ -131,7 +148,7 @@ class SlabSolver:
         numerics: Numerics,
         wavenumber_cm1: Array,
         directions: ColumnDirections,
-        sun_share: Array,
+        sun_share: Callable[[Array], Array],
         closed_form: bool,
         memory: ArrayMemory,
         uppermost_m: float,
@@ -139,9 +156,9 @@ class SlabSolver:
         self._memory = memory
         self._uppermost_m = uppermost_m
         self._closed_form = closed_form
-        # Where the sun contributes little, the closed form with its error of about 15 % suffices.
-        self._faint = (sun_share <= numerics.faint_sun) | closed_form
-        self._tables: dict[CloudLayer, OperatorTable] = {}
+        self._sun_share = sun_share
+        self._once: dict[CloudLayer, tuple[Array, Array]] = {}
+        self._tables: dict[CloudLayer, tuple[SpectralSteps, OperatorTable]] = {}
         self._single: dict[tuple[CloudLayer, float], tuple[Array, ...]] = {}
         # Cosine and azimuth relative to the sun of views whose sunlight is solved at once, for little more than one.
         self.views_at_once: tuple[tuple[float, float], ...] = ()
@@ -213,49 +230,106 @@ class SlabSolver:
         if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
             solvers = [each for each in together if layer not in each._tables]
-            for solver, operators in zip(solvers, self._solve(layer, grid, solvers, toward), strict=True):
-                solver._tables[layer] = OperatorTable(grid, operators)
-        table = self._tables.get(layer)
+            steps, solved = self._solve(layer, grid, solvers, toward)
+            for solver, operators in zip(solvers, solved, strict=True):
+                solver._tables[layer] = steps, OperatorTable(grid, operators)
+        steps, table = self._tables.get(layer, (None, None))
         beyond = [h for h in thickness_m if table is None or not table.least_m <= h <= table.most_m]
         new = [h for h in beyond if (layer, h) not in self._single]
         for some in (new[first : first + WINDOW] for first in range(0, len(new), WINDOW)):  # more would be a grid
             solvers = [each for each in together if any((layer, h) not in each._single for h in some)]
-            for solver, solved in zip(solvers, self._solve(layer, np.array(some), solvers, toward), strict=True):
-                solver._single |= {(layer, h): tuple(each[n] for each in solved) for n, h in enumerate(some)}
+            own, every = self._solve(layer, np.array(some), solvers, toward)
+            for solver, each in zip(solvers, every, strict=True):
+                every_h = (tuple(array[n] for array in each) for n in range(len(some)))
+                solver._single |= {(layer, h): solver._spread(own, layer, h, of_h) for h, of_h in zip(some, every_h, strict=True)}
         for h in thickness_m:
-            yield self._single[layer, h] if table is None or h in beyond else table.at(h)
+            if steps is None or table is None or h in beyond:
+                yield self._single[layer, h]
+            else:
+                yield self._spread(steps, layer, h, table.at(h))
+
+    def _spread(
+        self, steps: SpectralSteps, layer: CloudLayer, thickness_m: float, operators: tuple[Array, ...]
+    ) -> tuple[Array, ...]:
+        """Return operators at all wavenumbers, with sunlight scattered once toward the view, which is not interpolated."""
+        if steps.below is None:
+            return operators
+        result = tuple(map(steps.spread, operators))
+        if self._directions.sun is not None:
+            if layer not in self._once:
+                self._once[layer] = self._scattered_once(layer, self._wavenumber)
+            result[SUN_REFLECTION][0] += self._reflected_once(*self._once[layer], np.array([thickness_m]))[0]
+        return result
+
+    def _scattered_once(self, layer: CloudLayer, wavenumber_cm1: Array) -> tuple[Array, Array]:
+        """Return the kernel (V,) of sunlight scattered once toward the view, and scaled extinction (V,), m-1."""
+        own, where = self._optics.single_scattering(layer.microphysics, wavenumber_cm1), self._directions
+        scaled = delta_m(own.extinction_m1[None], own.albedo, own.moments, self._numerics.sun_moments)
+        toward = where.mu[VIEW : VIEW + 1], where.mu_sun, np.array([where.relative_azimuth])
+        return once_back_kernel(scaled, own.albedo, own.moments, *toward)[:, 0], scaled.thickness[0]
+
+    def _reflected_once(self, kernel: Array, extinction_m1: Array, thickness_m: Array) -> Array:
+        """Return the reflectance (T, V) of sunlight scattered once toward the view, sr-1."""
+        where = self._directions
+        return kernel * path_back(thickness_m[:, None] * extinction_m1, where.mu[VIEW : VIEW + 1], where.mu_sun)
+
+    def _is_faint(self, wavenumber_cm1: Array) -> NDArray[np.bool_]:
+        """Whether the closed form with its error of about 15 % suffices for sunlight (V,)."""
+        return (self._sun_share(wavenumber_cm1) <= self._numerics.faint_sun) | self._closed_form
+
+    def _steps(self, layer: CloudLayer, solvers: Sequence[SlabSolver]) -> SpectralSteps:
+        """Return the wavenumbers at which a layer is solved."""
+        tolerance = 0.0 if self._closed_form else self._numerics.between_wavenumbers
+
+        def properties(wavenumber_cm1: Array) -> Array:
+            own = self._optics.single_scattering(layer.microphysics, wavenumber_cm1)
+            faint = np.stack([each._is_faint(wavenumber_cm1) for each in solvers])
+            # The similarity parameter: reflection of thick clouds falls from 1 to 0 with it.
+            similarity = np.sqrt((1.0 - own.albedo) / (1.0 - own.albedo * own.moments[1]))
+            shares = np.stack((own.extinction_m1, own.albedo, 1.0 - similarity))
+            smooth = np.concatenate((np.log(np.maximum(shares, LEAST_SHARE)), similarity[None]))
+            return np.concatenate((smooth * np.where(np.all(faint, axis=0), UNLIT_WEIGHT, 1.0), faint))
+
+        return spectral_steps(self._wavenumber, properties, tolerance)
 
     def _solve(
         self, layer: CloudLayer, thickness_m: Array, solvers: Sequence[SlabSolver], toward: Sequence[SlabSolver]
-    ) -> list[tuple[Array, ...]]:
+    ) -> tuple[SpectralSteps, list[tuple[Array, ...]]]:
         """Return a layer's operators for each solver, with thickness as first axis, as in :class:`CloudSlab`."""
-        scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
+        every = toward or solvers
+        steps = self._steps(layer, every)
+        scattering = self._optics.single_scattering(layer.microphysics, steps.wavenumber_cm1)
         own = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
         is_covered = layer.top_m < self._uppermost_m and not self._closed_form and self._directions.sun is not None
-        digest = hashlib.sha256(repr((self._numerics, self._closed_form, is_covered)).encode())
-        every = toward or solvers
-        for each in every:
+        digest = hashlib.sha256(repr((self._numerics, self._closed_form, is_covered, steps.below is None)).encode())
+        faint = [each._is_faint(steps.wavenumber_cm1) for each in every]
+        for each, own_faint in zip(every, faint, strict=True):
             where = each._directions
             digest.update(repr((where.sun, where.relative_azimuth)).encode())
-            for array in (where.mu, each._faint):
+            for array in (where.mu, own_faint):
                 digest.update(array.tobytes())
         for array in own:
             digest.update(np.ascontiguousarray(array).tobytes())
 
         def compute() -> list[tuple[Array, ...]]:
-            covered = self._covered(*own, every, self._numerics.turned_modes if is_covered else 0)
-            operators = zip(self._new_operators(*own, every), covered, strict=True)
-            return [tuple(chain.from_iterable(each)) for each in operators]
+            covered = self._covered(*own, every, faint, self._numerics.turned_modes if is_covered else 0)
+            operators = zip(self._new_operators(*own, every, faint), covered, strict=True)
+            result = [tuple(chain.from_iterable(each)) for each in operators]
+            if steps.below is not None and self._directions.sun is not None:
+                for each, arrays in zip(every, result, strict=True):
+                    once = each._scattered_once(layer, steps.wavenumber_cm1)
+                    arrays[SUN_REFLECTION][:, 0] -= each._reflected_once(*once, thickness_m)
+            return result
 
         wanted = [every.index(each) for each in solvers]
-        return self._memory.get_or_compute_some(digest.digest(), wanted, compute)
+        return steps, self._memory.get_or_compute_some(digest.digest(), wanted, compute)
 
     def _new_operators(
-        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver]
+        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver], faint: Faint
     ) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of layers with optical thickness (T, V) for each solver."""
         views, suns = _distinct(solvers)
-        solved, kernels, turned = self._solved(depth, albedo, moments, solvers)
+        solved, kernels, turned = self._solved(depth, albedo, moments, solvers, faint)
         extras = solved.mu.size - self._directions.count
         streams = range(extras, solved.mu.size)
         factor = 2.0 * np.pi * self._directions.streams.mu * self._directions.streams.weight
@@ -274,11 +348,11 @@ class SlabSolver:
             back, through, beam = _sunlight(where, sun, solved, *kernels[number])
             lower = _to_lower_air(where, depth, albedo, moments)
             beams = turned[:, :, [view, sun]]
-            beams[..., solver._faint] = 0.0
+            beams[..., faint[number]] = 0.0
             yield *diffuse(view), back, through, beam, lower, beams
 
     def _covered(
-        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver], modes: int
+        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver], faint: Faint, modes: int
     ) -> Iterator[tuple[Any, ...]]:
         """Yield the last two operators of :class:`CloudSlab` for each solver, on a grid one row per octave."""
         if depth.shape[0] > WINDOW:
@@ -286,19 +360,19 @@ class SlabSolver:
         count, (views, suns) = self._directions.count, _distinct(solvers)
         beams = np.zeros((depth.shape[0], modes, len(views) + len(suns), count, albedo.size))
         between = np.zeros((depth.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
-        bright = ~np.all([each._faint for each in solvers], axis=0)
+        bright = ~np.all(faint, axis=0)
         if modes and np.any(bright):
             own = depth[:, bright], albedo[bright], moments[:, bright]
             solved = solve_covered_layers(*own, np.array([*views, *suns]), count, modes)
             beams[..., bright] = solved.beams.transpose(1, 0, 4, 3, 2)
             between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
-        for number, solver in enumerate(solvers):
+        for number in range(len(solvers)):
             own_beams = beams[:, :, [number % len(views), len(views) + number % len(suns)]]
-            own_beams[..., solver._faint] = 0.0
+            own_beams[..., faint[number]] = 0.0
             yield own_beams, between
 
     def _solved(
-        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver]
+        self, depth: Array, albedo: Array, moments: Array, solvers: Sequence[SlabSolver], faint: Faint
     ) -> tuple[LayerOperators, Array, Array]:
         """Return diffuse operators, brdf and btdf (solvers, 2, T, V), and modes (T, M, views + suns, N, V).
 
@@ -310,13 +384,13 @@ class SlabSolver:
         turned = np.zeros((depth.shape[0], numerics.turned_modes - 1, len(extras), where.count, albedo.size))
         if where.sun is None:
             return self._layers(depth, albedo, moments, views), kernels, turned
-        bright = ~np.all([each._faint for each in solvers], axis=0)
+        bright = ~np.all(faint, axis=0)
         if not np.any(bright):
             solved = self._layers(depth, albedo, moments, extras)
         else:
             solved = self._lit(depth, albedo, moments, solvers, extras, bright, kernels, turned)
-        for solver, kernel in zip(solvers, kernels, strict=True):
-            own, each = solver._faint, solver._directions
+        for solver, own, kernel in zip(solvers, faint, kernels, strict=True):
+            each = solver._directions
             if np.any(own):
                 toward = each.mu[VIEW : VIEW + 1], each.mu_sun, np.array([each.relative_azimuth])
                 layer = depth[:, own], albedo[own], moments[:, own]

@@ -50,6 +50,7 @@ from hcss_twin.models.radiance.physical.sunlight_between import (
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider, View
 
 _MAX_SPECTRA, _MAX_SOLVED = 4, 1e7
@@ -221,10 +222,7 @@ class Physical:
     def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
         inputs = self._inputs
         directions = self._directions(inputs.view, sun)
-        received = np.zeros_like(wavenumber)
-        if directions.sun is not None:
-            irradiance = inputs.solar_irradiance(wavenumber)
-            received = directions.mu_sun * irradiance / directions.sun.distance_au**2
+        received = self._received(directions, wavenumber)
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
@@ -236,6 +234,13 @@ class Physical:
         sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
         scattered = self._sunlight_scattered_in_air(wavenumber, directions)
         return _Scene(self._air(wavenumber), directions, sea, received, modes, scattered)
+
+    def _received(self, directions: ColumnDirections, wavenumber: Array) -> Array:
+        """Return solar irradiance (V,) as of :class:`_Scene`."""
+        if directions.sun is None:
+            return np.zeros_like(wavenumber)
+        irradiance = self._inputs.solar_irradiance(wavenumber)
+        return directions.mu_sun * irradiance / directions.sun.distance_au**2
 
     def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float) -> SeaSurface:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
@@ -315,13 +320,19 @@ class Physical:
         return lru_cache(maxsize=suns)(partial(weakly(self._new_slab_solver), wavenumber))
 
     def _new_slab_solver(self, wavenumber: Array, sun: Sun | None, toward: View | None = None) -> SlabSolver:
-        scene, inputs = self._scene(wavenumber, sun), self._inputs
+        inputs = self._inputs
+        own = self._directions(inputs.view if toward is None else toward, sun)
+        cold_K = min(inputs.sea_temperature_K, _COLD_SEA_K)
+
+        def sun_share(wavenumber: Array) -> Array:
+            return self._received(own, wavenumber) / (np.pi * planck(wavenumber, cold_K))
+
         return SlabSolver(
             inputs.optics,
             self._numerics,
             wavenumber,
-            scene.directions if toward is None else self._directions(toward, sun),
-            scene.received / (np.pi * scene.air.black_body(min(inputs.sea_temperature_K, _COLD_SEA_K))),
+            own,
+            sun_share,
             self.closed_form,
             inputs.memory or ArrayMemory(),
             max((layer.top_m for layer in inputs.layers), default=0.0),

@@ -70,11 +70,12 @@ class OperatorTable:
     def at(self, thickness_m: float) -> tuple[Array, ...]:
         """Return the operators of one thickness (...), by Lagrange's polynomial in ln(thickness)."""
         octaves = math.log2(thickness_m / float(self.thickness_m[0]))
-        result = []
+        windows, result = {}, []
         for each, floor in zip(self.operators, self.floors, strict=True):
             count = each.shape[0]
-            place = octaves if count < self.thickness_m.size else octaves * PER_OCTAVE
-            rows, weights = _window(place, count)
+            if count not in windows:
+                windows[count] = _window(octaves if count < self.thickness_m.size else octaves * PER_OCTAVE, count)
+            rows, weights = windows[count]
             result.append(np.maximum(np.tensordot(weights.astype(each.dtype), each[rows], axes=1), floor))
         return tuple(result)
 
