@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import itertools
 import json
@@ -265,6 +266,11 @@ for _command in (
     cli.add_command(_command)
 
 
+COLLECTIONS = (50_000, 20, 50)
+"""Objects between two searches for cycles, and how rarely older objects are searched: with Python's 700 and 10 a run
+spends 4 % of its time on objects of libraries, of which none are garbage."""
+
+
 def main() -> None:
     """Run the command line; report errors of the package as a message and an exit code.
 
@@ -273,6 +279,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # some file names are not text, and some terminals lack letters
             stream.reconfigure(errors="backslashreplace")
+    gc.set_threshold(*COLLECTIONS)
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)

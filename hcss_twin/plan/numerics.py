@@ -123,8 +123,10 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
 
     @cache
     def error(level: int, steps: int = 0) -> float:
-        before = change(level - 1, level + 1, steps) / FASTEST_CONVERGENCE if level > 0 else 0.0
-        return SAFETY_FACTOR * max(change(level, level + 1, steps), before)
+        own = SAFETY_FACTOR * change(level, level + 1, steps)
+        if own > tolerance or level == 0:  # the level before can only add to it
+            return own
+        return max(own, SAFETY_FACTOR * change(level - 1, level + 1, steps) / FASTEST_CONVERGENCE)
 
     first = level = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
     while error(level) > tolerance and level < last:

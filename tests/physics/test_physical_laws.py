@@ -209,9 +209,9 @@ def test_a_white_cloud_gives_back_all_sunlight():
 
 
 def test_a_table_of_operators_gives_back_smooth_functions_and_row_sums():
-    grid = thickness_grid(10.0, 3000.0)
+    grid = thickness_grid(10.0, 3000.0, 3)
     direct = np.exp(-grid / 300.0)
-    table = OperatorTable(grid, (direct[:, None], (1.0 - direct)[:, None]))
+    table = OperatorTable(grid, (direct[:, None], (1.0 - direct)[:, None]), 3)
     for thickness in (10.0, 11.7, 299.0, 3000.0):
         assert table.least_m <= thickness <= table.most_m
         through, rest = (float(each[0]) for each in table.at(thickness))

@@ -140,6 +140,8 @@ ColumnsAt = Callable[[Array], Array]
 
 FIRST_NODES = 5
 MAX_NODES = 4097
+"""Columns of a range, if all of its intervals were as narrow as the narrowest."""
+
 CONVERGENCE = 8.0
 """Factor by which errors fall at least where an interval is halved: 64 for smooth curves of degree 5, 17 was the least
 that was seen, at the ends of a range."""
@@ -251,10 +253,10 @@ def _segment(
         values = np.concatenate((values, exact))[order]
         if not np.any(far):
             return nodes, values, largest
-        if nodes.size >= MAX_NODES:
+        if np.min(np.diff(np.log(nodes))) * (MAX_NODES - 1) < 0.75 * np.log(high / low):
             raise jumping(
                 f"radiance against cloud thickness between {low:g} and {high:g} m does not converge to "
-                f"{tolerance:g} with {nodes.size} columns (error {np.max(errors):.2g})",
+                f"{tolerance:g} with nodes {np.min(np.diff(nodes)):.2g} m apart (error {np.max(errors):.2g})",
                 source,
                 layer,
                 middle,

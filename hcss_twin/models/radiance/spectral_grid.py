@@ -121,7 +121,8 @@ class SpectralGrid:
     @property
     def ends_cm1(self) -> Array:
         """First and last wavenumber of each band: models that interpolate in a band need both."""
-        return self.wavenumber_cm1[np.unique([place for own in self.nodes for place in (own[0], own[-1])])]
+        result: Array = self.wavenumber_cm1[np.unique([place for own in self.nodes for place in (own[0], own[-1])])]
+        return result
 
 
 def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None, refinement: int = 0) -> SpectralGrid:

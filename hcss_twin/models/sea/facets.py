@@ -30,6 +30,9 @@ from hcss_twin.physics.quadrature import gauss_legendre
 _MAX_SIGMA = 6.0
 """Number of standard deviations of a slope component beyond which 2e-9 of the facets lie."""
 
+NEGLIGIBLE = 1e-13
+"""Share of all light below which a ray is left out; together less than what lies beyond that slope."""
+
 
 def incidence_nodes(count: int) -> Array:
     """Return ``count`` Chebyshev points of the cosine of incidence within (0, 1), shape (K,)."""
@@ -235,8 +238,10 @@ def _nodes(
 
 
 def _mirrored(seen: Array, along: Array, across: Array, weight: Array, mu: float, ahead: float) -> FacetRays:
-    steep = 1.0 + along**2 + across**2
     share = weight * seen
+    kept = share > NEGLIGIBLE * np.sum(share)  # more than half are not: they are steep, or turned away
+    seen, along, across, share = seen[kept], along[kept], across[kept], share[kept]
+    steep = 1.0 + along**2 + across**2
     # Twice the normal's vertical part times the cosine of incidence, per unit of the normal's components.
     lift = 2.0 * seen / steep
     return FacetRays(

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.facets import (
+    NEGLIGIBLE,
     FacetRays,
     Shadowing,
     escape_share,
@@ -167,8 +168,9 @@ class Reflection:
             whole += to_sky @ incidence @ self._fit
             if self._re_reflection:
                 to_sea = rays.share * (1.0 - escapes) / azimuths.size
-                elevation = np.arcsin(rays.mu_away)
-                sea += gathered_linearly(elevation, self._elevation, incidence * to_sea[:, None]) @ self._fit
+                met = to_sea > NEGLIGIBLE  # most rays of a view from above escape
+                elevation, weighted = np.arcsin(rays.mu_away[met]), incidence[met] * to_sea[met, None]
+                sea += gathered_linearly(elevation, self._elevation, weighted) @ self._fit
         return FirstHit(sky, sea, whole)
 
     def second(self, mu_nodes: Array, basis: Basis) -> Array:

@@ -22,7 +22,6 @@ from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.models.radiance.physical.numerics import Numerics
 from hcss_twin.models.radiance.physical.operator_table import (
-    PER_OCTAVE,
     WINDOW,
     OperatorTable,
     coarse_thickness,
@@ -228,30 +227,33 @@ class SlabSolver:
         """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
         known = [h for of, h in self._single if of == layer]
         if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
-            grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
+            grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m, self._numerics.per_octave)
             solvers = [each for each in together if layer not in each._tables]
             steps, solved = self._solve(layer, grid, solvers, toward)
             for solver, operators in zip(solvers, solved, strict=True):
-                solver._tables[layer] = steps, OperatorTable(grid, operators)
-        steps, table = self._tables.get(layer, (None, None))
-        beyond = [h for h in thickness_m if table is None or not table.least_m <= h <= table.most_m]
+                solver._tables[layer] = steps, OperatorTable(grid, operators, self._numerics.per_octave)
+        known_table = self._tables.get(layer)
+        within = (0.0, 0.0) if known_table is None else (known_table[1].least_m, known_table[1].most_m)
+        beyond = [h for h in thickness_m if not within[0] <= h <= within[1]]
         new = [h for h in beyond if (layer, h) not in self._single]
         for some in (new[first : first + WINDOW] for first in range(0, len(new), WINDOW)):  # more would be a grid
             solvers = [each for each in together if any((layer, h) not in each._single for h in some)]
             own, every = self._solve(layer, np.array(some), solvers, toward)
             for solver, each in zip(solvers, every, strict=True):
                 every_h = (tuple(array[n] for array in each) for n in range(len(some)))
-                solver._single |= {(layer, h): solver._spread(own, layer, h, of_h) for h, of_h in zip(some, every_h, strict=True)}
+                solver._single |= {
+                    (layer, h): solver._spread(own, layer, h, of_h) for h, of_h in zip(some, every_h, strict=True)
+                }
         for h in thickness_m:
-            if steps is None or table is None or h in beyond:
+            if known_table is None or h in beyond:
                 yield self._single[layer, h]
             else:
-                yield self._spread(steps, layer, h, table.at(h))
+                yield self._spread(known_table[0], layer, h, known_table[1].at(h))
 
     def _spread(
         self, steps: SpectralSteps, layer: CloudLayer, thickness_m: float, operators: tuple[Array, ...]
     ) -> tuple[Array, ...]:
-        """Return operators at all wavenumbers, with sunlight scattered once toward the view, which is not interpolated."""
+        """Return operators at all wavenumbers; sunlight scattered once toward the view is not interpolated."""
         if steps.below is None:
             return operators
         result = tuple(map(steps.spread, operators))
@@ -356,7 +358,7 @@ class SlabSolver:
     ) -> Iterator[tuple[Any, ...]]:
         """Yield the last two operators of :class:`CloudSlab` for each solver, on a grid one row per octave."""
         if depth.shape[0] > WINDOW:
-            depth = depth[::PER_OCTAVE]
+            depth = depth[:: self._numerics.per_octave]
         count, (views, suns) = self._directions.count, _distinct(solvers)
         beams = np.zeros((depth.shape[0], modes, len(views) + len(suns), count, albedo.size))
         between = np.zeros((depth.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
@@ -476,9 +478,9 @@ class SlabSolver:
         if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= WINDOW:
             return solve(depth, *most)
         few = solve(depth, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
-        coarse = coarse_thickness(depth)
+        coarse = coarse_thickness(depth, numerics.per_octave)
         more = solve(coarse, *most) - solve(coarse, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
-        result: Array = few + np.einsum("ts,mnsv->mntv", from_coarse(depth.shape[0]), more)
+        result: Array = few + np.einsum("ts,mnsv->mntv", from_coarse(depth.shape[0], numerics.per_octave), more)
         return result
 
     def _layers(self, depth: Array, albedo: Array, moments: Array, extras: Sequence[float]) -> LayerOperators:

@@ -35,6 +35,8 @@ class Numerics:
         The same for emission that is scattered before it reaches the sensor, except where Planck's law is steep.
     between_wavenumbers : float
         Error of cloud operators that dense spectra interpolate in wavenumber; 0 solves every wavenumber.
+    per_octave : int
+        Thicknesses per doubling at which layers are solved; operators are interpolated between them.
     """
 
     streams: int
@@ -46,6 +48,7 @@ class Numerics:
     sublayers: int = SUBLAYERS
     scattered_sublayers: int = SUBLAYERS
     between_wavenumbers: float = 0.0
+    per_octave: int = 3
 
 
 # Sizes grow from level to level: the difference of two levels misses one that does not. Sublayers are few steps only,
@@ -53,10 +56,10 @@ class Numerics:
 # is steep, two of them leave .3 % of the radiance, four .03 %, and such errors have other spectra than the radiance.
 # Where it is not steep, two are within 5e-5 for light that is scattered afterwards, which takes most of the time.
 LEVELS = (
-    Numerics(4, 6, 6, 6, 8, 0.015, 4, 2, 2e-3),
-    Numerics(6, 8, 8, 8, 12, 0.01, 6, 2, 1e-3),
-    Numerics(8, 12, 12, 12, 16, 0.005, 6, 2, 3e-4),
-    Numerics(10, 16, 16, 16, 20, 0.004, 6, 2, 1e-4),
+    Numerics(4, 6, 6, 6, 8, 0.015, 4, 2, 2e-3, 2),
+    Numerics(6, 8, 8, 8, 12, 0.01, 6, 2, 1e-3, 2),
+    Numerics(8, 12, 12, 12, 16, 0.005, 6, 2, 3e-4, 2),
+    Numerics(10, 16, 16, 16, 20, 0.004, 6, 2, 1e-4, 2),
     Numerics(12, 24, 24, 24, 24, 0.001, 8, 4),
     Numerics(16, 32, 32, 32, 32, 0.0005, 8, 4),
     Numerics(20, 48, 48, 48, 40, 0.0002, 8, 6),

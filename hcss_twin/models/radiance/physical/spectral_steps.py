@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,9 +57,7 @@ class SpectralSteps:
         return result
 
 
-def spectral_steps(
-    wavenumber_cm1: Array, properties: Callable[[Array], Array], tolerance: float
-) -> SpectralSteps:
+def spectral_steps(wavenumber_cm1: Array, properties: Callable[[Array], Array], tolerance: float) -> SpectralSteps:
     """Choose the wavenumbers at which a layer is solved.
 
     Parameters
@@ -86,7 +85,7 @@ def _solved(low: float, high: float, properties: Callable[[Array], Array], toler
     lattice = np.unique(np.concatenate(([low], inside, [high])))
     values = properties(lattice)
     ends = sorted({0, *np.flatnonzero(lattice % LONGEST_CM1 == 0.0).tolist(), lattice.size - 1})
-    waiting, chosen = list(zip(ends[:-1], ends[1:], strict=True)), set(ends)
+    waiting, chosen = list(pairwise(ends)), set(ends)
     while waiting:
         first, last = waiting.pop()
         if last - first < 2 or _error(lattice, values, first, last) <= tolerance:
