@@ -23,9 +23,12 @@ _SIDES = 8, 4, 2
 _LEAST_SIDE, _LEAST_COVER = 40, 0.02
 """Smallest image, pixels, and smallest share of pixels with cloud, for an error of a tenth."""
 
-EXPONENTS = 2.2, 4.0
-"""Exponents that are extrapolated. Fields of small clouds are flatter at pixels of 3 km, where clouds end, but what is
-measured below has 2.2 to 2.4 (a Landsat image at 30 m)."""
+EXPONENTS = 5.0 / 3.0, 4.0
+"""Exponents that are extrapolated: inside clouds the spectrum of turbulence is the flattest."""
+
+BELOW = 2.2
+"""Exponent below the pixel of flatter images: fields of small clouds are flat at pixels of 3 km, where clouds end, but
+2.2 to 2.4 is measured below (a Landsat image at 30 m)."""
 
 STRONGEST = 0.7
 """Strength that is extrapolated at most. Measured ones are .27 to .37; images whose spectrum is flat down to the pixel
@@ -51,7 +54,8 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     octaves = _octave(coarse, middle), _octave(middle, fine)
     if not min(octaves) > 0.0:
         return None
-    exponent = float(np.clip(1.0 - math.log2(octaves[1] / octaves[0]), *EXPONENTS))
+    own = 1.0 - math.log2(octaves[1] / octaves[0])
+    exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
     wanted = _OF_SKY * _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
     low, high = DETAIL_STRENGTHS[0], STRONGEST
     for _ in range(_BISECTIONS):
@@ -77,8 +81,10 @@ def described(detail: Detail | None) -> str:
     dimension = f"{3.5 - 0.5 * detail.exponent:.2f}" if detail.exponent <= 3.0 else "2"
     limits = [
         " (limit of the extrapolation)" if limited else ""
-        for limited in (detail.strength == STRONGEST, detail.exponent in EXPONENTS)
+        for limited in (detail.strength == STRONGEST, detail.exponent == EXPONENTS[1])
     ]
+    if detail.exponent == BELOW:
+        limits[1] = " (the image is flatter; this is that of other images below 3 km)"
     return (
         "Detail below the pixel, extrapolated from octaves of 2 to 8 pixels without the sensor's blur: strength "
         f"{detail.strength:.2f}{limits[0]}, exponent {detail.exponent:.2f}{limits[1]}, fractal dimension {dimension}."
