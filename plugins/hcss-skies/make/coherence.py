@@ -3,9 +3,10 @@
     python make/coherence.py BLOCKS.nc [--half 0|1]
 
 Brightness temperature of ``ir_108`` at the three times of the file; skies have the texture of the example's clear sky
-and temperature linear in height. Each number is a mean over blocks after the mean motion between two frames. "Up to
-200 km" is the whole field without longer waves, of which a patch of an example of 256 pixels has none. The last line is
-the rms change of skies in a second.
+and temperature linear in height, and lose what the sensor blurs, as in the realism test (the importer took that from
+the examples; ``--blur 0`` leaves it out). Each number is a mean over blocks after the mean motion between two frames.
+"Up to 200 km" is the whole field without longer waves, of which a patch of an example of 256 pixels has none. The last
+line is the rms change of skies in a second, without blur.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from hcss_evaluate.realism.coherence import coherence
 from hcss_skies.example import write_example
 from hcss_skies.importing import import_example
+from scipy.ndimage import gaussian_filter
 
 EDGES_KM = (0.0, 8.0, 16.0, 32.0, 64.0, 96.0, 200.0, 1e6)
 NAMES = ("whole field", "up to 8", "8-16", "16-32", "32-64", "64-96", "96-200", "above 200", "up to 200 km")
@@ -38,6 +40,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("file", type=Path)
     parser.add_argument("--half", type=int, choices=(0, 1), help="Every second block only.")
+    parser.add_argument("--blur", type=float, default=0.65, help="Of skies, pixels.")
     given = parser.parse_args()
     with netCDF4.Dataset(given.file) as file:
         kelvin = np.ma.filled(file["ir_108"][:].astype(float), np.nan)
@@ -50,7 +53,7 @@ def main() -> None:
             write_example(path, import_example(given.file, at={"block": block, "time": 1}).example)
             frames = kinds.blended(path, block, [FIRST_S + each for each in (*times, 1.0)])
             seconds.append(float(np.sqrt(np.mean((frames.pop() - frames[0]) ** 2))))
-            simulated.append((frames, times))
+            simulated.append(([gaussian_filter(each, given.blur, mode="nearest") for each in frames], times))
     measured = of_sequences([(list(kelvin[block]), times) for block in blocks])
     skies = of_sequences(simulated)
     print("min        " + "".join(f"{name:>14}" for name in NAMES))

@@ -8,6 +8,9 @@ AUC of the forest between patches (64 x 64 pixels, z-scored, .2 K of noise, fold
 * ``physics``: that which the importer's model of clouds (one ratio of optical thicknesses, heights x estimated from the
   difference itself and smoothed) gives for the measured image: nothing is blended;
 * ``physics, sharp``: the same with the heights before they are smoothed;
+* ``exact``: clouds under gas, whose part in the difference falls by e in 2.5 km of height, with the heights of 0 to 12
+  km that come closest to the measured difference at each pixel; the share of pixels where one fits is printed;
+* ``blended exact``: the same of blended p and x;
 * ``blended physics``: that of blended heights p and x, as in ``example``;
 * ``blended difference``: the measured difference itself in the place of x, blended together with p;
 * ``blended differ., shuffled``: the difference drawn at random among pixels with the same p (101 quantiles), smoothed
@@ -41,22 +44,42 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Grid
 from hcss_twin.testing.samples import sample_cloud_inputs
 
+GAS_M, HEIGHTS_M = 2500.0, np.linspace(0.0, 12_000.0, 49)
 SIDE, SIZE, BLUR, NOISE_K, LAPSE_K_M, RAISED_K = 256, 64, 0.65, 0.2, 6.5e-3, 10.0
 Pair = tuple[np.ndarray, np.ndarray]
 
 
-def difference_of(first_K: np.ndarray, excess_m: np.ndarray, clear_K: float, second_clear_K: float) -> np.ndarray:
-    """Return the difference that clouds with tops ``excess_m`` above opaque ones have, as the importer assumes."""
+def difference_of(
+    first_K: np.ndarray, excess_m: np.ndarray | float, clear_K: float, second_clear_K: float, gas: bool = False
+) -> np.ndarray:
+    """Return the difference that clouds with tops ``excess_m`` above opaque ones have, as the importer assumes.
+
+    With ``gas``, what is above a cloud makes it colder at 12.0 um, as it makes the clear sky.
+    """
     one, two = (1e4 / each for each in split_window.WAVELENGTHS_UM)
     sea, second_sea = planck(np.array(one), clear_K), planck(np.array(two), second_clear_K)
     cloud_K = np.maximum(first_K - LAPSE_K_M * np.clip(excess_m, 0.0, None), np.minimum(185.0, first_K))
     cloud = planck(np.array(one), cloud_K)
     through = np.clip((planck(np.array(one), first_K) - cloud) / np.maximum(sea - cloud, 1e-9 * sea), 0.0, 1.0)
     through = through**split_window.DEPTH_RATIO
-    second = (1.0 - through) * planck(np.array(two), cloud_K) + through * second_sea
+    dimmed_K = cloud_K
+    if gas:
+        top_m = np.maximum((clear_K - first_K) / LAPSE_K_M + np.clip(excess_m, 0.0, None), 0.0)
+        dimmed_K = cloud_K - (clear_K - second_clear_K) * np.exp(-top_m / GAS_M)
+    second = (1.0 - through) * planck(np.array(two), dimmed_K) + through * second_sea
     kelvin = np.linspace(180.0, 330.0, 3001)
     difference: np.ndarray = first_K - np.interp(second, planck(np.array(two), kelvin), kelvin)
     return difference
+
+
+def exact_heights(
+    first_K: np.ndarray, difference_K: np.ndarray, clear_K: float, second_clear_K: float
+) -> tuple[np.ndarray, float]:
+    """Return the heights above opaque clouds that come closest to the difference, and the share of pixels that fit."""
+    tried = np.stack([difference_of(first_K, each, clear_K, second_clear_K, True) for each in HEIGHTS_M])
+    closest = np.abs(tried - difference_K).argmin(axis=0)
+    inside = (difference_K >= tried.min(axis=0)) & (difference_K <= tried.max(axis=0))
+    return HEIGHTS_M[closest], float(inside.mean())
 
 
 def blended(opaque_m: np.ndarray, other: np.ndarray, seed: int, folder: Path) -> Pair:
@@ -136,6 +159,12 @@ def main() -> None:
             split_window._SMOOTH_PIXELS = smooth
             add("physics, sharp", scene, sharp, difference_of(sharp, unsmoothed, warm, second_warm))
             opaque = (warm - sharp) / LAPSE_K_M
+            heights, inside = exact_heights(sharp, sharp - sharp_second, warm, second_warm)
+            print(f"block {scene}: a height fits exactly in {inside:.2f} of pixels", flush=True)
+            add("exact", scene, sharp, difference_of(sharp, heights, warm, second_warm, True))
+            p, x = blended(opaque, heights, scene, Path(folder))
+            kelvin = warm - LAPSE_K_M * p
+            add("blended exact", scene, kelvin, difference_of(kelvin, x, warm, second_warm, True))
             p, x = blended(opaque, excess, scene, Path(folder))
             kelvin = warm - LAPSE_K_M * p
             add("blended physics", scene, kelvin, difference_of(kelvin, x, warm, second_warm))

@@ -85,6 +85,23 @@ def test_the_lattice_is_invisible_in_means_over_seeds(make):
     assert np.abs(values.std(axis=0) / values.std() - 1.0).max() < 0.2
 
 
+def test_waves_longer_than_patches_have_the_variance_of_the_example(make, tmp_path):
+    """Share of variance beyond 1.8 lattice distances, with a Hann window: mean of 12 skies against the example."""
+    field = 1500.0 + 300.0 * rough_field(256, 3.6)
+    (tmp_path / "skies").mkdir()
+    example = make_example(field, None, pixel_size_m=3000.0, clear_m=0.0, kind="k", source="s", licence="l")
+    write_example(tmp_path / "skies" / "rough.nc", example)
+    k = np.hypot(*np.meshgrid(np.fft.fftfreq(256), np.fft.fftfreq(256), indexing="ij"))
+    window = np.outer(np.hanning(256), np.hanning(256))
+
+    def share(sky):
+        power = np.abs(np.fft.fft2((sky - sky.mean()) * window)) ** 2
+        return power[(k > 0.0) & (k < 1.0 / 115.0)].sum() / power[k > 0.0].sum()
+
+    skies = [whole(make(seed=seed, size=256, example="rough"), 256) for seed in range(12)]
+    assert np.mean([share(sky) for sky in skies]) == pytest.approx(share(field), rel=0.15)
+
+
 def provider_of_seed(provider, seed):
     """Return the generator with another seed, without making its example again."""
     other = copy.copy(provider)

@@ -32,8 +32,9 @@ CUT = 0.15
 
 @kernel(fastmath={"contract"})
 def blend(
-    out: Any, y: Any, x: Any, scores: Any, heights: Any, geometry: Any, flow: Any, bounds: Any, key: int, epoch: float
-) -> None:
+    out: Any, y: Any, x: Any, scores: Any, heights: Any, geometry: Any, flow: Any, bounds: Any, waves: Any, key: int,
+    epoch: float,
+) -> None:  # fmt: skip
     """Write p and x (rows, columns, 2), or p alone (rows, columns, 1), in m at positions in pixels of the example.
 
     Parameters
@@ -44,73 +45,157 @@ def blend(
         Positions.
     scores, heights : ndarray
         Of a :class:`~hcss_skies.pyramid.Level`.
-    geometry : ndarray (9,)
+    geometry : ndarray (10,)
         Lattice spacing; smallest y and x and range along y and x of centres of patches; scale of the level; y and x
-        of the lattice; scale of the displacement of a patch in its lifetime.
+        of the lattice; scale of the displacement of a patch in its lifetime; part of the long waves in the score of x.
     flow : ndarray of float32 (octaves, node rows, node columns)
         Stream function at nodes; its slope per node distance is the displacement in pixels of the example.
-    bounds : ndarray (octaves, 3)
-        Distance of nodes in pixels of the example, and index of the first row and column.
+    bounds : ndarray (octaves + 1, 3)
+        Distance of nodes in pixels of the example, and index of the first row and column; the last are those of
+        ``waves``.
+    waves : ndarray of float32 (node rows, node columns)
+        Waves longer than patches, in parts of the score of p.
     key : int
         Of the random numbers.
     epoch : float
         Time in lifetimes of a patch; NaN: patches do not change.
     """
-    joint = out.shape[2] == 2
     at_y, at_x = np.empty(x.size), np.empty(x.size)
-    interval, past = np.empty((flow.shape[0], x.size), np.int64), np.empty((flow.shape[0], x.size))
-    for octave in range(flow.shape[0]):
+    octaves = flow.shape[0]
+    interval, past = np.empty((octaves + 1, x.size), np.uint64), np.empty((octaves + 1, x.size))
+    for octave in range(octaves + 1):
         for j in range(x.size):
             position = x[j] / bounds[octave, 0]
             whole = math.floor(position)
-            interval[octave, j], past[octave, j] = np.int64(whole - bounds[octave, 2]) - 1, position - whole
-    curves = np.empty((flow.shape[0], max(flow.shape[2] - 3, 1), 7))
-    # patches of a triangle: corner, displacement along y and x in samples, weight
-    corner, place, fade = np.empty(6, np.int64), np.empty((6, 2)), np.empty(6, np.float32)
-    weight = np.empty(3, np.float32)
+            interval[octave, j], past[octave, j] = np.uint64(whole - bounds[octave, 2] - 1.0), position - whole
+    curves = np.empty((octaves, max(flow.shape[2] - 3, 1), 7))
+    # Patches of all lattice points that positions can reach, two for each: displacement in samples, weight.
+    moved = _farthest(flow)
+    low_v = np.int64(math.floor((y[0] + geometry[6] - moved) / geometry[0] * _SKEW))
+    high_v = np.int64(math.floor((y[-1] + geometry[6] + moved) / geometry[0] * _SKEW)) + 2
+    left, right = (x[0] + geometry[7] - moved) / geometry[0], (x[-1] + geometry[7] + moved) / geometry[0]
+    places = np.empty((high_v - low_v, np.int64(right - left + 4.0), 2, 2))
+    fades = np.empty((high_v - low_v, places.shape[1], 2), np.float32)
+    for v in range(low_v, high_v):
+        low_u = np.int64(math.floor(left - 0.5 * (v + 1)))
+        for u in range(low_u, low_u + places.shape[1]):
+            _choose(places[v - low_v, u - low_u], fades[v - low_v, u - low_u], u, v, geometry, key, epoch)
+    corners = np.empty((3, x.size), np.float32)
+    cell = np.empty((2, x.size), np.int64)
+    upper = np.empty(x.size, np.bool_)
+    total, square = np.empty((2, x.size), np.float32), np.empty(x.size, np.float32)
+    joint = out.shape[2] == 2
+    long = np.empty(x.size, np.float32)
     to_samples = 2.0 / geometry[5]
-    limits = scores.shape[0] - 1.001, scores.shape[1] - 1.001
     for i in range(y.size):
         _displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, interval, past, curves)
-        last_u, last_v, last_upper, count = np.int64(0), np.int64(0), -1, 0
-        for j in range(x.size):
-            v = at_y[j] / geometry[0] * _SKEW
-            u = at_x[j] / geometry[0] - 0.5 * v
-            cell_u, cell_v = np.int64(math.floor(u)), np.int64(math.floor(v))
-            fu, fv = np.float32(u - cell_u), np.float32(v - cell_v)
-            upper = 1 if fu + fv >= np.float32(1.0) else 0
-            if cell_u != last_u or cell_v != last_v or upper != last_upper:
-                last_u, last_v, last_upper = cell_u, cell_v, upper
-                count = _choose(corner, place, fade, cell_u, cell_v, upper, geometry, key, epoch)
-            if upper:
-                w0, w1, w2 = fu + fv - np.float32(1.0), np.float32(1.0) - fv, np.float32(1.0) - fu
-            else:
-                w0, w1, w2 = np.float32(1.0) - fu - fv, fu, fv
-            cut, zero = np.float32(CUT), np.float32(0.0)
-            w0, w1, w2 = max(w0 - cut, zero), max(w1 - cut, zero), max(w2 - cut, zero)
-            weight[0], weight[1], weight[2] = w0 * w0, w1 * w1, w2 * w2
-            opaque = excess = square = zero
-            own_y, own_x = at_y[j] * to_samples - 0.5, at_x[j] * to_samples - 0.5
-            for n in range(count):
-                share = weight[corner[n]] * fade[n]
-                if share > zero:
-                    # bilinear between quarters of pixels of the level
-                    row = min(max(own_y + place[n, 0], 0.0), limits[0])
-                    column = min(max(own_x + place[n, 1], 0.0), limits[1])
-                    k, m = int(row), int(column)
-                    fy, fx = np.float32(row - k), np.float32(column - m)
-                    a = scores[k, m, 0] + fx * (scores[k, m + 1, 0] - scores[k, m, 0])
-                    b = scores[k + 1, m, 0] + fx * (scores[k + 1, m + 1, 0] - scores[k + 1, m, 0])
-                    opaque += share * (a + fy * (b - a))
-                    if joint:
-                        a = scores[k, m, 1] + fx * (scores[k, m + 1, 1] - scores[k, m, 1])
-                        b = scores[k + 1, m, 1] + fx * (scores[k + 1, m + 1, 1] - scores[k + 1, m, 1])
-                        excess += share * (a + fy * (b - a))
-                    square += share * share
-            norm = np.float32(1.0) / np.sqrt(square)
-            out[i, j, 0] = _look_up(heights, opaque * norm, 0)
+        _raised(long, y[i], waves, bounds[octaves], interval[octaves], past[octaves])
+        _weights(corners, cell, upper, at_y, at_x, 1.0 / geometry[0])
+        total[:] = np.float32(0.0)
+        square[:] = np.float32(0.0)
+        begin = 0
+        while begin < x.size:  # the pixels of one triangle
+            u, v, high = cell[0, begin], cell[1, begin], upper[begin]
+            end = begin + 1
+            while end < x.size and cell[0, end] == u and cell[1, end] == v and upper[end] == high:
+                end += 1
+            # Positions are counted from the triangle, where single precision has room for fractions of samples.
+            from_y, from_x = v * geometry[0] / _SKEW, (u + 0.5 * v) * geometry[0]
+            for n in range(3):
+                own_u, own_v = u + (n == 1), v + (n == 2)
+                if high:
+                    own_u, own_v = u + (n != 2), v + (n != 1)
+                row = own_v - low_v
+                column = own_u - np.int64(math.floor(left - 0.5 * (own_v + 1)))
+                for turn in range(2):
+                    if fades[row, column, turn] > 0.0:
+                        _sample(
+                            total[0, begin:end], total[1, begin:end], square[begin:end], joint, scores,
+                            at_y[begin:end], at_x[begin:end], corners[n, begin:end], fades[row, column, turn],
+                            from_y, from_x, to_samples, places[row, column, turn, 0] + to_samples * from_y - 0.5,
+                            places[row, column, turn, 1] + to_samples * from_x - 0.5,
+                        )  # fmt: skip
+            begin = end
+        for field in range(out.shape[2]):
+            part = np.float32(geometry[9] if field else 1.0)
+            for j in range(x.size):
+                out[i, j, field] = _look_up(heights, total[field, j] / np.sqrt(square[j]) + part * long[j], field)
+
+
+@inner(fastmath={"contract"})
+def _weights(corners: Any, cell: Any, upper: Any, at_y: Any, at_x: Any, per_spacing: float) -> None:
+    """Write the weights of the corners of each pixel's triangle (3, columns), and which triangle it is."""
+    one, cut, zero = np.float32(1.0), np.float32(CUT), np.float32(0.0)
+    for j in range(at_y.size):
+        v = at_y[j] * (per_spacing * _SKEW)
+        u = at_x[j] * per_spacing - 0.5 * v
+        floor_u, floor_v = math.floor(u), math.floor(v)
+        cell[0, j], cell[1, j] = np.int64(floor_u), np.int64(floor_v)
+        fu, fv = np.float32(u - floor_u), np.float32(v - floor_v)
+        high = fu + fv >= one
+        upper[j] = high
+        w0, w1, w2 = one - fu - fv, fu, fv
+        if high:
+            w0, w1, w2 = -w0, one - fv, one - fu
+        w0, w1, w2 = max(w0 - cut, zero), max(w1 - cut, zero), max(w2 - cut, zero)
+        corners[0, j], corners[1, j], corners[2, j] = w0 * w0, w1 * w1, w2 * w2
+
+
+@inner(fastmath={"contract"})
+def _sample(
+    opaque: Any,
+    excess: Any,
+    square: Any,
+    joint: bool,
+    scores: Any,
+    at_y: Any,
+    at_x: Any,
+    weight: Any,
+    fade: Any,
+    from_y: float,
+    from_x: float,
+    to_samples: float,
+    place_y: float,
+    place_x: float,
+) -> None:
+    """Add a patch to pixels of a row: bilinear between quarters of pixels of the level."""
+    last_row, last_column = np.float32(scores.shape[0] - 1.001), np.float32(scores.shape[1] - 1.001)
+    first_y, first_x, zero = np.float32(place_y), np.float32(place_x), np.float32(0.0)
+    one = np.uint64(1)
+    for j in range(weight.size):
+        share = weight[j] * fade
+        if share > zero:
+            row = min(max(np.float32(to_samples * (at_y[j] - from_y)) + first_y, zero), last_row)
+            column = min(max(np.float32(to_samples * (at_x[j] - from_x)) + first_x, zero), last_column)
+            whole_y, whole_x = np.int32(row), np.int32(column)
+            fy, fx = row - np.float32(whole_y), column - np.float32(whole_x)
+            # Unsigned indices need no test whether they count from the end.
+            k, m = np.uint64(whole_y), np.uint64(whole_x)
+            below, beside = k + one, m + one
+            square[j] += share * share
+            a = scores[k, m, 0] + fx * (scores[k, beside, 0] - scores[k, m, 0])
+            b = scores[below, m, 0] + fx * (scores[below, beside, 0] - scores[below, m, 0])
+            opaque[j] += share * (a + fy * (b - a))
             if joint:
-                out[i, j, 1] = _look_up(heights, excess * norm, 1)
+                a = scores[k, m, 1] + fx * (scores[k, beside, 1] - scores[k, m, 1])
+                b = scores[below, m, 1] + fx * (scores[below, beside, 1] - scores[below, m, 1])
+                excess[j] += share * (a + fy * (b - a))
+
+
+@inner()
+def _farthest(flow: Any) -> float:
+    """Return a displacement along an axis that no position exceeds: splines do not exceed the slopes of their nodes."""
+    total = 0.0
+    for octave in range(flow.shape[0]):
+        steepest = 0.0
+        for i in range(flow.shape[1]):
+            for j in range(flow.shape[2]):
+                if i:
+                    steepest = max(steepest, abs(float(flow[octave, i, j]) - float(flow[octave, i - 1, j])))
+                if j:
+                    steepest = max(steepest, abs(float(flow[octave, i, j]) - float(flow[octave, i, j - 1])))
+        total += steepest
+    return total + 1e-3
 
 
 @inner(fastmath={"contract"})
@@ -165,6 +250,30 @@ def _displaced(
 
 
 @inner(fastmath={"contract"})
+def _raised(out: Any, y: float, nodes: Any, bounds: Any, interval: Any, past: Any) -> None:
+    """Write a cubic B-spline surface along a row."""
+    spline, line = np.empty(8), np.empty(nodes.shape[1])
+    position = y / bounds[0]
+    row = np.int64(math.floor(position) - bounds[1]) - 1
+    _spline(position - math.floor(position), spline)
+    for k in range(line.size):
+        line[k] = 0.0
+        for n in range(4):
+            line[k] += spline[n] * nodes[row + n, k]
+    last, one, two, three = np.uint64(line.size), np.uint64(1), np.uint64(2), np.uint64(3)
+    c0 = c1 = c2 = c3 = 0.0
+    for j in range(out.size):
+        k, f = interval[j], past[j]
+        if k != last:
+            last = k
+            c0 = (line[k] + 4.0 * line[k + one] + line[k + two]) / 6.0
+            c1 = 0.5 * (line[k + two] - line[k])
+            c2 = 0.5 * (line[k] + line[k + two]) - line[k + one]
+            c3 = (line[k + three] - line[k]) / 6.0 + 0.5 * (line[k + one] - line[k + two])
+        out[j] = c0 + f * (c1 + f * (c2 + f * c3))
+
+
+@inner(fastmath={"contract"})
 def _spline(f: float, out: Any) -> None:
     """Write the weights (0 to 3) of a cubic B-spline and those of its slope (4 to 7), a fraction past the second."""
     g = 1.0 - f
@@ -175,44 +284,33 @@ def _spline(f: float, out: Any) -> None:
 
 
 @inner()
-def _choose(
-    corners: Any, place: Any, fade: Any, cell_u: int, cell_v: int, upper: int, geometry: Any, key: int, epoch: float
-) -> int:
-    """Write the corner, displacement in samples (y, x) and weight of each patch of a triangle; return their number."""
+def _choose(place: Any, fade: Any, u: int, v: int, geometry: Any, key: int, epoch: float) -> None:
+    """Write the displacement in samples (turn, y and x) and the weight (turn,) of the patches of a lattice point."""
     spacing, to_samples = geometry[0], 2.0 / geometry[5]
-    count = 0
-    for corner in range(3):
-        if upper:
-            u, v = cell_u + (corner != 2), cell_v + (corner != 1)
-        else:
-            u, v = cell_u + (corner == 1), cell_v + (corner == 2)
-        first = hashed(hashed(np.uint64(key), u), v)
-        number, share = np.int64(0), 0.0
-        if not math.isnan(epoch):
-            age = epoch + uniform(first)
-            number = np.int64(math.floor(age))
-            # A patch is alone for three quarters of the time and fades in the rest.
-            phase = min(max(4.0 * (age - number) - 1.5, 0.0), 1.0)
-            share = phase * phase * (3.0 - 2.0 * phase)
-        for turn in range(2):
-            if share == 1.0 - turn:
-                continue
-            random = hashed(first, number + turn)
-            again = hashed(random, np.int64(1))
-            corners[count] = corner
-            # The squares of the weights of the old and the new patch sum to 1.
-            fade[count] = math.sin(0.5 * math.pi * share) if turn else math.cos(0.5 * math.pi * share)
-            drift = 0.0
-            if not math.isnan(epoch):  # from the middle of the life; a ratio of normal numbers
-                slow = abs(normal(hashed(random, np.int64(2))))
-                drift = geometry[8] * (age - number - turn) / max(slow, _SLOWEST)
-            towards_y, towards_x = normal(hashed(random, np.int64(3))), normal(hashed(random, np.int64(4)))
-            centre_y = geometry[1] + _within(geometry[3] * uniform(random) + drift * towards_y, geometry[3])
-            centre_x = geometry[2] + _within(geometry[4] * uniform(again) + drift * towards_x, geometry[4])
-            place[count, 0] = to_samples * (centre_y - v * spacing / _SKEW)
-            place[count, 1] = to_samples * (centre_x - (u + 0.5 * v) * spacing)
-            count += 1
-    return count
+    first = hashed(hashed(np.uint64(key), u), v)
+    number, age, share = np.int64(0), 0.0, 0.0
+    if not math.isnan(epoch):
+        age = epoch + uniform(first)
+        number = np.int64(math.floor(age))
+        # A patch is alone for three quarters of the time and fades in the rest.
+        phase = min(max(4.0 * (age - number) - 1.5, 0.0), 1.0)
+        share = phase * phase * (3.0 - 2.0 * phase)
+    for turn in range(2):
+        fade[turn] = 0.0
+        if share == 1.0 - turn:
+            continue
+        random = hashed(first, number + turn)
+        # The squares of the weights of the old and the new patch sum to 1.
+        fade[turn] = math.sin(0.5 * math.pi * share) if turn else math.cos(0.5 * math.pi * share)
+        drift = 0.0
+        if not math.isnan(epoch):  # from the middle of the life; a ratio of normal numbers
+            slow = abs(normal(hashed(random, np.int64(2))))
+            drift = geometry[8] * (age - number - turn) / max(slow, _SLOWEST)
+        towards_y, towards_x = normal(hashed(random, np.int64(3))), normal(hashed(random, np.int64(4)))
+        centre_y = geometry[3] * uniform(random) + drift * towards_y
+        centre_x = geometry[4] * uniform(hashed(random, np.int64(1))) + drift * towards_x
+        place[turn, 0] = to_samples * (geometry[1] + _within(centre_y, geometry[3]) - v * spacing / _SKEW)
+        place[turn, 1] = to_samples * (geometry[2] + _within(centre_x, geometry[4]) - (u + 0.5 * v) * spacing)
 
 
 @inner()
@@ -227,6 +325,17 @@ def _look_up(heights: Any, score: Any, column: int) -> Any:
     last = heights.shape[0] - 1
     scaled = (score + np.float32(MAX_SCORE)) * np.float32(last / (2.0 * MAX_SCORE))
     position = min(max(scaled, np.float32(0.0)), np.float32(last - 1e-3))
-    k = int(position)
+    whole = np.int32(position)
+    k = np.uint64(whole)
     low = heights[k, column]
-    return low + (position - np.float32(k)) * (heights[k + 1, column] - low)
+    return low + (position - np.float32(whole)) * (heights[k + np.uint64(1), column] - low)
+
+
+@kernel()
+def put_in_layer(thickness: Any, least: Any, most: Any) -> None:
+    """Replace thickness (rows, columns) below the least one of the layer by it or by 0, and limit it to the largest."""
+    half = np.float32(0.5) * least
+    for i in range(thickness.shape[0]):
+        for j in range(thickness.shape[1]):
+            own = thickness[i, j]
+            thickness[i, j] = np.float32(0.0) if own < half else min(max(own, least if own > 0.0 else own), most)

@@ -132,9 +132,9 @@ def halve(
             total = 0.0
             for n in range(4):
                 bits = np.uint64(12 * n)
-                number = near * normals[np.int64((one >> bits) & np.uint64(4095))]
+                number = near * normals[(one >> bits) & np.uint64(4095)]
                 if changes:
-                    number += far * normals[np.int64((other >> bits) & np.uint64(4095))]
+                    number += far * normals[(other >> bits) & np.uint64(4095)]
                 value[n] *= _exponential(number)
                 total += value[n]
             if total <= 0.0:

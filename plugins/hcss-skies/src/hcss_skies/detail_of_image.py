@@ -2,8 +2,9 @@
 
 The image is averaged to cells of 8, 4 and 2 pixels. The variance of cells about their parents falls from one octave to
 the next by a factor that gives the exponent of the spectrum. The strength is the one with which the first halving of
-the pixels of the example has the variance of its pixels about cells of 2 pixels, times this factor: the spectrum has no
-step at the pixel. Give an image without its sensor's blur; the mean over a pixel is part of the law.
+the pixels of the example has the variance of its pixels about cells of 2 pixels, times this factor, even where that is
+flatter than any exponent which is extrapolated: the spectrum has no step at the pixel. Give an image without its
+sensor's blur; the mean over a pixel is part of the law.
 """
 
 from __future__ import annotations
@@ -23,12 +24,15 @@ _LEAST_SIDE, _LEAST_COVER = 40, 0.02
 """Smallest image, pixels, and smallest share of pixels with cloud, for an error of a tenth."""
 
 EXPONENTS = 5.0 / 3.0, 4.0
-"""Exponents that are extrapolated. Fields of small cumulus are flatter at pixels of 3 km, where clouds end; inside
-clouds the spectrum of turbulence is the flattest."""
+"""Exponents that are extrapolated: inside clouds the spectrum of turbulence is the flattest."""
 
-STRONGEST = 0.5
+BELOW = 2.2
+"""Exponent below the pixel of flatter images: fields of small clouds are flat at pixels of 3 km, where clouds end, but
+2.2 to 2.4 is measured below (a Landsat image at 30 m)."""
+
+STRONGEST = 0.7
 """Strength that is extrapolated at most. Measured ones are .27 to .37; images whose spectrum is flat down to the pixel
-would get up to .9 for a spectrum without a step, which looks like grain."""
+would get .9 and more for a spectrum without a step, which looks like grain."""
 
 _BISECTIONS = 12
 
@@ -50,8 +54,9 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     octaves = _octave(coarse, middle), _octave(middle, fine)
     if not min(octaves) > 0.0:
         return None
-    exponent = float(np.clip(1.0 - math.log2(octaves[1] / octaves[0]), *EXPONENTS))
-    wanted = _OF_SKY * _octave(_averaged(halved, 2), halved) * 2.0 ** (1.0 - exponent)
+    own = 1.0 - math.log2(octaves[1] / octaves[0])
+    exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
+    wanted = _OF_SKY * _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
     low, high = DETAIL_STRENGTHS[0], STRONGEST
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)
@@ -76,8 +81,10 @@ def described(detail: Detail | None) -> str:
     dimension = f"{3.5 - 0.5 * detail.exponent:.2f}" if detail.exponent <= 3.0 else "2"
     limits = [
         " (limit of the extrapolation)" if limited else ""
-        for limited in (detail.strength == STRONGEST, detail.exponent in EXPONENTS)
+        for limited in (detail.strength == STRONGEST, detail.exponent == EXPONENTS[1])
     ]
+    if detail.exponent == BELOW:
+        limits[1] = " (the image is flatter; this is that of other images below 3 km)"
     return (
         "Detail below the pixel, extrapolated from octaves of 2 to 8 pixels without the sensor's blur: strength "
         f"{detail.strength:.2f}{limits[0]}, exponent {detail.exponent:.2f}{limits[1]}, fractal dimension {dimension}."

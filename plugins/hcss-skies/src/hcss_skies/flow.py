@@ -16,6 +16,7 @@ from hcss_twin.providers import Array
 # rms of one component of the gradient of a cubic B-spline surface whose nodes have variance 1, in node distances:
 # mean over a cell of sum B'(x)^2 is 2/3, of sum B(y)^2 is 151/315.
 _GRADIENT = math.sqrt(2.0 / 3.0 * 151.0 / 315.0)
+_VALUE = 151.0 / 315.0  # rms of the surface itself
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,9 @@ OCTAVES = Octave(144e3, 2800.0, 3200.0), Octave(72e3, 1350.0, 1800.0)
 
 Larger ones bend clouds so much that a classifier sees it (twice as large: AUC .69 instead of .665).
 """
+
+LONG_S = 200_000.0
+"""Time in which waves longer than patches become other ones: their measured coherence after 45 min is .96 and more."""
 
 # Displacements far below a pixel are left out.
 _LEAST_PIXELS = 0.15
@@ -84,6 +88,20 @@ def flow_nodes(
         _fill(nodes[n], ends[0][0], ends[1][0], knot - 1, weights, np.uint64(seed), n)
         bounds[n] = distance, ends[0][0], ends[1][0]
     return nodes, bounds
+
+
+def long_waves(
+    y: Array, x: Array, distance: float, deviation: float, seed: int, time_s: float
+) -> tuple[NDArray[np.float32], Array]:
+    """Return nodes (rows, columns) of a normal field of a standard deviation, and their distance and first indices."""
+    ends = [(math.floor(axis[0] / distance) - 1, math.floor(axis[-1] / distance) + 3) for axis in (y, x)]
+    nodes = np.empty((ends[0][1] - ends[0][0] + 1, ends[1][1] - ends[1][0] + 1), np.float32)
+    at = 0.0 if math.isnan(time_s) else time_s / LONG_S
+    knot = math.floor(at)
+    weights = _spline(at - knot)
+    weights *= deviation / _VALUE / math.sqrt(float(weights @ weights))
+    _fill(nodes, ends[0][0], ends[1][0], knot - 1, weights, np.uint64(seed), 99)
+    return nodes, np.array([distance, ends[0][0], ends[1][0]])
 
 
 def _spline(f: float) -> Array:

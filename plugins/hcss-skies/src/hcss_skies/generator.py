@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_skies.blending import blend
+from hcss_skies.blending import blend, put_in_layer
 from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, normal_quantiles, steepness
 from hcss_skies.example import MAX_SCORE, Detail, read_example
-from hcss_skies.flow import OCTAVES, flow_nodes
+from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
@@ -18,11 +18,14 @@ from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_u
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
 
-PATCH_S = 40_000.0
+PATCH_S = 12_000.0
 """Time in which a patch becomes another one."""
 
-PATCH_SPEED_M_S = 1.5
-"""Scale of the speeds of patches: by them alone, structures would live for 1.8 min per km of wavelength."""
+PATCH_SPEED_M_S = 1.35
+"""Scale of the speeds of patches: by them alone, structures would live for 2 min per km of wavelength."""
+
+NODES = 0.8
+"""Distance of the nodes of waves longer than patches in those of the lattice."""
 
 MEASURED_S = 1800.0
 """``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
@@ -145,7 +148,9 @@ class ExampleClouds:
         level = self._level
         shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2)
         drift = PATCH_SPEED_M_S * PATCH_S / self.example.pixel_size_m
-        self._geometry = np.array([level.spacing, *level.first, *level.span, level.scale, *shift, drift])
+        self._geometry = np.array(
+            [level.spacing, *level.first, *level.span, level.scale, *shift, drift, level.of_excess]
+        )
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window; 0 is clear sky."""
@@ -233,9 +238,8 @@ class ExampleClouds:
         least, most = (
             np.float32(limit) for limit in (self._inputs.layer.thickness_min_m, self._inputs.layer.thickness_max_m)
         )
-        thickness[thickness < 0.5 * least] = 0.0
-        np.maximum(thickness, least, out=thickness, where=thickness > 0.0)
-        return np.minimum(thickness, most, out=thickness)
+        put_in_layer(thickness, least, most)
+        return thickness
 
     def _write(self, out: NDArray[np.float32], time_s: float, row: int, column: int, which: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
@@ -310,8 +314,10 @@ class ExampleClouds:
             time = time_s * self._rate
             size = self.example.pixel_size_m
             nodes, bounds = flow_nodes(OCTAVES, y, x, size, self._pixel, self._inputs.seed, time)
+            level = self._level
+            waves, own = long_waves(y, x, NODES * level.spacing, level.long, self._inputs.seed, time)
             blend(
-                out, y, x, self._level.scores, self._tables, self._geometry, nodes, bounds,
+                out, y, x, level.scores, self._tables, self._geometry, nodes, np.vstack([bounds, own]), waves,
                 np.uint64(self._key(-2)), time / PATCH_S,
             )  # fmt: skip
             if self._hanging is not None:

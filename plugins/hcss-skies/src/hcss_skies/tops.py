@@ -12,7 +12,7 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, BrightnessInversion, CloudLayer
 
 _ALTITUDES = 17
-_EXCESSES = 25
+_EXCESSES = 97
 _THICKNESSES = 64
 
 _LOWEST_M = 100.0
