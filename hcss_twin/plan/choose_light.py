@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.light import PlannedLight
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import LightInputs, LightTransport
 
@@ -131,9 +131,10 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
     assembly, (layer,) = plan.assembly, plan.layers
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
-    def clear(sun: Sun | None) -> Array:
+    def clear(sun: Sun | None, names: Collection[str] = assembly.model.terms) -> Array:
+        terms = assembly.model.clear(nodes.wavenumber_cm1, sun)
         total: Array = np.sum(
-            [np.asarray(each) for each in assembly.model.clear(nodes.wavenumber_cm1, sun).values()], axis=0
+            [np.zeros(nodes.wavenumber_cm1.size), *(np.asarray(terms[name]) for name in names)], axis=0
         )
         return total
 
@@ -154,6 +155,8 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         optics=assembly.optics,
         solar_irradiance=assembly.solar_irradiance,
         clear=clear,
+        sea_sun=lambda sun: clear(sun, sea_sun_terms(assembly.model)),
+        sea=assembly.sea,
     )
 
 
@@ -174,7 +177,6 @@ def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
         (bool(assembly.elements), "elements", "an element among broken cloud", "no elements"),
         (plan.waves is not None, "sea.waves", "a sea of resolved waves", "'averaged'"),
         (plan.views is not None, "platform.altitude", "a view that varies over the image", "a smaller image"),
-        (plan.scenario.slant.shadows, "slant.shadows", "the shadow of clouds on the sea", "false"),
         (terms, "output.variables", "a term of the radiance", "the total"),
     ):
         if present:

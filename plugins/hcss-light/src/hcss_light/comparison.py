@@ -123,11 +123,11 @@ def _compared(
     for number, (row, column) in enumerate(places):
         around = [
             slice(at - before, at + 1 + after)
-            for at, (before, after) in zip((row, column), transport.reach, strict=True)
+            for at, (before, after) in zip((row, column), transport.sea_reach, strict=True)
         ]
         (thickness,) = clouds.thickness_m((around[0], around[1]))
         shares = shares_of(plan, time_s, (around[0], around[1]), thickness, levels_of(transport.slices).edges_m)
-        inside = np.array([[each[0] for each in transport.reach]])
+        inside = np.array([[each[0] for each in transport.sea_reach]])
         found = reference_radiance(
             inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number, shares
         )

@@ -74,6 +74,11 @@ class DriftingStage(LightStage):
             key = "slant.parallax" if slant.parallax else "radiance.light_profile"
             raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
         self._edges_m: Array = transport.edges_m
+        # More clouds than the line of sight meets matter to the sea below.
+        self._over_sea = [
+            tuple(max(-(-far // samples), near) for far, near in zip(*both, strict=True))
+            for both in zip(transport.sea_reach, self._seen, strict=True)
+        ]
         motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
         east, north = motion.cloud_velocity_m_s
         if section.wind_speed is not None or section.wind_from is not None:
@@ -145,15 +150,22 @@ class DriftingStage(LightStage):
         self, key: tuple[int, int, int], first: tuple[int, int], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
         samples, side, (light, around) = self._plan.samples_per_pixel, self._pixels, self._light(own_s)
-        wide = _around(first, side, self._seen)
+        wide = _around(first, side, self._over_sea)
         (thickness,) = clouds.thickness_m(wide)
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
         if before is not None and still and np.array_equal(before[1], thickness):
             return before
         shares = self._shares(self._time_s, wide, thickness)
+        inner = [
+            slice((far - near) * samples, (far + side + high) * samples)
+            for (far, _), (near, high) in zip(self._over_sea, self._seen, strict=True)
+        ]
+        over_sea = [each[*inner] for each in light.over_sea(thickness, **shares)]
+        shares = {name: np.ascontiguousarray(each[:, *inner]) for name, each in shares.items()}
         kept = (self._kept_of(own_s, key[1:], light, around), moved * samples) if self._keeps else ()
-        amount, share, change = light.correct(np.ascontiguousarray(thickness), *kept, **shares)
+        near = np.ascontiguousarray(thickness[*inner])
+        amount, share, change = light.correct(near, *kept, **shares, over_sea=over_sea)
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._seen]
         return light, thickness.copy(), moved, amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
 
