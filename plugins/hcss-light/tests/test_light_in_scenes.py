@@ -87,15 +87,12 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"slant": {"shadows": True}, "time": DAY}, "slant.shadows"),
         ({"output": {"variables": ["radiance", "terms"]}}, "output.variables"),
         ({"clouds": {"layers": [{"type": "stratocumulus"}, {"type": "cirrus"}]}}, "clouds.layers"),
         ({"image": {"rows": 4, "columns": 4, "pixel_size": 1.0}, "view": {"zenith": 75.0}}, "needs .* slices"),
     ],
 )
 def test_scenes_that_cannot_be_computed_are_refused_by_name(changes, message):
-    if "slant" in changes:
-        changes = changes | {"clouds": {"type": "stratocumulus", "coverage": 0.5, "coverage_mode": "field"}}
     with pytest.raises(ScenarioError, match=message):
         make_plan(scene(**changes))
 

@@ -3,7 +3,7 @@
 Both are differences from the clear column, as they reach the sensor through the gas. The sun's paths to the sea point
 of each line of sight cross whole points, as in :mod:`hcss_light.slices`; the forward peak of scattering counts as not
 scattered, because the waves spread sunlight over wider angles. Mirrored are the clouds in the direction of a flat sea,
-as bodies that emit; waves blur them, so that blocks of points are enough.
+as bodies that emit; waves blur them, so that every second point of each axis is enough.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from hcss_light.orders import block_means
 from hcss_light.slices import RAYS, Field, Slices, aside, march
 from hcss_light.source import Direction, Particles, Surroundings
 from hcss_twin.core.kernels import kernel
@@ -24,8 +23,8 @@ from hcss_twin.providers import Array
 MOST_SHADED = 512
 """Points aside from which shadows come; suns that are too low for that cast none on the sea."""
 
-BLOCK = 4
-"""Points along the sides of blocks of clouds that the sea mirrors."""
+STEP = 2
+"""Points from one column of cloud to the next that the sea mirrors."""
 
 FAINT = 1e-4
 """Share of the radiance of the clear column below which reflected sunlight counts as none."""
@@ -39,12 +38,12 @@ class SeaPaths:
     ----------
     to_sun_m : ndarray (R, y, x) or None
         Path in cloud times cosine of the rays of the sun to parts of each point; None without shadows.
-    blocks : ndarray (Z, y, x)
-        Density of blocks of clouds, the highest slice first.
+    mirrored : ndarray (Z, y, x)
+        Density of some columns, the highest slice first.
     """
 
     to_sun_m: Field | None
-    blocks: Field
+    mirrored: Field
 
 
 class Sea:
@@ -71,9 +70,9 @@ class Sea:
         """Rows, and columns, of points before and after others whose clouds matter to them."""
         moves = [self._mirrored, *([] if self._to_sun is None else [self._to_sun])]
         least, most = (limit([limit(each, axis=0) for each in moves], axis=0) for limit in (np.min, np.max))
-        # Blocks, and one point for each interpolation.
+        # Interpolation, and rays to parts of a point.
         return tuple(
-            (math.ceil(max(-float(low), 0.0)) + 2 * BLOCK, math.ceil(max(float(high), 0.0)) + 2 * BLOCK)
+            (math.ceil(max(-float(low), 0.0)) + 2 * STEP, math.ceil(max(float(high), 0.0)) + 2 * STEP)
             for low, high in zip(least, most, strict=True)
         )
 
@@ -84,8 +83,7 @@ class Sea:
             to_sun = np.zeros((RAYS, *density.shape[1:]), dtype=np.float32)
             _add_paths(density, self._to_sun, to_sun)
             to_sun *= np.float32(self._slices.height_m)
-        blocks, _ = block_means(density, np.zeros((0, 1, 1), dtype=np.float32), 1, BLOCK)
-        return SeaPaths(to_sun, np.ascontiguousarray(blocks[::-1]))
+        return SeaPaths(to_sun, np.ascontiguousarray(density[::-1, ::STEP, ::STEP]))
 
     def change(self, paths: SeaPaths, particles: Particles, around: Surroundings, shape: Sequence[int]) -> Array:
         """Return what clouds change (y, x) in the radiance of the sea of a group of wavenumbers."""
@@ -94,13 +92,13 @@ class Sea:
             depth = particles.scaled[0] / self._up * paths.to_sun_m
             result -= around.glint * (1.0 - np.mean(np.exp(-depth), axis=0))
         if around.mirrored is not None:
-            amount, seen = np.empty(paths.blocks.shape[1:]), np.empty(paths.blocks.shape[1:])
+            amount, seen = np.empty(paths.mirrored.shape[1:]), np.empty(paths.mirrored.shape[1:])
             nothing = np.zeros((0, 1, 1), dtype=np.float32)
             march(
-                paths.blocks, nothing, around.mirrored[::-1].copy(), particles.absorbing_m1, self._slices.height_m,
-                float(self._view.vector[2]), self._mirrored[::-1] / BLOCK, 0.0, amount, seen,
+                paths.mirrored, nothing, around.mirrored[::-1].copy(), particles.absorbing_m1, self._slices.height_m,
+                float(self._view.vector[2]), self._mirrored[::-1] / STEP, 0.0, amount, seen,
             )  # fmt: skip
-            rows, columns = (_between(blocks, points) for blocks, points in zip(seen.shape, shape, strict=True))
+            rows, columns = (_between(some, points) for some, points in zip(seen.shape, shape, strict=True))
             result += rows @ seen @ columns.T
         return result
 
@@ -110,10 +108,10 @@ def _away(slices: Slices, height_m: float, toward: Direction) -> Array:
     return np.asarray(height_m * toward.vector[:2] / toward.vector[2] / slices.point_m)
 
 
-def _between(blocks: int, points: int) -> Array:
-    """Return weights (points, blocks) for linear interpolation between the middles of blocks."""
-    place = np.clip((np.arange(points) + 0.5) / BLOCK - 0.5, 0.0, blocks - 1.0)
-    weights: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(blocks)), 0.0)
+def _between(columns: int, points: int) -> Array:
+    """Return weights (points, columns) for linear interpolation between every second point."""
+    place = np.minimum(np.arange(points) / STEP, columns - 1.0)
+    weights: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(columns)), 0.0)
     return weights
 
 

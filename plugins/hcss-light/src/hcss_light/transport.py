@@ -115,8 +115,23 @@ class SourceLight:
         """Return the same of independent columns."""
         return self._stated("columns")
 
-    def _stated(self, tier: str) -> list[float]:
-        inputs = self._inputs
+    def over_views(self, plan: Plan) -> tuple[list[float], str]:
+        """Return the same errors over an image whose view varies, and a note about its directions.
+
+        Raises
+        ------
+        LightError
+            If directions that are constant in squares would be too wrong.
+        """
+        from hcss_light.tiles import Tiles  # not for parallel views
+
+        tiles, own = Tiles(plan), self._inputs
+        errors = [self._stated(self.tier, replace(own, view=each)) for each in (own.view, *tiles.corners)]
+        text = f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
+        return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
+
+    def _stated(self, tier: str, inputs: LightInputs | None = None) -> list[float]:
+        inputs = self._inputs if inputs is None else inputs
         weights = np.maximum(inputs.weights_cm1, 0.0)
         middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
         sunlit = inputs.sun_zenith_deg.size > 0
