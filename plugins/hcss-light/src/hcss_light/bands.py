@@ -125,7 +125,9 @@ def mirrored_clouds(inputs: LightInputs, altitude_m: Array, gas: Array) -> Array
     part = ((altitude_m - altitude_m[0]) / (altitude_m[-1] - altitude_m[0]))[:, None]
     # Down to the sea as much gas as the same line of sight has there upward.
     down = whole / np.maximum(gas, np.maximum(whole, 1e-30))
-    result: Array = reflected * whole * down * (planck(wavenumber[None], kelvin[:, None]) - (1 - part) * low - part * high)
+    result: Array = (
+        reflected * whole * down * (planck(wavenumber[None], kelvin[:, None]) - (1 - part) * low - part * high)
+    )
     return result
 
 

@@ -22,7 +22,7 @@ from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperatu
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import views_over_image
+from hcss_twin.plan.views import ImageViews, views_over_image
 from hcss_twin.providers import Array
 
 CHECKED_PIXELS, CHECKED_PHOTONS = 8, 1000
@@ -122,7 +122,7 @@ def _compared(
     mean, error = np.empty((2, len(places), len(plan.bands)))
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
     for number, (row, column) in enumerate(places):
-        if plan.views is not None and views is not None:
+        if plan.views is not None and isinstance(views, ImageViews):
             toward = plan.toward(views.of_pixels([row], [column])[0])
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             transport = SourceLight(inputs)

@@ -202,8 +202,8 @@ def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
 def _trace_all(
     mean: Any, error: Any, starts: Any, extinction: Any, gas: Any, source: Any, edges: Any, side_x: float,
     side_y: float, albedo: float, surface_albedo: float, surface_source: float, sky_source: float, slopes: float,
-    index: float, strengthened: float, cosine: Any, phase: Any, cumulative: Any, toward: Any, by_lambert: bool, to_sun: Any, irradiance: float, photons: int,
-    draw: Any,
+    index: float, strengthened: float, cosine: Any, phase: Any, cumulative: Any, toward: Any, by_lambert: bool,
+    to_sun: Any, irradiance: float, photons: int, draw: Any,
 ) -> None:  # fmt: skip
     at, along, shadow = np.empty(3), np.empty(3), np.empty(3)
     for n in range(mean.size):

@@ -1,8 +1,8 @@
 """Radiance of pixels by Monte Carlo, for each weighted wavenumber of the radiance tables.
 
 Gas absorbs and emits within the cloud layer, with the absorption that the transmittance along the view has there; above
-it the transmittance of whole paths is used. The sea is rough: its emission and its sunlight are chosen so that clear sky
-has the radiance of the scene's radiance model, and facets mirror what is above them.
+it the transmittance of whole paths is used. The sea is rough: its emission and its sunlight are chosen so that clear
+sky has the radiance of the scene's radiance model, and facets mirror what is above them.
 """
 
 from __future__ import annotations
@@ -205,7 +205,8 @@ def _downward(cosine: Array, depth: Array, black: Array, sky: float) -> Array:
     slanted = depth / cosine[:, None]
     below = np.cumsum(slanted, axis=1) - slanted
     own: Array = np.sum(-np.expm1(-slanted) * black * np.exp(-below), axis=1)
-    return own + sky * np.exp(-np.sum(slanted, axis=1))
+    own += sky * np.exp(-np.sum(slanted, axis=1))
+    return own
 
 
 def _of_wavenumber(

@@ -97,7 +97,8 @@ def glint(toward: Any, to_sun: Any, variance: float, index: float) -> float:
     slope2 = (x * x + y * y) / (z * z)
     density = math.exp(-0.5 * slope2 / variance) / (2.0 * math.pi * variance)
     seen = 1.0 / (1.0 + hidden(toward[2], variance) + hidden(to_sun[2], variance))
-    return fresnel(min(incidence, 1.0), index) * density * seen / (4.0 * toward[2] * upright**4)
+    leaves: float = fresnel(min(incidence, 1.0), index) * density * seen / (4.0 * toward[2] * upright**4)
+    return leaves
 
 
 @inner()

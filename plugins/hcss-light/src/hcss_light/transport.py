@@ -127,7 +127,9 @@ class SourceLight:
 
         tiles, own = Tiles(plan), self._inputs
         errors = [self._stated(self.tier, replace(own, view=each)) for each in (own.view, *tiles.corners)]
-        text = f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
+        text = (
+            f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
+        )
         return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
 
     def _stated(self, tier: str, inputs: LightInputs | None = None) -> list[float]:
