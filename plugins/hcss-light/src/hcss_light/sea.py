@@ -98,7 +98,8 @@ class Sea:
                 paths.mirrored, nothing, around.mirrored[::-1].copy(), particles.absorbing_m1, self._slices.height_m,
                 float(self._view.vector[2]), self._mirrored[::-1] / STEP, 0.0, amount, seen,
             )  # fmt: skip
-            rows, columns = _between(seen.shape[0], shape[0]), _between(seen.shape[1], shape[1])
+            count = paths.mirrored.shape[1:]
+            rows, columns = _between(count[0], shape[0]), _between(count[1], shape[1])
             result += rows @ seen @ columns.T
         return result
 
