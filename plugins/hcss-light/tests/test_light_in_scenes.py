@@ -210,7 +210,7 @@ def test_views_that_vary_over_the_image_agree_with_monte_carlo_toward_each_pixel
     plan = make_plan(given)
     assert plan.views is not None
     assert any("constant in squares of 32 pixels" in note for note in plan.notes)
-    (band,) = compare(given, 10, 200, 0, 2)["bands"]
+    (band,) = compare(given, 6, 150, 0, 2)["bands"]
     assert abs(band["errors"]["cube"]["bias"]) < 0.01
     assert band["errors"]["cube"]["rms"] < min(0.03, 0.4 * band["errors"]["columns"]["rms"])
 
