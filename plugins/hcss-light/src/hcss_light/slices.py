@@ -24,11 +24,8 @@ LEAST_SLICES, MOST_SLICES = 16, 512
 HIGHEST_SLICE_OPTICAL_THICKNESS = 1.0
 """Vertical optical thickness of the thickest slice: the source is constant within it."""
 
-OPAQUE = 1e-9
-"""Transmittance of cloud behind which nothing is seen."""
-
-RAYS = 2
-"""Rays of sunlight along each side of a column."""
+RAYS = 4
+"""Rays of the view and of sunlight through each column, on a turned lattice: each has a row and a column of its own."""
 
 DENSEST = 5.0 / 3.0
 """Extinction at the top of an adiabatic column over its mean."""
@@ -144,36 +141,15 @@ def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, resu
                 result[s, y, x] = share * own / slice_m
 
 
-@inner()
-def corners(shifts: Any, s: int, rows: int, columns: int) -> Any:
-    """Return row and column of a slice that the first ray meets, and the weights of the four points around it."""
-    down, right = shifts[s, 0] - np.floor(shifts[s, 0]), shifts[s, 1] - np.floor(shifts[s, 1])
-    row, column = int(np.floor(shifts[s, 0])) % rows, int(np.floor(shifts[s, 1])) % columns
-    return row, column, (1.0 - down) * (1.0 - right), (1.0 - down) * right, down * (1.0 - right), down * right
-
-
-@inner()
-def mixed(density: Any, values: Any, s: int, y: int, x: int, ray: Any) -> Any:
-    """Return the density of a slice where a ray meets it, and the mean of values there, weighted by the density."""
-    row, column, w00, w01, w10, w11 = ray
-    y0 = y + row if y + row < density.shape[1] else y + row - density.shape[1]
-    x0 = x + column if x + column < density.shape[2] else x + column - density.shape[2]
-    y1, x1 = y0 + 1 if y0 + 1 < density.shape[1] else 0, x0 + 1 if x0 + 1 < density.shape[2] else 0
-    a, b = w00 * density[s, y0, x0], w01 * density[s, y0, x1]
-    c, d = w10 * density[s, y1, x0], w11 * density[s, y1, x1]
-    here = a + b + c + d
-    if here <= 0.0 or values.shape[0] == 0:
-        return here, 0.0
-    both = a * values[s, y0, x0] + b * values[s, y0, x1] + c * values[s, y1, x0] + d * values[s, y1, x1]
-    return here, both / here
-
-
 @kernel()
 def march(
     density: Any, source: Any, of_height: Any, extinction: float, slice_m: float, cosine: float, shifts: Any,
     below: float, amount: Any, radiance: Any,
 ) -> None:  # fmt: skip
     """Add up emission and scattering toward the view, from the top slice down to the surface.
+
+    Each point is the mean of rays to parts of its area, which cross whole voxels: mixtures of neighbours would widen
+    clouds by up to a point in each direction in which rays move.
 
     Parameters
     ----------
@@ -191,25 +167,46 @@ def march(
         Path in cloud times cosine, m, and radiance.
     """
     count, rows, columns = density.shape
-    open_sky = np.ones((rows, columns))
-    amount[:] = 0.0
-    radiance[:] = 0.0
+    per, scattering = np.float32(extinction * slice_m / cosine), source.shape[0] > 0
+    open_sky = np.ones((RAYS, rows, columns), dtype=np.float32)
+    path, seen = np.zeros((2, rows, columns), dtype=np.float32)
+    kept, given = np.ones((2, rows, columns), dtype=np.float32)
+    cloudy = np.zeros(rows, dtype=np.bool_)
     for s in range(count - 1, -1, -1):
-        ray = corners(shifts, s, rows, columns)
         for y in range(rows):
+            cloudy[y] = False
             for x in range(columns):
-                here, own = mixed(density, source, s, y, x, ray)
-                if here <= 0.0:
+                own, light = density[s, y, x], np.float32(of_height[s])
+                kept[y, x], given[y, x] = 1.0, 0.0
+                if own > 0.0:
+                    cloudy[y] = True
+                    if scattering:
+                        light += source[s, y, x]
+                    kept[y, x] = np.exp(-per * own)
+                    given[y, x] = (np.float32(1.0) - kept[y, x]) * light
+        for ray in range(RAYS):
+            down, right = aside(shifts[s, 0], shifts[s, 1], ray)
+            right %= columns
+            for y in range(rows):
+                row = (y + down) % rows
+                if not cloudy[row]:
                     continue
-                amount[y, x] += here * slice_m
-                if open_sky[y, x] < OPAQUE:
-                    continue
-                kept = np.exp(-extinction * here * slice_m / cosine)
-                radiance[y, x] += open_sky[y, x] * (1.0 - kept) * (of_height[s] + own)
-                open_sky[y, x] *= kept
+                # Two stretches of a row instead of an index that returns to its start.
+                for first, last, far in ((0, columns - right, right), (columns - right, columns, right - columns)):
+                    passed, added, crossed = open_sky[ray, y, first:last], seen[y, first:last], path[y, first:last]
+                    weakened, emitted = kept[row, first + far : last + far], given[row, first + far : last + far]
+                    met = density[s, row, first + far : last + far]
+                    for x in range(passed.size):
+                        added[x] += passed[x] * emitted[x]
+                        passed[x] *= weakened[x]
+                        crossed[x] += met[x]
     for y in range(rows):
         for x in range(columns):
-            radiance[y, x] += open_sky[y, x] * below
+            left = 0.0
+            for ray in range(RAYS):
+                left += open_sky[ray, y, x]
+            amount[y, x] = path[y, x] * slice_m / RAYS
+            radiance[y, x] = (seen[y, x] + left * below) / RAYS
 
 
 @kernel()
@@ -222,7 +219,7 @@ def direct_sunlight(
     light through between them that neither of them lets through.
     """
     count, rows, columns = density.shape
-    passed = np.ones((RAYS * RAYS, rows, columns))
+    passed = np.ones((RAYS, rows, columns))
     per = extinction * slice_m / cosine
     for s in range(count - 1, -1, -1):
         for y in range(rows):
@@ -232,48 +229,16 @@ def direct_sunlight(
                     continue
                 depth = per * density[s, y, x]
                 kept, entering = np.exp(-depth), 0.0
-                for ray in range(RAYS * RAYS):
-                    row = (y - whole(shifts[s, 0], ray // RAYS)) % rows
-                    column = (x - whole(shifts[s, 1], ray % RAYS)) % columns
+                for ray in range(RAYS):
+                    down, right = aside(shifts[s, 0], shifts[s, 1], ray)
+                    row, column = (y - down) % rows, (x - right) % columns
                     entering += passed[ray, row, column]
                     passed[ray, row, column] *= kept
-                mean = entering / (RAYS * RAYS) * (1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth)
+                mean = entering / RAYS * (1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth)
                 sunlight[s, y, x] = -np.log(max(mean, 1e-300)) if as_depth else mean
 
 
 @inner()
-def whole(shift: float, ray: int) -> int:
-    """Return by how many points a ray is displaced that crosses the lowest slice in a part of its column."""
-    return int(np.floor(shift + (ray + 0.5) / RAYS))
-
-
-@kernel()
-def march_sums(
-    density: Any, sun_depth: Any, sunlight: Any, rates: Any, extinction: float, slice_m: float, cosine: float,
-    shifts: Any, radiance: Any,
-) -> None:  # fmt: skip
-    """Write for each rate c the integral (C, y, x) of sunlight exp(-c (tau_view + tau_sun)) over c tau_view.
-
-    Parameters
-    ----------
-    sun_depth : ndarray (Z, y, x)
-        Optical thickness toward the sun.
-    sunlight : ndarray (Z,)
-        Of each slice.
-    rates : ndarray (C,)
-    """
-    count, rows, columns = density.shape
-    passed = np.zeros((rows, columns))
-    radiance[:] = 0.0
-    for s in range(count - 1, -1, -1):
-        ray = corners(shifts, s, rows, columns)
-        for y in range(rows):
-            for x in range(columns):
-                here, to_sun = mixed(density, sun_depth, s, y, x, ray)
-                if here <= 0.0:
-                    continue
-                own = extinction * here * slice_m / cosine
-                for n in range(rates.size):
-                    reached = sunlight[s] * np.exp(-rates[n] * (passed[y, x] + to_sun))
-                    radiance[n, y, x] -= reached * np.expm1(-rates[n] * own)
-                passed[y, x] += own
+def aside(down: float, right: float, ray: int) -> tuple[int, int]:
+    """Return by how many rows and columns a ray is displaced that crosses the lowest slice in a part of its column."""
+    return int(np.floor(down + (ray + 0.5) / RAYS)), int(np.floor(right + ((2 * ray + 1) % (RAYS + 1) + 0.5) / RAYS))

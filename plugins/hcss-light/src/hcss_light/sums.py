@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-from hcss_light.slices import Field, Slices, direct_sunlight, march_sums
+from hcss_light.slices import Field, Slices, direct_sunlight, march
 from hcss_light.source import Direction, Particles
 from hcss_twin.providers import Array
 
@@ -22,16 +22,20 @@ def sun_integrals(
     slices: Slices, density: Field, particles: Particles, sunlight: Array, view: Direction, sun: Direction,
     reference_m: float,
 ) -> Array:  # fmt: skip
-    """Return the integral (C, y, x) of each term for rays through points at an altitude; see :func:`march_sums`."""
+    """Return the integral (C, y, x) over c tau_view of each term, sunlight exp(-c (tau_view + tau_sun)).
+
+    For rays through points at an altitude.
+    """
     extinction = particles.scaled[0]
     depth = np.empty(density.shape, dtype=np.float32)
     shifts = slices.shifts(sun.zenith_deg, sun.azimuth_deg, slices.base_m)
     direct_sunlight(density, extinction, slices.height_m, float(sun.vector[2]), shifts, True, depth)
-    result = np.empty((RATES.size, *density.shape[1:]))
+    result, amount = np.empty((RATES.size, *density.shape[1:])), np.empty(density.shape[1:])
     shifts = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m)
-    march_sums(
-        density, depth, sunlight, RATES, extinction, slices.height_m, float(view.vector[2]), shifts, result
-    )  # fmt: skip
+    across, nothing = float(view.vector[2]), np.zeros(slices.count)
+    for rate, own in zip(RATES, result, strict=True):
+        source = sunlight.astype(np.float32)[:, None, None] * np.exp(-np.float32(rate) * depth)
+        march(density, source, nothing, rate * extinction, slices.height_m, across, shifts, 0.0, amount, own)
     return result
 
 
