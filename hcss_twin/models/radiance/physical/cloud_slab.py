@@ -20,6 +20,7 @@ from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
+from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
 from hcss_twin.models.radiance.physical.numerics import Numerics
 from hcss_twin.models.radiance.physical.operator_table import (
     WINDOW,
@@ -35,7 +36,7 @@ from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, 
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m, extended_moments
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
-from hcss_twin.providers import CloudLayer, Optics
+from hcss_twin.providers import CloudLayer
 
 FEW_STREAMS = 16
 """Streams for sunlight that are solved at every thickness of the grid."""
@@ -108,9 +109,6 @@ def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
     return CloudSlab(**together)
 
 
-LEAST_SHARE = 1e-6
-"""Properties below this count as equal: their logarithms would not be."""
-
 SUN_REFLECTION = 5
 """Place of ``sun_reflection`` among the operators."""
 
@@ -126,7 +124,7 @@ class SlabSolver:
 
     Parameters
     ----------
-    optics : Optics
+    optics : LayerOptics
     numerics : Numerics
     wavenumber_cm1 : ndarray (V,)
     directions : ColumnDirections
@@ -143,7 +141,7 @@ class SlabSolver:
 
     def __init__(
         self,
-        optics: Optics,
+        optics: LayerOptics,
         numerics: Numerics,
         wavenumber_cm1: Array,
         directions: ColumnDirections,
@@ -284,13 +282,9 @@ class SlabSolver:
         tolerance = 0.0 if self._closed_form else self._numerics.between_wavenumbers
 
         def properties(wavenumber_cm1: Array) -> Array:
-            own = self._optics.single_scattering(layer.microphysics, wavenumber_cm1)
             faint = np.stack([each._is_faint(wavenumber_cm1) for each in solvers])
-            # The similarity parameter: reflection of thick clouds falls from 1 to 0 with it.
-            similarity = np.sqrt((1.0 - own.albedo) / (1.0 - own.albedo * own.moments[1]))
-            shares = np.stack((own.extinction_m1, own.albedo, 1.0 - similarity))
-            smooth = np.concatenate((np.log(np.maximum(shares, LEAST_SHARE)), similarity[None]))
-            return np.concatenate((smooth * np.where(np.all(faint, axis=0), UNLIT_WEIGHT, 1.0), faint))
+            weight = np.where(np.all(faint, axis=0), UNLIT_WEIGHT, 1.0)
+            return np.concatenate((weight * self._optics.curves(layer.microphysics, wavenumber_cm1), faint))
 
         return spectral_steps(self._wavenumber, properties, tolerance)
 

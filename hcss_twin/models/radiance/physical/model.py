@@ -38,6 +38,7 @@ from hcss_twin.models.radiance.physical.directions import (
 from hcss_twin.models.radiance.physical.execution import cached_by_spectrum
 from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
 from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
+from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
@@ -146,6 +147,7 @@ class Physical:
         self._air = cached_by_spectrum(air, maxsize=2)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
+        self._optics = LayerOptics(inputs.optics)
         self._expected: tuple[Sun | None, ...] = ()
         self._expected_views: tuple[View, ...] = ()
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
@@ -328,7 +330,7 @@ class Physical:
             return self._received(own, wavenumber) / (np.pi * planck(wavenumber, cold_K))
 
         return SlabSolver(
-            inputs.optics,
+            self._optics,
             self._numerics,
             wavenumber,
             own,
