@@ -43,7 +43,7 @@ def cloud_layers(draw):
 
 def quantile(bits):
     values = np.empty(bits.size, dtype=np.float32)
-    normals_from_bits(bits.astype(np.uint32), values, np.empty_like(values))
+    normals_from_bits(bits.astype(np.uint32), values)
     return values
 
 
