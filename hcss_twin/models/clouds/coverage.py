@@ -1,8 +1,9 @@
 """Cloud fraction value and exact coverage: which pixels of a frame are cloudy (eq 5 of the HCSS paper).
 
 The pixels with the highest field values are cloudy, exactly as many as the coverage requires. The paper sorts the
-pixels; sorting the few near the threshold, or a histogram of their values, gives it faster. The quantile of the normal distribution would give
-the coverage only on average over realisations: with large cells, the coverage of single frames scatters by 0.04.
+pixels; sorting the few near the threshold, or a histogram of their values, gives it faster. The quantile of the normal
+distribution would give the coverage only on average over realisations: with large cells, the coverage of single frames
+scatters by 0.04.
 
 A window of a frame therefore depends on the rest of the frame. :func:`summarise` reduces this dependence to three
 numbers in bounded memory, by counting the field values strip by strip.
