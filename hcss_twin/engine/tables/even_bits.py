@@ -62,14 +62,8 @@ class EvenTable(NamedTuple):
 
 def even_axis(nodes_m: Array, rounding: float) -> EvenAxis:
     """Return the axis of ascending nodes (N,); numbers beyond them by a share ``rounding`` are allowed."""
-    least, most = nodes_m[0] * (1 - rounding), nodes_m[-1] * (1 + rounding)
-    allowed = np.array([least, most], np.float32)
-    if float(allowed[0]) < least:
-        allowed[0] = np.nextafter(allowed[0], np.float32(np.inf))
-    if float(allowed[1]) > most:
-        allowed[1] = np.nextafter(allowed[1], np.float32(0.0))
-    bits = [int(each) for each in np.append(allowed, nodes_m[[0, -1]].astype(np.float32)).view(np.int32)]
-    low, high = bits[2:]
+    ends = [nodes_m[0] * (1 - rounding), nodes_m[-1] * (1 + rounding), nodes_m[0], nodes_m[-1]]
+    least, most, low, high = (int(each) for each in np.array(ends, np.float32).view(np.int32))
     shift = SHIFT
     while shift > 0 and (high >> shift) - (low >> shift) < FEWEST:
         shift -= 1
@@ -81,7 +75,7 @@ def even_axis(nodes_m: Array, rounding: float) -> EvenAxis:
     nearest[[0, -1]] = nodes_m[[0, -1]].astype(np.float32)
     own = np.searchsorted(at_m, nearest, side="right") - 1
     place = (nearest - at_m[own]) / (at_m[own + 1] - at_m[own])
-    return EvenAxis(shift, low >> shift, (bits[0], bits[1], low, high), index, part, own, place)
+    return EvenAxis(shift, low >> shift, (least, most, low, high), index, part, own, place)
 
 
 def even_table(axis: EvenAxis, clear: Array, values: Array) -> EvenTable:
@@ -147,12 +141,8 @@ def fill_even(radiance, row, column, table, bits, index, share):  # type: ignore
         return False, False
     first, points = channels // 3 * 3, slice(column, column + count)
     for c in range(0, first, 3):  # three at once take the time of two
-        own, one, two, three = (
-            pairs[2 * c :],
-            radiance[c, row, points],
-            radiance[c + 1, row, points],
-            radiance[c + 2, row, points],
-        )
+        own, one = pairs[2 * c :], radiance[c, row, points]
+        two, three = radiance[c + 1, row, points], radiance[c + 2, row, points]
         for x in range(count):
             k, part = np.uint64(index[x]) * step, share[x]
             one[x] = own[k] + part * own[k + np.uint64(1)]

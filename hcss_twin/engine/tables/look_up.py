@@ -226,9 +226,9 @@ def _fill_row(at, i, points, even, table, layer, index, share, interval, part): 
     radiance, row, column = at
     inside, has_corners = fill_even(radiance, row, column, even, layer[1][i, points], index, share)
     if has_corners:
-        _place(interval, part, i, points, layer)
+        inside = _place(interval, part, i, points, layer)
         for x in range(points.stop - points.start):
-            if np.isnan(radiance[0, row, column + x]):
+            if inside and np.isnan(radiance[0, row, column + x]):
                 for c in range(table.shape[0]):
                     low, high = table[c, interval[x]], table[c, interval[x] + np.uint32(1)]
                     radiance[c, row, column + x] = np.float32(low + part[x] * (high - low))
