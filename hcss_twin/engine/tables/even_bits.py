@@ -98,14 +98,13 @@ def _resample(pairs, index, part, own, place, values):  # type: ignore[no-untype
             if i:
                 pairs[i, c, 1] = at[i, c] - at[i - 1, c]
     for node in range(own.size):
-        i, misses = own[node], False
+        i = own[node]
         # At the outermost nodes, only what their rounding to single precision changes.
         allowed = CORNER if 0 < node < own.size - 1 else 0.01 * CORNER
-        for c in range(values.shape[1]):
+        for c in range(values.shape[1]):  # each by itself: it has the same bits whatever else is asked for
             line = at[i, c] + place[node] * (at[i + 1, c] - at[i, c])
-            misses |= not abs(line - values[node, c]) <= allowed * abs(values[node, c])
-        if misses:
-            pairs[i + 1, :, 1] = np.nan
+            if not abs(line - values[node, c]) <= allowed * abs(values[node, c]):
+                pairs[i + 1, c, 1] = np.nan
 
 
 @inner()
@@ -153,7 +152,8 @@ def fill_even(radiance, row, column, table, bits, index, share):  # type: ignore
         for x in range(count):
             k = np.uint64(index[x]) * step
             one[x] = own[k] + share[x] * own[k + np.uint64(1)]
-    plane = radiance[0, row, points]
-    for x in range(count):
-        is_nan = np.int32(is_nan | np.int32(plane[x] != plane[x]))
+    for c in range(channels):
+        plane = radiance[c, row, points]
+        for x in range(count):
+            is_nan = np.int32(is_nan | np.int32(plane[x] != plane[x]))
     return True, is_nan != none

@@ -227,9 +227,9 @@ def _fill_row(at, i, points, even, table, layer, index, share, interval, part): 
     inside, has_corners = fill_even(radiance, row, column, even, layer[1][i, points], index, share)
     if has_corners:
         inside = _place(interval, part, i, points, layer)
-        for x in range(points.stop - points.start):
-            if inside and np.isnan(radiance[0, row, column + x]):
-                for c in range(table.shape[0]):
+        for c in range(table.shape[0] if inside else 0):
+            for x in range(points.stop - points.start):
+                if np.isnan(radiance[c, row, column + x]):
                     low, high = table[c, interval[x]], table[c, interval[x] + np.uint32(1)]
                     radiance[c, row, column + x] = np.float32(low + part[x] * (high - low))
     return inside
