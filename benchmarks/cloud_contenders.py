@@ -222,9 +222,9 @@ def hashed_normal(kind: str, pixels: int, frames: int) -> Contender:
 
 @njit(nogil=True)
 def _fill(key: Any, plane: Any) -> None:
-    bits, work = np.empty(plane.shape[1], np.uint32), np.empty(plane.shape[1], np.float32)
+    bits = np.empty(plane.shape[1], np.uint32)
     for row in range(plane.shape[0]):
-        fill_row(key, row, 0, plane[row], bits, work)
+        fill_row(key, row, 0, plane[row], bits)
 
 
 def copied_plane(kind: str, pixels: int, frames: int) -> Contender:

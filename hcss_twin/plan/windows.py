@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Grid
 
-POINTS_AT_ONCE = 2**21
-"""Number of points per window of thickness and look-up; 8 MB for each layer."""
+POINTS_AT_ONCE = 2**20
+"""Points per window of thickness and look-up; 4 MB for each layer, which are reused: new memory takes longer to get."""
 
 
 Window = tuple[slice, slice]

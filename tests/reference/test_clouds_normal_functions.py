@@ -22,7 +22,7 @@ BITS = np.unique(
 
 def quantile(bits):
     values = np.empty(bits.size, dtype=np.float32)
-    normals_from_bits(bits.astype(np.uint32), values, np.empty_like(values))
+    normals_from_bits(bits.astype(np.uint32), values)
     return values
 
 

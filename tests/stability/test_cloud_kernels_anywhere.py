@@ -43,7 +43,7 @@ def cloud_layers(draw):
 
 def quantile(bits):
     values = np.empty(bits.size, dtype=np.float32)
-    normals_from_bits(bits.astype(np.uint32), values, np.empty_like(values))
+    normals_from_bits(bits.astype(np.uint32), values)
     return values
 
 
@@ -79,6 +79,24 @@ def test_exactly_the_coverage_of_any_field_is_cloud_and_it_is_the_highest(field,
     double, _ = highest_values(field.astype(np.float64), coverage)
     single, _ = highest_values(field, coverage)
     assert single == double
+
+
+@pytest.mark.parametrize("coverage", [1e-4, 0.02, 0.3, 0.5, 0.999])
+@pytest.mark.parametrize("kind", ["white", "trend", "few values", "outliers", "stripes"])
+def test_the_threshold_of_a_large_field_is_that_of_sorting_it(kind, coverage):
+    random = np.random.default_rng(4)
+    field = random.standard_normal((300, 256)).astype(np.float32)
+    if kind == "trend":
+        field = np.sort(field, axis=None).reshape(field.shape)
+    elif kind == "few values":
+        field = np.round(field)
+    elif kind == "outliers":
+        field[:2] = 1e30 * field[:2]
+    elif kind == "stripes":
+        field[:, ::19] = np.float32(-9.0)
+    lowest, _ = highest_values(field, coverage)
+    assert lowest == np.sort(field, axis=None)[field.size - round(coverage * field.size)]
+    assert np.count_nonzero(cloudy_pixels(field, coverage)) == round(coverage * field.size)
 
 
 @MANY

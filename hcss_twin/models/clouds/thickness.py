@@ -45,7 +45,7 @@ def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> F
         return np.zeros(field.shape, dtype=np.float32)
     highest = float(field.max())
     thickness = _scaled_thickness(
-        field, layer, float(lowest), _share_above(float(lowest)), _share_above(highest), exponent
+        field.copy(), layer, float(lowest), _share_above(float(lowest)), _share_above(highest), exponent
     )
     thickness.ravel()[surplus] = 0.0
     return thickness
@@ -68,7 +68,7 @@ def thickness_in_frame(
     if summary.lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
     shares = _share_above(summary.lowest), _share_above(summary.highest)
-    thickness = _scaled_thickness(field, layer, summary.lowest, *shares, exponent)
+    thickness = _scaled_thickness(field.copy(), layer, summary.lowest, *shares, exponent)
     if first + (field.shape[0] - 1) * columns + field.shape[1] - 1 > summary.last:
         y, x = np.nonzero(field == np.float32(summary.lowest))
         late = first + y * columns + x > summary.last
@@ -76,16 +76,18 @@ def thickness_in_frame(
     return thickness
 
 
-def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
+def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0, in_place: bool = False) -> Field:
     """Return the thickness where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5 and 7).
 
     The coverage is exact on average over an unbounded field, and a pixel does not depend on others. In eq 7, p ranges
-    from 1 - coverage to 1. Parameters and result are as for :func:`frame_thickness`, for any window.
+    from 1 - coverage to 1. Parameters and result are as for :func:`frame_thickness`, for any window; with ``in_place``
+    the result replaces the field, because a new array takes as long as the computation.
     """
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
     lowest = -NormalDist().inv_cdf(layer.coverage) if layer.coverage < 1.0 else -math.inf
-    return _scaled_thickness(field, layer, lowest, layer.coverage, 0.0, exponent)
+    own = field if in_place else field.copy()
+    return _scaled_thickness(own, layer, lowest, layer.coverage, 0.0, exponent)
 
 
 def _share_above(value: float) -> float:
@@ -96,17 +98,16 @@ def _share_above(value: float) -> float:
 def _scaled_thickness(
     field: Field, layer: CloudLayer, lowest: float, share_lowest: float, share_highest: float, exponent: float
 ) -> Field:
-    """Map V >= ``lowest`` to thickness; the shares are 1 - p at the lowest and the highest cloudy value."""
+    """Replace V >= ``lowest`` by thickness; the shares are 1 - p at the lowest and the highest cloudy value."""
     low_m, high_m = layer.thickness_min_m, layer.thickness_max_m
     if not 0.0 <= low_m <= high_m < np.inf or high_m == 0.0:
         raise ValueError(
             f"thickness: {low_m} to {high_m} m given, allowed 0 <= minimum <= maximum with maximum > 0; "
             f"closest is {max(0.0, min(low_m, high_m))} to {max(low_m, high_m, 1.0)} m"
         )
-    thickness = np.empty(field.shape, dtype=np.float32)
+    thickness = np.ascontiguousarray(field)
     span = share_lowest - share_highest
     _map_field(
-        np.ascontiguousarray(field).reshape(-1),
         thickness.reshape(-1),
         _f4(lowest),
         _f4(share_lowest),
@@ -121,23 +122,13 @@ def _scaled_thickness(
 
 @kernel(error_model="numpy")
 def _map_field(
-    field: Any,
-    thickness: Any,
-    lowest: Any,
-    share: Any,
-    slope: Any,
-    start: Any,
-    low: Any,
-    high: Any,
-    taper: Any,
-    exponent: float,
+    field: Any, lowest: Any, share: Any, slope: Any, start: Any, low: Any, high: Any, taper: Any, exponent: float
 ) -> None:
     # Blocks of 4096 pixels stay in the processor cache from one pass to the next.
     step = 4096
     work = np.empty(step, dtype=np.float32)
     for first in range(0, field.size, step):
         values = field[first : first + step]
-        result = thickness[first : first + step]
         above = work[: values.size]
         exceedance(values, above)
         # u = (C - C_min) / (C_max - C_min) of eq 7, with C = p = 1 - exceedance of eq 5.
@@ -161,7 +152,7 @@ def _map_field(
         for i in range(values.size):
             # Th = Th_min + (Th_max - Th_min) C' of eq 7.
             metres = min(max(low + (high - low) * above[i], low), high)
-            result[i] = metres if values[i] >= lowest else _f4(0.0)
+            values[i] = metres if values[i] >= lowest else _f4(0.0)
 
 
 def _inward(low_m: float, high_m: float) -> tuple[np.float32, np.float32]:

@@ -175,9 +175,8 @@ class BlockCache:
 @kernel()
 def _fill_blocks(planes: Any, rows: Any, columns: Any, slots: Any, pool: Any) -> None:
     bits = np.empty(BLOCK_COLUMNS, dtype=np.uint32)
-    work = np.empty(BLOCK_COLUMNS, dtype=np.float32)
     for b in range(slots.size):
         block = pool[slots[b]]
         for r in range(BLOCK_ROWS):
             values = block[r * BLOCK_COLUMNS : (r + 1) * BLOCK_COLUMNS]
-            fill_row(planes[b], rows[b] * BLOCK_ROWS + r, columns[b] * BLOCK_COLUMNS, values, bits, work)
+            fill_row(planes[b], rows[b] * BLOCK_ROWS + r, columns[b] * BLOCK_COLUMNS, values, bits)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import plane_key, unit_offset
-from hcss_twin.models.clouds.fractal.octaves import Octave
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.models.clouds.fractal.rows import add_octave, cubic_weights, split
 
 _X, _Y, _T = 0, 1, 2
@@ -72,6 +72,11 @@ class _Axis:
     def span(self) -> tuple[int, int]:
         return int(self.start[0]), int(self.start[-1]) + self.weights.shape[1]
 
+    def blocks(self, size: int) -> tuple[int, int]:
+        """First node and end of the blocks around the span, which consecutive frames often share."""
+        first, last = self.span
+        return first // size * size, -(-last // size) * size
+
 
 class FractalField:
     """V(x, y, t) = sum_k sqrt(variance_k) S_k, unit variance everywhere (eqs 2-4 of the HCSS paper).
@@ -93,6 +98,13 @@ class FractalField:
         self._seed = seed
         self._octaves = octaves
         self._threads = threads or min(8, len(os.sched_getaffinity(0)) if _HAS_AFFINITY else os.cpu_count() or 1)
+        self._stored = [index for index, octave in enumerate(octaves) if _is_stored(octave)]
+        self._amplitudes = np.sqrt([octave.variance for octave in octaves])[:, None]
+        self._cells = [
+            _Cells.of(seed, octaves, _X, [octave.x for octave in octaves]),
+            _Cells.of(seed, octaves, _Y, [octave.y for octave in octaves]),
+            _Cells.of(seed, octaves, _T, [octave.t for octave in octaves]),
+        ]
         self._cache = BlockCache()
         self._lock = Lock()
         self._pool: ThreadPoolExecutor | None = None
@@ -125,10 +137,11 @@ class FractalField:
 
     def _strips(self, y: PixelWindow, along_x: list[_Axis]) -> list[tuple[int, int]]:
         """Divide the rows into strips whose nodes fit into the cache."""
+        if y.count <= BLOCK_ROWS:
+            return [(0, y.count)]
         per_row = sum(
-            4.0 * (along.span[1] - along.span[0]) * max(1.0, octave.y.step)
-            for octave, along in zip(self._octaves, along_x, strict=True)
-            if _is_stored(octave)
+            4.0 * (along_x[index].span[1] - along_x[index].span[0]) * max(1.0, self._octaves[index].y.step)
+            for index in self._stored
         )
         rows = max(BLOCK_ROWS, int(MAX_BLOCKS * BLOCK_ROWS * BLOCK_COLUMNS / max(per_row, 1.0)))
         return [(start, min(start + rows, y.count)) for start in range(0, y.count, rows)]
@@ -147,9 +160,8 @@ class FractalField:
             for octave, ay, ax, (cells, _) in zip(self._octaves, along_y, along_x, times, strict=True)
         ]
         windows = {
-            index: NodeWindow(planes[index], along_y[index].span, along_x[index].span)
-            for index, octave in enumerate(self._octaves)
-            if _is_stored(octave)
+            index: NodeWindow(planes[index], along_y[index].blocks(BLOCK_ROWS), along_x[index].blocks(BLOCK_COLUMNS))
+            for index in self._stored
         }
         slots = dict(zip(windows, self._cache.load(time_s, windows.values(), self._each), strict=True))
 
@@ -208,43 +220,35 @@ class FractalField:
 
     def _times(self, time_s: float) -> list[tuple[list[int], NDArray[np.float32]]]:
         """Return each octave's time-plane cells and their weights, which include its amplitude."""
-        # Without interpolation, frames are at whole steps of the time axis, half a cell from the next rounding.
-        coordinates = [
-            np.full(1, time_s * octave.t.step + (0.5 if octave.t.nearest else unit_offset(self._seed, octave.k, _T)))
-            for octave in self._octaves
-        ]
+        cells, weights = self._cells[_T].at(np.array([time_s]))
+        weights = (self._amplitudes * weights[:, 0]).astype(np.float32)
         result = []
-        for octave, (cells, weights) in zip(self._octaves, _cells(coordinates), strict=True):
-            amplitude, cell = math.sqrt(octave.variance), int(cells[0])
+        for octave, cell, own, amplitude in zip(
+            self._octaves, cells[:, 0].tolist(), weights, self._amplitudes, strict=True
+        ):
             if octave.t.step == 0.0 or octave.t.nearest:
-                cell = 0 if octave.t.step == 0.0 else cell
-                result.append(([cell], np.array([amplitude], dtype=np.float32)))
+                result.append(([0 if octave.t.step == 0.0 else cell], amplitude.astype(np.float32)))
             else:
-                result.append(([cell + tap - 1 for tap in range(4)], (amplitude * weights[0]).astype(np.float32)))
+                result.append(([cell - 1, cell, cell + 1, cell + 2], own))
         return result
 
     def _axes(self, window: PixelWindow, axis: int) -> list[_Axis]:
         """Return each octave's nodes and weights of a window along one axis."""
-        position, coordinates = window.position, []
-        scales = [octave.x if axis == _X else octave.y for octave in self._octaves]
-        for octave, scale in zip(self._octaves, scales, strict=True):
-            if not (scale.nearest and octave.is_noise):
-                offset = unit_offset(self._seed, octave.k, axis)
-                coordinates.append(position * scale.step + (offset + 0.5 if scale.nearest else offset))
-        cells = iter(_cells(coordinates))
+        cells, weights = self._cells[axis].at(window.position)
+        weights = weights.astype(np.float32)
         result = []
-        for octave, scale in zip(self._octaves, scales, strict=True):
+        for number, octave in enumerate(self._octaves):
+            scale = octave.x if axis == _X else octave.y
             if scale.nearest and octave.is_noise:
                 # Each part of a pixel has a node; the parts seen at one time form a lattice, numbered by the phase.
                 node = math.floor(window.origin * scale.phases)
                 first, phase = divmod(node, scale.phases)
                 start = np.arange(window.first + first, window.first + first + window.count, dtype=np.int64)
                 result.append(_Axis(start, _NEAREST, phase))
+            elif scale.nearest:
+                result.append(_Axis(cells[number], _NEAREST, 0))
             else:
-                cell, weights = next(cells)
-                result.append(
-                    _Axis(cell, _NEAREST, 0) if scale.nearest else _Axis(cell - 1, weights.astype(np.float32), 0)
-                )
+                result.append(_Axis(cells[number] - 1, weights[number], 0))
         return result
 
     def _each(self, part: Callable[[int, int], None], count: int, fewest: int = 1) -> None:
@@ -268,15 +272,32 @@ def _is_stored(octave: Octave) -> bool:
     return not octave.t.nearest and (octave.is_noise or not (octave.x.nearest or octave.y.nearest))
 
 
-def _cells(coordinates: Sequence[NDArray[np.float64]]) -> list[tuple[NDArray[np.int64], NDArray[np.float64]]]:
-    """Return the cells of lattice coordinates, and the weights of the nodes around each.
+@dataclass(frozen=True)
+class _Cells:
+    """Lattice coordinates of all octaves along one axis, steps (K, 1) and offsets (K, 1).
 
     All at once, because starting a kernel takes longer than a small image.
     """
-    cell, fraction = split(np.concatenate([*coordinates, np.empty(0)]))
-    weights, result, start = cubic_weights(fraction), [], 0
-    for each in coordinates:
-        stop = start + each.size
-        result.append((cell[start:stop], weights[start:stop]))
-        start = stop
-    return result
+
+    steps: NDArray[np.float64]
+    offsets: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, seed: int, octaves: Sequence[Octave], axis: int, scales: Sequence[AxisScale]) -> _Cells:
+        """Without interpolation, nodes are half a cell from the next rounding."""
+        offsets = []
+        for octave, scale in zip(octaves, scales, strict=True):
+            is_own = not (scale.nearest and (octave.is_noise or axis == _T))
+            offsets.append((unit_offset(seed, octave.k, axis) if is_own else 0.0) + 0.5 * scale.nearest)
+        # Lattices of pixels need no cells.
+        steps = [
+            0.0 if scale.nearest and o.is_noise and axis != _T else scale.step
+            for o, scale in zip(octaves, scales, strict=True)
+        ]
+        return cls(np.array(steps)[:, None], np.array(offsets)[:, None])
+
+    def at(self, position: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the cells (K, N) at positions (N,), and the weights (K, N, 4) of the nodes around each."""
+        shape = self.steps.shape[0], position.size
+        cell, fraction = split((position * self.steps + self.offsets).ravel())
+        return cell.reshape(shape), cubic_weights(fraction).reshape(*shape, 4)

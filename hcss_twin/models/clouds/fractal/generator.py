@@ -182,7 +182,7 @@ class FractalClouds:
         inside = window_inside(rows, columns, self._grid)
         layer, exponent = self._layer, self.parameters.brightness_exponent
         if layer.coverage_mode == "field":
-            return field_thickness(self.field(time_s, *inside), layer, exponent)
+            return field_thickness(self.field(time_s, *inside), layer, exponent, in_place=True)
         whole = self.field(time_s, slice(0, self._grid.rows), slice(0, self._grid.columns))
         return frame_thickness(whole, layer, exponent)[inside]
 
@@ -226,7 +226,7 @@ class FractalClouds:
         layer, exponent = self._layer, self.parameters.brightness_exponent
         field = self.field(time_s, rows, columns)
         if summary is None:
-            return field_thickness(field, layer, exponent)
+            return field_thickness(field, layer, exponent, in_place=True)
         first, width = rows.start * self._grid.columns + columns.start, self._grid.columns
         if layer.coverage == 1.0 and summary.lowest is not None:
             np.maximum(field, np.float32(summary.lowest), out=field)

@@ -16,7 +16,6 @@ functions, so that results are bit-identical on every machine with IEEE arithmet
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,62 +34,54 @@ _MULTIPLIER_2 = 0x94D049BB133111EB
 _OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
-@kernel(error_model="numpy")
-def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32], work: NDArray[np.float32]) -> None:
-    """Convert ``bits`` (N,) to normals in ``values`` (N,): the top bit is the sign, the others the tail.
-
-    ``bits`` is overwritten, ``work`` (N,) is scratch. Each of the three passes is a loop without branches, which the
-    compiler vectorises.
-    """
-    word = bits.view(np.int32)
-    mantissa = bits.view(np.float32)
-    for i in range(values.size):
-        b = bits[i]
-        tail = (_f4(_i4(b & _u4(0x7FFFFFFF))) + _f4(0.5)) * _f4(2.0**-31)
-        centre = _f4(1.0) - tail
-        values[i] = centre if (b >> _u4(31)) else -centre
-        mantissa[i] = tail * (_f4(2.0) - tail)
-    for i in range(values.size):
-        b = word[i]
-        work[i] = _f4(_i4(b >> _i4(23)) - _i4(127))
-        word[i] = _i4(_i4(b & _i4(0x007FFFFF)) | _i4(0x3F800000))
-    for i in range(values.size):
-        f = mantissa[i] - _f4(1.0)
-        log2 = f * (
-            _f4(1.4426678304088603)
+@inner(inline="always", error_model="numpy")
+def _normal(bits: np.uint32) -> np.float32:
+    """Convert 32 bits to a normal number: the top bit is the sign, the others the tail. No branches, no memory."""
+    tail = (_f4(_i4(bits & _u4(0x7FFFFFFF))) + _f4(0.5)) * _f4(2.0**-31)
+    centre = _f4(1.0) - tail
+    word = _f4(tail * (_f4(2.0) - tail)).view(np.int32)
+    f = _i4(_i4(word & _i4(0x007FFFFF)) | _i4(0x3F800000)).view(np.float32) - _f4(1.0)
+    log2 = f * (
+        _f4(1.4426678304088603)
+        + f
+        * (
+            _f4(-0.7205855071753365)
             + f
             * (
-                _f4(-0.7205855071753365)
+                _f4(0.47355374719923404)
                 + f
                 * (
-                    _f4(0.47355374719923404)
-                    + f
-                    * (
-                        _f4(-0.32590321959526836)
-                        + f
-                        * (_f4(0.19429655035741816) + f * (_f4(-0.07955963174421746) + f * _f4(0.01553053798143947)))
-                    )
+                    _f4(-0.32590321959526836)
+                    + f * (_f4(0.19429655035741816) + f * (_f4(-0.07955963174421746) + f * _f4(0.01553053798143947)))
                 )
             )
         )
-        w = -(work[i] + log2)
-        numerator = _f4(1.2533166532967277) + w * (
-            _f4(0.32257528383021544)
-            + w
-            * (
-                _f4(0.04525483196036601)
-                + w * (_f4(0.004227794041041876) + w * (_f4(0.00025916224221735767) + w * _f4(4.730195932861998e-06)))
-            )
+    )
+    w = -(_f4(_i4(word >> _i4(23)) - _i4(127)) + log2)
+    numerator = _f4(1.2533166532967277) + w * (
+        _f4(0.32257528383021544)
+        + w
+        * (
+            _f4(0.04525483196036601)
+            + w * (_f4(0.004227794041041876) + w * (_f4(0.00025916224221735767) + w * _f4(4.730195932861998e-06)))
         )
-        denominator = _f4(1.0) + w * (
-            _f4(0.07592430388009565)
-            + w
-            * (
-                _f4(0.016049161088968332)
-                + w * (_f4(0.0008777230899449003) + w * (_f4(4.136659648561449e-05) + w * _f4(1.5758790341659842e-07)))
-            )
+    )
+    denominator = _f4(1.0) + w * (
+        _f4(0.07592430388009565)
+        + w
+        * (
+            _f4(0.016049161088968332)
+            + w * (_f4(0.0008777230899449003) + w * (_f4(4.136659648561449e-05) + w * _f4(1.5758790341659842e-07)))
         )
-        values[i] = values[i] * numerator / denominator
+    )
+    return (centre if (bits >> _u4(31)) else -centre) * numerator / denominator
+
+
+@kernel(error_model="numpy")
+def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32]) -> None:
+    """Convert ``bits`` (N,) to normals in ``values`` (N,)."""
+    for i in range(values.size):
+        values[i] = _normal(bits[i])
 
 
 def _mix(word: int) -> int:
@@ -154,14 +145,9 @@ def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
 
 @kernel(error_model="numpy")
 def fill_row(
-    plane: np.uint64,
-    y: np.int64,
-    x0: np.int64,
-    values: NDArray[np.float32],
-    bits: NDArray[np.uint32],
-    work: NDArray[np.float32],
+    plane: np.uint64, y: np.int64, x0: np.int64, values: NDArray[np.float32], bits: NDArray[np.uint32]
 ) -> None:
-    """Write the normals of nodes x0, x0 + 1, ... of row y into ``values`` (N,); other arrays are scratch (N,).
+    """Write the normals of nodes x0, x0 + 1, ... of row y into ``values`` (N,); ``bits`` (N,) is scratch.
 
     The nodes must share the upper 32 bits of their index, as in an aligned block.
     """
@@ -170,39 +156,55 @@ def fill_row(
     low = _u4(x0)
     for i in range(values.size):
         bits[i] = _scatter(_u4(low + _u4(i)), first, second)
-    normals_from_bits(bits, values, work)
+    normals_from_bits(bits, values)
 
 
 @inner(error_model="numpy")
-def fill_scattered(
-    plane: np.uint64,
+def blend_scattered(
+    planes: NDArray[np.uint64],
+    weights: NDArray[np.float32],
     y: np.int64,
     x: NDArray[np.int64],
-    values: NDArray[np.float32],
-    bits: NDArray[np.uint32],
-    work: NDArray[np.float32],
+    line: NDArray[np.float32],
+    scratch: NDArray[np.uint32],
 ) -> None:
-    """Write the normals of any nodes ``x`` (N,) of row y; fastest if they ascend. Scratch as in :func:`fill_row`."""
+    """Write the weighted sum of 1 or 4 ``planes`` at any ascending nodes ``x`` (N,) of row y into ``line`` (N,)."""
+    for i in range(x.size):  # loops over 64-bit indices would take half as many numbers at once
+        scratch[i] = _u4(x[i])
+    keys = np.empty(planes.size, dtype=np.uint64)
     start = 0
     while start < x.size:
         high = x[start] >> 32
         stop = x.size if (x[x.size - 1] >> 32) == high else start + 1
         while stop < x.size and (x[stop] >> 32) == high:
             stop += 1
-        key = _row_key(plane, y, high)
-        first, second = _u4(key), _u4(key >> _u8(32))
-        for i in range(start, stop):
-            bits[i] = _scatter(_u4(x[i]), first, second)
+        for p in range(planes.size):
+            keys[p] = _row_key(planes[p], y, high)
+        a0, b0, w0 = _u4(keys[0]), _u4(keys[0] >> _u8(32)), weights[0]
+        nodes, part = scratch[start:stop], line[start:stop]
+        if planes.size == 4:
+            a1, b1, w1 = _u4(keys[1]), _u4(keys[1] >> _u8(32)), weights[1]
+            a2, b2, w2 = _u4(keys[2]), _u4(keys[2] >> _u8(32)), weights[2]
+            a3, b3, w3 = _u4(keys[3]), _u4(keys[3] >> _u8(32)), weights[3]
+            for i in range(part.size):
+                node = nodes[i]
+                part[i] = (
+                    w0 * _normal(_scatter(node, a0, b0))
+                    + w1 * _normal(_scatter(node, a1, b1))
+                    + w2 * _normal(_scatter(node, a2, b2))
+                    + w3 * _normal(_scatter(node, a3, b3))
+                )
+        else:
+            for i in range(part.size):
+                part[i] = w0 * _normal(_scatter(nodes[i], a0, b0))
         start = stop
-    normals_from_bits(bits, values, work)
 
 
 @kernel()
-def _nodes(plane: np.uint64, y: NDArray[np.int64], x: NDArray[np.int64], values: NDArray[np.float32]) -> None:
-    bits = np.empty(x.size, dtype=np.uint32)
-    work = np.empty(x.size, dtype=np.float32)
+def _nodes(planes: NDArray[np.uint64], y: NDArray[np.int64], x: NDArray[np.int64], values: NDArray[np.float32]) -> None:
+    weights, scratch = np.ones(1, dtype=np.float32), np.empty(x.size, dtype=np.uint32)
     for row in range(y.size):
-        fill_scattered(plane, y[row], x, values[row], bits, work)
+        blend_scattered(planes, weights, y[row], x, values[row], scratch)
 
 
 def lattice_normals(seed: int, octave: int, t: int, y: NDArray[np.int64], x: NDArray[np.int64]) -> NDArray[np.float32]:
@@ -211,6 +213,6 @@ def lattice_normals(seed: int, octave: int, t: int, y: NDArray[np.int64], x: NDA
     Indices and seed may have any sign and are taken modulo 2**64; ``x`` ascends.
     """
     values = np.empty((y.size, x.size), dtype=np.float32)
-    key: Any = np.uint64(plane_key(seed, octave, t))
-    _nodes(key, np.asarray(y, dtype=np.int64), np.asarray(x, dtype=np.int64), values)
+    planes = np.array([plane_key(seed, octave, t)], dtype=np.uint64)
+    _nodes(planes, np.asarray(y, dtype=np.int64), np.asarray(x, dtype=np.int64), values)
     return values

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS
-from hcss_twin.models.clouds.fractal.lattice import fill_row, fill_scattered
+from hcss_twin.models.clouds.fractal.lattice import blend_scattered
 
 _u4, _u8 = np.uint32, np.uint64
 
@@ -106,21 +106,6 @@ def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, lin
 
 
 @inner(error_model="numpy")
-def _blend_hashed(planes: Any, weights: Any, y: Any, x: Any, line: Any, scratch: Any) -> None:
-    """Blend the time planes of scattered nodes ``x`` (N,) of row ``y`` into ``line`` (N,), without the cache."""
-    values, work, bits = scratch[0], scratch[1], scratch[2].view(np.uint32)
-    for p in range(planes.size):
-        fill_scattered(planes[p], y, x, values, bits, work)
-        weight = weights[p]
-        if p == 0:
-            for i in range(line.size):
-                line[i] = weight * values[i]
-        else:
-            for i in range(line.size):
-                line[i] += weight * values[i]
-
-
-@inner(error_model="numpy")
 def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
     """Interpolate a line of nodes at the columns: nodes ``index`` (N,) to ``index + 3``, weights (4, N)."""
     w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
@@ -182,21 +167,14 @@ def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, 
 
 
 @inner(error_model="numpy")
-def _add_noise(total: Any, plane: Any, weight: Any, rows: Any, nodes: Any) -> None:
-    """Add one node to each pixel, without interpolation."""
-    values = np.empty(nodes.size, dtype=np.float32)
-    work = np.empty(nodes.size, dtype=np.float32)
-    bits = np.empty(nodes.size, dtype=np.uint32)
-    first, last = nodes[0], nodes[nodes.size - 1]
-    is_contiguous = last - first == nodes.size - 1 and first >> 32 == last >> 32
+def _add_nodes(total: Any, planes: Any, weights: Any, rows: Any, nodes: Any) -> None:
+    """Add one node to each pixel, without interpolation in space."""
+    line, scratch = np.empty(nodes.size, dtype=np.float32), np.empty(nodes.size, dtype=np.uint32)
     for r in range(total.shape[0]):
-        if is_contiguous:
-            fill_row(plane, rows[r], first, values, bits, work)
-        else:
-            fill_scattered(plane, rows[r], nodes, values, bits, work)
+        blend_scattered(planes, weights, rows[r], nodes, line, scratch)
         row_total = total[r]
-        for c in range(values.size):
-            row_total[c] += weight * values[c]
+        for c in range(line.size):
+            row_total[c] += line[c]
 
 
 @kernel(error_model="numpy")
@@ -244,15 +222,15 @@ def add_octave(
         Whether node rows are interpolated at the columns before they are summed. This is a property of the octave, not
         of the tile, because the order of sums determines the bits.
     """
-    if slots.size == 0 and planes.size == 1 and columns.size == 0 and row_weights.shape[1] == 1:
-        _add_noise(total, planes[0], time_weights[0], rows, nodes)
+    if slots.size == 0 and columns.size == 0 and row_weights.shape[1] == 1:
+        _add_nodes(total, planes, time_weights, rows, nodes)
         return
     width, count = total.shape[1], nodes.size
     is_stored, interpolates_x, taps = slots.size > 0, columns.size > 0, row_weights.shape[1]
     ring = np.empty((4, width if gathers_first else count), dtype=np.float32)
     line = np.empty(count, dtype=np.float32)
     gathered = np.empty(width, dtype=np.float32)
-    scratch = np.empty((3, 0 if is_stored else count), dtype=np.float32)
+    scratch = np.empty(0 if is_stored else count, dtype=np.uint32)
     starts = _runs(columns)
     has_runs = columns.size > _LONG_RUN * (starts.size - 1)
     have = rows[0] - 1
@@ -265,7 +243,7 @@ def add_octave(
             if is_stored:
                 _blend_stored(pool, slots, time_weights, have - corner[0], nodes[0] - corner[1], target)
             else:
-                _blend_hashed(planes, time_weights, have, nodes, target, scratch)
+                blend_scattered(planes, time_weights, have, nodes, target, scratch)
             if gathers_first and has_runs:
                 _gather_runs(line, columns, starts, column_weights, ring[have & 3])
             elif gathers_first:

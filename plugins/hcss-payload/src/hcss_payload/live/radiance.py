@@ -128,7 +128,7 @@ class FieldRadiance:
         exponent = shape_of(self._plan).brightness_exponent
 
         def radiance(field: Array) -> Array:
-            thickness = field_thickness(field[None].astype(np.float32), layer, exponent)
+            thickness = field_thickness(field[None].astype(np.float32), layer, exponent, in_place=True)
             values = np.empty((table.clear.size, 1, field.size), np.float32)
             look_up.fill(values, [thickness])
             return values[: len(self._plan.bands), 0].astype(np.float64)

@@ -203,7 +203,7 @@ class TargetLight:
         """Return the shares (1 + N, B) in the clear, and at the values of the field."""
         paths, layer = self._paths, self._plan.layers[0]
         exponent = shape_of(self._plan).brightness_exponent
-        thickness = field_thickness(self._field[None].astype(np.float32), layer, exponent)[0]
+        thickness = field_thickness(self._field[None].astype(np.float32), layer, exponent, in_place=True)[0]
         thickness[0] = max(thickness[0], np.float32(layer.thickness_min_m))
         air = paths.air(altitude, zenith_deg)
         heights = paths.heights_above([thickness], altitude)
