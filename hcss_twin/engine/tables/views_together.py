@@ -58,7 +58,9 @@ def tables_together(
     extreme = views.at(EXTREMES)
     few_streams = replace(plan, assembly=for_spectra(plan.assembly))
     spectrum = choose_spectrum(few_streams, allowed.wavenumbers, extreme, views.at(EDGES))
-    toward = [_columns(plan, view, extreme, spectrum.nodes) for view in extreme]
+    all_views = views.at(plan.views.places)
+    together = list(dict.fromkeys((*extreme, *all_views)))
+    toward = [_columns(plan, view, together, spectrum.nodes) for view in extreme]
     times = [time_nodes(each, each.plan, allowed.time) for each in toward]
     frames, time_error = max((each for each, _ in times), key=len), max(error for _, error in times)
     if len(frames) > 1 and plan.imager is None:
@@ -94,9 +96,9 @@ def tables_together(
         for other in suns
     ]
     del toward  # and the arrays of their models
-    all_views, every = views.at(plan.views.places), []
+    every = []
     for view in all_views:
-        columns = _columns(plan, view, all_views, spectrum.nodes)
+        columns = _columns(plan, view, together, spectrum.nodes)
         exact = [columns.exact(axes, None, other, own, derived) for other, own in zip(suns, known, strict=True)]
         texture = None if plan.texture is None else texture_of(columns, axes, None, exact, suns)
         tables = tuple(columns.table(axes, each, other) for each, other in zip(exact, suns, strict=True))

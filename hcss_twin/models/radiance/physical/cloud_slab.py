@@ -368,7 +368,8 @@ class SlabSolver:
         """
         views, suns = _distinct(solvers)
         azimuths = [each._directions.relative_azimuth for each in solvers]
-        one_view, source = len(views) == 1, views[0] if len(views) == 1 else suns[0]
+        one_view = len(suns) > 1 or not self.views_at_once
+        source = views[0] if one_view else suns[0]
         own = list(zip(suns if one_view else views, azimuths, strict=True))
         every = own if one_view else self.views_at_once
         sizes = self._numerics.sun_streams, self._numerics.sun_moments, self._numerics.azimuth_modes
