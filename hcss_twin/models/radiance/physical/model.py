@@ -142,7 +142,10 @@ class Physical:
         memory, sublayers = inputs.air_memory, self._numerics.sublayers
         layers = {} if memory is None else memory.small
         air = partial(Air, self._gas, inputs.profile, sublayers=sublayers, layers=layers, memory=memory)
-        self._air = cached_by_spectrum(air, maxsize=2)
+        own = cached_by_spectrum(air, maxsize=2)
+        # Models of one scene toward several views share its air; scenes of a sweep share its arrays instead.
+        single = memory is not None and memory.memory is None and self._gas is inputs.transmittance
+        self._air = memory.objects.setdefault(("air", sublayers), own) if memory is not None and single else own
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         self._expected: tuple[Sun | None, ...] = ()
