@@ -45,6 +45,9 @@ below a cloud."""
 FEW_THICKNESSES = 3
 """As many thicknesses, each with its own chain of doublings, cost no more than a grid."""
 
+MANY_VIEWS = 10
+"""More views, of pixels with a thickness each, share one grid."""
+
 
 @dataclass(frozen=True)
 class CloudSlab:
@@ -210,7 +213,8 @@ class SlabSolver:
     ) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
         known = [h for of, h in self._single if of == layer]
-        if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
+        many = len({*known, *thickness_m}) > FEW_THICKNESSES or len(self.views_at_once) > MANY_VIEWS
+        if layer not in self._tables and many:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
             solvers = [each for each in together if layer not in each._tables]
             for solver, operators in zip(solvers, self._solve(layer, grid, solvers, toward), strict=True):
