@@ -61,6 +61,8 @@ Suns = tuple[Sun | None, ...]
 def columns_afresh(scenario: Scenario) -> int:
     """Return how many columns the certificate of a scene of a sweep solves although others know them; mostly 0.
 
+    Where a curve says which wavenumbers suffice, it solves all.
+
     The choice depends on the scenario only, so that cubes do not depend on workers, interruptions or kept results.
     """
     drawn = int.from_bytes(hashlib.sha256(scenario.to_json().encode()).digest()[:8], "big") % SOLVED_AFRESH == 0
@@ -228,7 +230,7 @@ class References:
             f"with an error of {self.curve_error:.1g} at those between the nodes"
         )
         checked = (
-            f"{self.checked} of the columns, drawn at random, are solved afresh, which changes them by at most "
+            f"{self.checked} of the columns are solved afresh, which changes them by at most "
             f"{self.check_error:.1g}"
         )
         return "; ".join(text for text, count in ((read, self.read), (checked, self.checked)) if count)
