@@ -230,8 +230,7 @@ class References:
             f"with an error of {self.curve_error:.1g} at those between the nodes"
         )
         checked = (
-            f"{self.checked} of the columns are solved afresh, which changes them by at most "
-            f"{self.check_error:.1g}"
+            f"{self.checked} of the columns are solved afresh, which changes them by at most {self.check_error:.1g}"
         )
         return "; ".join(text for text, count in ((read, self.read), (checked, self.checked)) if count)
 
