@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from hcss_twin.core.arrays import Array
@@ -71,11 +71,14 @@ class OwnMemory:
         Equal for objects whose arrays are equal.
     small : dict
         Small arrays, by keys of the user's choice, who limits their number.
+    objects : dict
+        Objects that parts of one scene share; they must not refer to this memory.
     """
 
     memory: ArrayMemory | None
     content: bytes
     small: dict[Any, Array]
+    objects: dict[Any, Any] = field(default_factory=dict)
 
     def get_or_compute(self, parts: Iterable[bytes], compute: Callable[[], tuple[Array, ...]]) -> tuple[Array, ...]:
         """Return the arrays of a key, given in parts, computed on first use."""

@@ -57,6 +57,7 @@ class Scenario(ScenarioModel):
     _short: bool = PrivateAttr(default=False)
     _origin: str = PrivateAttr(default="scenario")
     _sections: dict[str, BaseModel] = PrivateAttr(default_factory=dict)
+    _json: str | None = PrivateAttr(default=None)
 
     def __eq__(self, other: object) -> bool:
         """Compare values and base, ignoring whether the cloud layer was written in short form."""
@@ -193,6 +194,8 @@ class Scenario(ScenarioModel):
         Default providers are written with the distribution name ``hcss-twin``, so that a plugin with the same name
         cannot replace them.
         """
+        if self._json is not None:  # a point of a sweep is asked for it a dozen times
+            return self._json
         data = as_given(self, self.model_dump(mode="json"))
         data |= {name: section.model_dump(mode="json", exclude_none=True) for name, section in self._sections.items()}
         for name in ("surfaces", "sensor"):
@@ -223,7 +226,14 @@ class Scenario(ScenarioModel):
             data["surfaces"]["provider"] = selected(self.surfaces, "provider")
         for section, element in zip(data.get("elements", ()), self.elements, strict=True):
             section["provider"] = selected(element, "provider")
-        return json.dumps(data, indent=1)
+        self._json = json.dumps(data, indent=1)
+        return self._json
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values."""
+        copy = super().model_copy(update=update, deep=deep)
+        copy._json = None
+        return copy
 
 
 def _with_coverage_modes(scenario: _Scenario, registry: Registry) -> _Scenario:

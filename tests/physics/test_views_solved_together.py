@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.plan.assembly import expect_views
 from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
 
@@ -49,3 +50,14 @@ def test_the_numerical_level_suffices_toward_all_views():
             for assembly in (plan.assembly, plan.assembly.at_level(7))
         )
         assert np.abs(found / exact - 1.0).max() < 0.5e-3
+
+
+def test_sunlight_toward_many_views_is_that_toward_each_alone():
+    albedo, moments = np.array([0.99, 0.8]), np.array([0.85, 0.7]) ** np.arange(64)[:, None]
+    layers = np.array([[0.3], [4.0], [40.0]]) * np.ones(2), albedo, moments
+    zenith, azimuth = np.radians(np.linspace(1.0, 25.0, 40)), np.linspace(0.0, np.pi, 40)
+    together = solve_sun(*layers, np.cos(zenith), 0.8, azimuth, streams=24, modes=24)
+    for place in (0, 7, 18, 39):
+        alone = solve_sun(*layers, np.cos(zenith[[place]]), 0.8, azimuth[[place]], streams=24, modes=24)
+        for many, one in zip(together, alone, strict=True):
+            np.testing.assert_allclose(many[..., place], one[..., 0], rtol=1e-5)

@@ -137,6 +137,8 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
         return _means(plan, quantities, thickness, points, pixels.time_s, references, places)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     views = _views(plan, pixels.time_s, rows.tolist(), columns.tolist())
+    if plan.imager is None and plan.texture is None and plan.assembly.air_over_field is None:  # one air for all
+        return _means(plan, quantities, thickness, points, pixels.time_s, references, views=views)
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
         [nothing]
@@ -178,12 +180,16 @@ def _means(
     time_s: float,
     references: References,
     places: Array | None = None,
+    views: Sequence[View] = (),
 ) -> Array:
-    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, and the perturbation of each pixel."""
-    columns, which = np.unique(thickness_m, axis=0, return_inverse=True)
+    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, perturbation and view of each pixel."""
+    of_pixel = np.repeat(np.arange(len(views)), points) if views else np.zeros(thickness_m.shape[0])
+    both, which = np.unique(np.column_stack((of_pixel, thickness_m)), axis=0, return_inverse=True)
+    columns = np.asarray(both[:, 1:], dtype=np.float64)
+    toward = [views[pixel] for pixel in both[:, 0].astype(int)] if views else ()
 
     def solved(columns: Array) -> Array:
-        return quantities.of(references.terms(plan, columns, time_s))
+        return quantities.of(references.terms(plan, columns, time_s, toward))
 
     known = solved(columns) if plan.imager is None else plan.imager.solve(solved, columns, plan.accuracy)
     if places is not None and places.size:

@@ -9,6 +9,7 @@ are a few percent at most, so that their own errors hardly matter.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,12 +22,12 @@ from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, referen
 from hcss_twin.engine.compile import table_key
 from hcss_twin.engine.tables.thickness_axis import relative, total
 from hcss_twin.models.radiance.reference import reference_spectra
-from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, choose_nodes
-from hcss_twin.plan.assembly import Assembly, expect
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.plan.assembly import Assembly, expect, expect_views
 from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS
 from hcss_twin.plan.numerics import for_spectra, reference_level
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.providers import RadianceModel, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
 COLUMNS_AT_ONCE = 32
@@ -46,7 +47,7 @@ SOLVED_AFRESH = 10
 """One in so many points of a sweep, on average, solves columns of its certificate afresh."""
 
 AFRESH_COLUMNS = 4
-"""Columns at each time that such a point solves."""
+"""Columns at each time that such a point solves where no curve says which wavenumbers suffice for all."""
 
 CLOUDS_ON_FINER_GRID = 5
 """Clouds of one layer that are computed on the next finer spectral grid."""
@@ -59,6 +60,8 @@ Suns = tuple[Sun | None, ...]
 
 def columns_afresh(scenario: Scenario) -> int:
     """Return how many columns the certificate of a scene of a sweep solves although others know them; mostly 0.
+
+    Where a curve says which wavenumbers suffice, it solves all.
 
     The choice depends on the scenario only, so that cubes do not depend on workers, interruptions or kept results.
     """
@@ -75,9 +78,10 @@ class ReferenceColumns:
 
 @dataclass(frozen=True)
 class KeptCurve:
-    """Curve of one layer; None if the columns do not lie on a smooth one."""
+    """Curve of one layer, None if the columns do not lie on a smooth one, and the wavenumbers of its level change."""
 
     curve: ReferenceCurve | None
+    nodes: SpectralNodes
 
 
 class References:
@@ -111,8 +115,8 @@ class References:
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
         self.checked, self.check_error = 0, 0.0
 
-    def terms(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
-        """Return terms (N, K, B) of columns (N, L) at a time.
+    def terms(self, plan: Plan, thickness_m: Array, time_s: float, views: Sequence[View] = ()) -> Array:
+        """Return terms (N, K, B) of columns (N, L) at a time, if given toward N views.
 
         Raises
         ------
@@ -123,26 +127,32 @@ class References:
         cloudy = np.flatnonzero(np.any(thickness_m, axis=1))
         afresh = self._afresh if between is None else max(self._afresh, between.afresh)
         if afresh in (0, ALL_COLUMNS) or not cloudy.size:
-            return self._shared(plan, thickness_m, time_s)
+            return self._shared(plan, thickness_m, time_s, views)
         others = replace(between, afresh=0) if between is not None else None
-        result = self._shared(replace(plan, assembly=replace(plan.assembly, between=others)), thickness_m, time_s)
+        shared = replace(plan, assembly=replace(plan.assembly, between=others))
+        result = self._shared(shared, thickness_m, time_s, views)
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:8], "big")
-        drawn = np.sort(np.random.default_rng(seed).choice(cloudy, min(afresh, cloudy.size), replace=False))
-        known, result[drawn] = result[drawn], self._columns(plan, thickness_m[drawn], time_s, AFRESH_NODES_TOLERANCE)
+        layers = np.flatnonzero(np.any(thickness_m, axis=0))
+        nodes = self._kept(plan, int(layers[0]), time_s).nodes if self.from_curves and layers.size == 1 else None
+        afresh = cloudy.size if nodes is not None else min(afresh, cloudy.size)
+        drawn = np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False))
+        own = [views[row] for row in drawn] if views else ()
+        exact = self._columns(plan, thickness_m[drawn], time_s, own, nodes or AFRESH_NODES_TOLERANCE)
+        known, result[drawn] = result[drawn], exact
         self.checked += drawn.size
         self.check_error = max(self.check_error, relative(total(known), total(result[drawn])))
         return result
 
-    def _shared(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
+    def _shared(self, plan: Plan, thickness_m: Array, time_s: float, views: Sequence[View]) -> Array:
         """Return columns as :meth:`terms` does, whatever of them other scenes know."""
         if not self.from_curves:
-            return self._columns(plan, thickness_m, time_s)
+            return self._columns(plan, thickness_m, time_s, views)
         clouds = np.count_nonzero(thickness_m, axis=1)
         result: Array | None = None
         solved = np.ones(thickness_m.shape[0], dtype=np.bool_)
         for index in range(len(plan.layers)):
             own = (clouds == 1) & (thickness_m[:, index] > 0.0)
-            curve = self._curve(plan, index, time_s) if np.any(own) else None
+            curve = self._kept(plan, index, time_s).curve if np.any(own) else None
             if curve is None:
                 continue
             values = curve.terms(thickness_m[own, index])
@@ -156,30 +166,44 @@ class References:
             result[solved] = self._columns(plan, thickness_m[solved], time_s)
         return result
 
-    def _curve(self, plan: Plan, index: int, time_s: float) -> ReferenceCurve | None:
+    def _kept(self, plan: Plan, index: int, time_s: float) -> KeptCurve:
+        chosen: list[SpectralNodes] = []
+
         def columns(thickness_m: Array) -> Array:
             every = np.zeros((thickness_m.size, len(plan.layers)))
             every[:, index] = thickness_m
-            return _reference_terms(plan, every, plan.sun_up_at(time_s), self.suns, NODES_TOLERANCE)
+            terms, nodes = _reference_terms(plan, every, plan.sun_up_at(time_s), self.suns, (), NODES_TOLERANCE)
+            chosen.append(nodes)
+            return terms
 
         def compute() -> KeptCurve:
             self.solved += 1
             levels, allowed = plan.assembly.profile.altitude_m, CURVE_SHARE * plan.accuracy.relative
-            return KeptCurve(reference_curve(columns, plan.layers[index], levels, allowed))
+            curve = reference_curve(columns, plan.layers[index], levels, allowed)
+            return KeptCurve(curve, chosen[-1])
 
         self.calls += 1
         key = hashlib.sha256(f"curve {_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
-        return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve)).curve
+        return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve, SpectralNodes))
 
-    def _columns(self, plan: Plan, thickness_m: Array, time_s: float, tolerance: float = NODES_TOLERANCE) -> Array:
+    def _columns(
+        self,
+        plan: Plan,
+        thickness_m: Array,
+        time_s: float,
+        views: Sequence[View] = (),
+        tolerance: float | SpectralNodes = NODES_TOLERANCE,
+    ) -> Array:
         digest = hashlib.sha256(_key(plan).encode())
-        digest.update(repr((float(time_s), thickness_m.shape, tolerance)).encode())
+        same = "curve" if isinstance(tolerance, SpectralNodes) else tolerance
+        digest.update(repr((float(time_s), thickness_m.shape, same, *views)).encode())
         digest.update(np.ascontiguousarray(thickness_m).tobytes())
         self.calls += 1
 
         def compute() -> ReferenceColumns:
             self.solved += 1
-            return ReferenceColumns(_reference_terms(plan, thickness_m, plan.sun_up_at(time_s), self.suns, tolerance))
+            sun = plan.sun_up_at(time_s)
+            return ReferenceColumns(_reference_terms(plan, thickness_m, sun, self.suns, views, tolerance)[0])
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
@@ -206,8 +230,7 @@ class References:
             f"with an error of {self.curve_error:.1g} at those between the nodes"
         )
         checked = (
-            f"{self.checked} of the columns, drawn at random, are solved afresh, which changes them by at most "
-            f"{self.check_error:.1g}"
+            f"{self.checked} of the columns are solved afresh, which changes them by at most {self.check_error:.1g}"
         )
         return "; ".join(text for text, count in ((read, self.read), (checked, self.checked)) if count)
 
@@ -224,40 +247,68 @@ def _key(plan: Plan) -> str:
     return f"{table_key(plan)} afresh" if between is not None and between.afresh else table_key(plan)
 
 
-def _reference_terms(plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, tolerance: float) -> Array:
+def _spectra(
+    assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None, views: Sequence[View]
+) -> Array:
+    """Return terms (N, K, V) of columns (N, L), if given toward N views: clouds are solved for all of them at once."""
+    if not views:
+        return reference_spectra(assembly.model, wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+    result = np.empty((len(views), len(assembly.model.terms), wavenumber_cm1.size))
+    cloudy = np.any(thickness_m, axis=1)
+    together = list(dict.fromkeys(view for view, own in zip(views, cloudy, strict=True) if own))
+    for view in dict.fromkeys((*together, *views)):
+        model, own = assembly.model_toward(view), np.array([each == view for each in views])
+        expect_views(model, together)
+        result[own] = reference_spectra(model, wavenumber_cm1, thickness_m[own], sun, COLUMNS_AT_ONCE)
+    return result
+
+
+def _reference_terms(
+    plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Sequence[View], tolerance: float | SpectralNodes
+) -> tuple[Array, SpectralNodes]:
+    """Return terms (N, K, B), and the wavenumbers at which levels are compared, given or chosen to a tolerance."""
     assembly, grid = plan.assembly.for_references, plan.spectral_grid
     few, fine = for_spectra(assembly), reference_level(assembly)
-    coarse, coarsest = few.numerical_level, few.at_level(0).model
-    for model in (coarsest, few.model, assembly.model, assembly.at_level(fine).model):
-        expect(model, suns)
-    known = reference_spectra(few.model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+    coarse, coarsest = few.numerical_level, few.at_level(0)
+    for each in (coarsest, few, assembly, assembly.at_level(fine)):
+        expect(each.model, suns)
+    known = _spectra(few, grid.wavenumber_cm1, thickness_m, sun, views)
     terms: Array = known @ grid.weights_cm1.T
+    nodes = tolerance if isinstance(tolerance, SpectralNodes) else all_nodes(grid)
     if fine != coarse:
-        nodes = choose_nodes(grid, known, tolerance)
+        if not isinstance(tolerance, SpectralNodes):
+            nodes = choose_nodes(grid, known, tolerance)
         foresee = getattr(few.model, "foresee", None)
-        if foresee is not None:  # of scenes that share columns
+        if foresee is not None and not views:  # of scenes that share columns
 
             def chosen_by(model: RadianceModel) -> Array:
                 spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
                 return choose_nodes(grid, spectra, NODES_TOLERANCE).wavenumber_cm1
 
             foresee(("certificate", grid.wavenumber_cm1.size, thickness_m.tobytes()), chosen_by)
-        places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, sun)
+        places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, sun, views)
         if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
             # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are
             # those of the scene's level, and the change of the total is shared among them in proportion.
-            same = reference_spectra(assembly.model, nodes.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+            same = _spectra(assembly, nodes.wavenumber_cm1, thickness_m, sun, views)
             total = np.sum(terms + change, axis=1, keepdims=True)
             terms += (same - known[..., places]) @ nodes.weights_cm1.T
             whole = np.sum(terms, axis=1, keepdims=True)
             terms *= np.divide(total, whole, out=np.ones_like(whole), where=whole > 0.0)
         else:
             terms += change
-    return terms + _grid_change(plan, coarsest, thickness_m, sun, known if coarse == 0 else None, terms)
+    of_coarsest = known if coarse == 0 else None
+    return terms + _grid_change(plan, coarsest, thickness_m, sun, views, of_coarsest, terms), nodes
 
 
 def _grid_change(
-    plan: Plan, model: RadianceModel, thickness_m: Array, sun: Sun | None, known: Array | None, terms: Array
+    plan: Plan,
+    coarsest: Assembly,
+    thickness_m: Array,
+    sun: Sun | None,
+    views: Sequence[View],
+    known: Array | None,
+    terms: Array,
 ) -> Array:
     """Return how terms (N, K, B) change on the next finer spectral grid.
 
@@ -267,18 +318,20 @@ def _grid_change(
     Parameters
     ----------
     known : ndarray (N, K, V), optional
-        Spectra of the columns on the grid of the scene, if they are of this model.
+        Spectra of the columns on the grid of the scene, if they are of this level.
     """
     grid, finer = plan.spectral_grid, plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
-    some, shares = _few_clouds(thickness_m)
+    every = np.arange(thickness_m.shape[0]), np.eye(thickness_m.shape[0])
+    some, shares = every if views else _few_clouds(thickness_m)
+    toward = [views[row] for row in some] if views else ()
     if known is None:
         known = np.empty((thickness_m.shape[0], terms.shape[1], grid.wavenumber_cm1.size))
-        known[some] = reference_spectra(model, grid.wavenumber_cm1, thickness_m[some], sun, COLUMNS_AT_ONCE)
+        known[some] = _spectra(coarsest, grid.wavenumber_cm1, thickness_m[some], sun, toward)
     new = ~np.isin(finer.wavenumber_cm1, grid.wavenumber_cm1)
     weights, share = -grid.weights_cm1, finer.weights_cm1 * new
     weights[:, np.isin(grid.wavenumber_cm1, finer.wavenumber_cm1)] += finer.weights_cm1[:, ~new]
     new |= np.isin(finer.wavenumber_cm1, finer.ends_cm1)
-    between = reference_spectra(model, finer.wavenumber_cm1[new], thickness_m[some], sun, COLUMNS_AT_ONCE)
+    between = _spectra(coarsest, finer.wavenumber_cm1[new], thickness_m[some], sun, toward)
     change = between @ share[:, new].T + known[some] @ weights.T
     total = np.sum(terms, axis=1, keepdims=True)
     relative = np.divide(change, total[some], out=np.zeros_like(change), where=total[some] > 0.0)
@@ -330,6 +383,7 @@ def level_change(
     known: Array,
     thickness_m: Array,
     sun: Sun | None,
+    views: Sequence[View] = (),
 ) -> tuple[NDArray[np.intp], Array]:
     """Return how terms change from those of known spectra (N, K, V) to another level, from a few wavenumbers.
 
@@ -340,6 +394,5 @@ def level_change(
     change : ndarray (N, K, B)
     """
     places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
-    model = assembly.at_level(level).model
-    finer = reference_spectra(model, nodes.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+    finer = _spectra(assembly.at_level(level), nodes.wavenumber_cm1, thickness_m, sun, views)
     return places, (finer - known[..., places]) @ nodes.weights_cm1.T

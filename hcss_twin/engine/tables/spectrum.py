@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -102,7 +101,8 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     if plan.texture is not None:
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, each)) for each in states]
-    fitted = [partial(_spectra, views=views, thickness_m=_first_columns(plan), suns=suns, skies=skies)]
+    together = (*views, *tested)
+    fitted = [_of_plan(views, together, _first_columns(plan), suns, skies)]
     known = np.concatenate([fitted[0](each) for each in plans])
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
@@ -113,7 +113,8 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         count = TRIED_SUNS + trial
         between = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
         skies = _suns(plan, heights + 1 + trial)
-        tried = _spectra(plan, tested, thickness, between, skies)
+        of_plan = _of_plan(tested, together, thickness, between, skies)
+        tried = of_plan(plan)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
@@ -124,7 +125,7 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
                 _foresee(plan, fitted, CHOICE_SHARE * tolerance)
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))
-        fitted.append(partial(_spectra, views=tested, thickness_m=thickness, suns=between, skies=skies))
+        fitted.append(of_plan)
     return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
 
 
@@ -142,18 +143,26 @@ def _foresee(plan: Plan, fitted: Sequence[Callable[[Plan], Array]], tolerance: f
     foresee(("tables", plan.spectral_grid.wavenumber_cm1.size), chosen_by)
 
 
-def _spectra(
-    plan: Plan, views: Sequence[View], thickness_m: Array, suns: Sequence[Sun | None], skies: Sequence[Sun | None]
-) -> Array:
-    """Terms (N, K, V) of cloudy columns under some suns, and of clear sky under others, toward each view."""
-    spectra = []
-    # Generated one by one: the arrays of one view can take 50 MB.
-    for each in (plan.toward(view) for view in views) if views else (plan,):
-        expect(each.assembly.model, suns)
-        expect_views(each.assembly.model, views)
-        spectra += [_cloudy_spectra(each, thickness_m, sun) for sun in suns]
-        spectra += [_clear_spectra(each, sun) for sun in skies]
-    return np.concatenate(spectra)
+def _of_plan(
+    views: Sequence[View],
+    together: Sequence[View],
+    thickness_m: Array,
+    suns: Sequence[Sun | None],
+    skies: Sequence[Sun | None],
+) -> Callable[[Plan], Array]:
+    """Return a function from plans to terms (N, K, V): cloudy columns under suns, clear sky under others, by view."""
+
+    def spectra(plan: Plan) -> Array:
+        terms = []
+        # Generated one by one: the arrays of one view can take 50 MB.
+        for each in (plan.toward(view) for view in views) if views else (plan,):
+            expect(each.assembly.model, suns)
+            expect_views(each.assembly.model, together)
+            terms += [_cloudy_spectra(each, thickness_m, sun) for sun in suns]
+            terms += [_clear_spectra(each, sun) for sun in skies]
+        return np.concatenate(terms)
+
+    return spectra
 
 
 def _sun_moves(plan: Plan, toward: View, tolerance: float) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
+from hcss_twin.physics.quadrature import gauss_legendre
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ def gauss_streams(count: int) -> Streams:
     """
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise ValueError(f"streams {count}: allowed whole numbers from 1; closest is {_closest(count)}")
-    node, weight = np.polynomial.legendre.leggauss(int(count))
+    node, weight = gauss_legendre(int(count))
     return Streams(0.5 * (1.0 + node), 0.5 * weight)
 
 

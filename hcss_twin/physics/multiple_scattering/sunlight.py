@@ -6,11 +6,13 @@ The Fourier series over azimuth of each layer ends where the remaining terms are
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.physics import quadrature
 from hcss_twin.physics.multiple_scattering.chains import AzimuthSeries, DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import solve_mode
@@ -23,6 +25,9 @@ from hcss_twin.physics.multiple_scattering.layer import (
     mean_over_azimuth,
 )
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, delta_m
+
+LEAST_ORDER, ORDER_PER_OSCILLATION = 7, 1.0
+"""Order of a polynomial over zenith angles: the second times half their range times the moments is added."""
 
 
 def solve_sun(
@@ -80,14 +85,13 @@ def solve_sun(
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
-    quadrature = gauss_streams(streams)
     check_modes(modes, streams, mode_tolerance)
     scaled = delta_m(thickness, w, chi, 2 * streams if kept_moments is None else kept_moments)
-    distinct, of_view = np.unique(mu, return_inverse=True)
+    toward, shares = _few_directions(mu, scaled.moments.shape[0])
     flat = (thickness.size, mu.size)
     brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
     btdf = once_through(scaled, w, chi, mu, sun, azimuth).reshape(flat)
-    where = directions(np.array([sun]), quadrature, distinct)
+    where = directions(np.array([sun]), gauss_streams(streams), toward)
     series = AzimuthSeries(scaled.thickness)
     with Team(threads) as team:
         for mode in range(modes):
@@ -97,13 +101,29 @@ def solve_sun(
             term = np.cos(mode * (np.pi - azimuth))
             small = np.full(ordered.cell.size, mode_tolerance > 0.0)
             for total, part in ((brdf, back), (btdf, through)):
-                amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
+                amplitude = ((1.0 if mode == 0 else 2.0) * part) @ shares
                 total[ordered.cell] += amplitude * term
                 small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[ordered.cell]), axis=1)
             if series.end_where(small):
                 break
     shape = (*thickness.shape, mu.size)
     return brdf.reshape(shape), btdf.reshape(shape)
+
+
+def _few_directions(mu: Array, moments: int) -> tuple[Array, Array]:
+    """Return cosines (D,) for which modes are solved, and the weights (D, P) of each in those at ``mu`` (P,).
+
+    A mode is a smooth function of the zenith angle: where views are many, it is solved at Chebyshev points and
+    interpolated. Toward 63 views within 13 deg the points leave 1e-7 of brdf and btdf.
+    """
+    distinct, of_view = np.unique(mu, return_inverse=True)
+    angle = np.arccos(distinct)
+    middle, half = 0.5 * (angle[0] + angle[-1]), 0.5 * (angle[0] - angle[-1])
+    order = LEAST_ORDER + ceil(ORDER_PER_OSCILLATION * moments * half)
+    if order + 1 >= distinct.size:
+        return distinct, np.eye(distinct.size)[:, of_view]
+    weights = quadrature.weights(order, (angle - middle) / half)
+    return np.cos(middle + half * quadrature.nodes(order)), weights.T[:, of_view]
 
 
 def _more_than_once(

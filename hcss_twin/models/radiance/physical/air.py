@@ -135,6 +135,8 @@ class Air:
         Absorber amounts that other wavenumbers share.
     memory : OwnMemory, optional
         Keeps legs and transmittances for scenes in the same air; used if paths are sums of absorber amounts.
+    kept_values : int
+        Transmittances of the legs of single columns in memory; their absorbers in proportion.
     """
 
     def __init__(
@@ -145,6 +147,7 @@ class Air:
         sublayers: int = SUBLAYERS,
         layers: LayerAmounts | None = None,
         memory: OwnMemory | None = None,
+        kept_values: int = _MOST_VALUES,
     ) -> None:
         self._crossing = PathTransmittance(provider, wavenumber_cm1, {} if layers is None else layers)
         self._profile = profile
@@ -156,9 +159,9 @@ class Air:
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
         self._leg_views = cached_method(self._leg_view, _MAX_LEG_VIEWS)
-        most = max(_MOST_VALUES // (wavenumber_cm1.size * 16), _MAX_LEG_VIEWS)
+        most = max(kept_values // (wavenumber_cm1.size * 16), _MAX_LEG_VIEWS)
         self._leg_of_column = cached_method(self._leg_of_scenes, most)
-        self._pieces = cached_method(self._new_pieces, _MAX_LEGS)
+        self._pieces = cached_method(self._new_pieces, _MAX_LEGS * kept_values // _MOST_VALUES)
         self._sources = cached_method(self._new_sources, _MAX_SOURCES)
 
     def with_gas(self, provider: TransmittanceProvider) -> Air:

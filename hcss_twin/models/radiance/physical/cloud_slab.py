@@ -48,6 +48,9 @@ below a cloud."""
 FEW_THICKNESSES = 3
 """As many thicknesses, each with its own chain of doublings, cost no more than a grid."""
 
+MANY_VIEWS = 10
+"""More views, of pixels with a thickness each, share one grid."""
+
 
 @dataclass(frozen=True)
 class CloudSlab:
@@ -224,7 +227,8 @@ class SlabSolver:
     ) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
         known = [h for of, h in self._single if of == layer]
-        if layer not in self._tables and len({*known, *thickness_m}) > FEW_THICKNESSES:
+        many = len({*known, *thickness_m}) > FEW_THICKNESSES or len(self.views_at_once) > MANY_VIEWS
+        if layer not in self._tables and many:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m, self._numerics.per_octave)
             solvers = [each for each in together if layer not in each._tables]
             steps, solved = self._solve(layer, grid, solvers, toward)
@@ -438,7 +442,8 @@ class SlabSolver:
         """
         views, suns = _distinct(solvers)
         azimuths = [each._directions.relative_azimuth for each in solvers]
-        one_view, source = len(views) == 1, views[0] if len(views) == 1 else suns[0]
+        one_view = len(suns) > 1 or not self.views_at_once
+        source = views[0] if one_view else suns[0]
         own = list(zip(suns if one_view else views, azimuths, strict=True))
         every = own if one_view else self.views_at_once
         sizes = self._numerics.sun_streams, self._numerics.sun_moments, self._numerics.azimuth_modes

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -78,6 +79,7 @@ class ColumnDirections:
         return range(1, 1 + self.count)
 
 
+@lru_cache(maxsize=1024)
 def column_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> ColumnDirections:
     """Return the directions of a column; a sun below the horizon is ignored."""
     gauss = gauss_streams(streams)

@@ -61,6 +61,9 @@ hundred times streams times azimuth modes between cloud and sea."""
 _VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
 
+_KEPT_BETWEEN_VIEWS = 2**18
+"""Transmittances of legs in memory of an air that many views share: most legs are of one view."""
+
 _FAINT_SHARE = 1e-5
 """Terms that are negative by less than this share of the total are 0."""
 
@@ -145,6 +148,7 @@ class Physical:
         layers = {} if memory is None else memory.small
         air = partial(Air, self._gas, inputs.profile, sublayers=sublayers, layers=layers, memory=memory)
         self._air = cached_by_spectrum(air, maxsize=2)
+        self._shared_air = partial(air, kept_values=_KEPT_BETWEEN_VIEWS)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         self._optics = LayerOptics(inputs.optics)
@@ -283,6 +287,11 @@ class Physical:
     def expect_views(self, views: Sequence[View]) -> None:
         """Solve clouds for these views together if there is one sun; models toward the others then find them."""
         self._expected_views = tuple(dict.fromkeys(views))
+        memory = self._inputs.air_memory
+        if memory is not None and memory.memory is None and self._gas is self._inputs.transmittance:
+            # Models of one scene toward several views share its air; scenes of a sweep share its arrays instead.
+            shared = cached_by_spectrum(self._shared_air, maxsize=2)
+            self._air = memory.objects.setdefault(("air", self._numerics.sublayers), shared)
 
     def _solvers_toward(self, wavenumber: Array, sun: Sun | None) -> list[SlabSolver]:
         """Return the cloud solvers of the expected views that are solved with this one; none if it is solved alone."""
