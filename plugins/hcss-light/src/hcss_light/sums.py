@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-from hcss_light.slices import Field, Slices, direct_sunlight, march_sums
+from hcss_light.slices import Field, Slices, direct_sunlight, march
 from hcss_light.source import Direction, Particles
 from hcss_twin.providers import Array
 
@@ -22,17 +22,20 @@ def sun_integrals(
     slices: Slices, density: Field, particles: Particles, sunlight: Array, view: Direction, sun: Direction,
     reference_m: float,
 ) -> Array:  # fmt: skip
-    """Return the integral (C, y, x) of each term for rays through points at an altitude; see :func:`march_sums`."""
+    """Return the integral (C, y, x) of each term for rays through points at an altitude.
+
+    For each rate c the integral of sunlight exp(-c (tau_view + tau_sun)) over c tau_view.
+    """
     extinction = particles.scaled[0]
     depth = np.empty(density.shape, dtype=np.float32)
     shifts = slices.shifts(sun.zenith_deg, sun.azimuth_deg, slices.base_m)
     direct_sunlight(density, extinction, slices.height_m, float(sun.vector[2]), shifts, True, depth)
-    result = np.empty((RATES.size, *density.shape[1:]))
-    shifts = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m)
-    march_sums(
-        density, depth, sunlight, RATES, extinction, slices.height_m, float(view.vector[2]), shifts, result
-    )  # fmt: skip
-    return result
+    result = np.empty((RATES.size, *density.shape[1:]), dtype=np.float32)
+    shifts, none = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m), np.zeros(slices.count)
+    for rate, each in zip(RATES.tolist(), result, strict=True):
+        reached = np.exp(-rate * depth) * sunlight.astype(np.float32)[:, None, None]
+        march(density, reached, none, rate * extinction, slices.height_m, float(view.vector[2]), shifts, 0.0, each)
+    return result.astype(np.float64)
 
 
 def fitted_weights(integrals: Array, radiance: Array) -> Array:
