@@ -27,7 +27,7 @@ HIGHEST_SLICE_OPTICAL_THICKNESS = 1.0
 OPAQUE = 1e-12
 """Least transmittance of cloud that is told from 0: smaller numbers would be slow."""
 
-VIEW_RAYS = 4
+VIEW_RAYS = 5
 """Rays of each line of sight."""
 
 RAYS = 2
@@ -181,7 +181,7 @@ def pass_on(seen: Any, total: Any, kept: Any, light: Any) -> None:
 @inner()
 def crossed(shifts: Any, s: int, ray: int, rows: int, columns: int) -> Any:
     """Return by how many rows and columns a ray is displaced that crosses points in a part of their area."""
-    down, right = shifts[s, 0] + (ray + 0.5) / VIEW_RAYS, shifts[s, 1] + ((3 * ray) % VIEW_RAYS + 0.5) / VIEW_RAYS
+    down, right = shifts[s, 0] + (ray + 0.5) / VIEW_RAYS, shifts[s, 1] + ((2 * ray) % VIEW_RAYS + 0.5) / VIEW_RAYS
     return int(np.floor(down)) % rows, int(np.floor(right)) % columns
 
 
