@@ -70,13 +70,12 @@ class LightStage:
         bands: int,
     ) -> tuple[list[slice], list[Array]]:
         """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
-        side, samples = self._pixels, self._plan.samples_per_pixel
+        samples, (amount, share, change) = self._plan.samples_per_pixel, square
         inner, outer = [], []
-        for start, wanted, where in zip(first, window, place, strict=True):
-            low, high = max(start, wanted.start), min(start + side, wanted.stop)
+        for start, points, wanted, where in zip(first, amount.shape, window, place, strict=True):
+            low, high = max(start, wanted.start), min(start + points // samples, wanted.stop)
             inner.append(slice((low - start) * samples, (high - start) * samples))
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-        amount, share, change = square
         values = self._looked_up(look_up, amount[*inner], bands)
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
         return outer, [own if samples == 1 else pixel_sums(own, samples) / samples**2 for own in values]

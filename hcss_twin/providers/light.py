@@ -44,6 +44,11 @@ class LightInputs:
         Weighted wavenumbers of the radiance tables.
     clear : callable
         Returns the radiance (V,) of the cloud-free column under a sun, W m-2 sr-1 (cm-1)-1.
+    image : (int, int)
+        Rows and columns of points of the image.
+    clouds : callable
+        Returns the thickness (y, x) of a window of points in or around the first frame, and the shares (Z, y, x) of
+        heights between altitudes (Z + 1,), None if the generator has none.
     """
 
     layer: CloudLayer
@@ -62,6 +67,8 @@ class LightInputs:
     optics: Optics
     solar_irradiance: SolarIrradiance
     clear: Callable[[Sun | None], Array]
+    image: tuple[int, int]
+    clouds: Callable[[slice, slice, Array], tuple[NDArray[np.float32], NDArray[np.float32] | None]]
 
 
 class InstantLight(Protocol):

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from hcss_light.bands import Group, groups_of_bands
 from hcss_light.kept import KeptSource
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
-from hcss_light.stated import stated_errors
+from hcss_light.stated import differences, stated_errors
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -103,18 +104,18 @@ class SourceLight:
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
-        return self._stated(self.tier)
+        own = 0.0 if self.tier == "source" else self._differences[1]
+        return stated_errors(self._inputs, self._differences[0], own)
 
     def errors_of_columns(self) -> list[float]:
         """Return the same of independent columns."""
-        return self._stated("columns")
+        return stated_errors(self._inputs, self._differences[0], self._differences[0])
 
-    def _stated(self, tier: str) -> list[float]:
-        inputs = self._inputs
-        weights = np.maximum(inputs.weights_cm1, 0.0)
-        middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
-        sunlit = inputs.sun_zenith_deg.size > 0
-        return stated_errors(tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle, inputs.point_m)
+    @cached_property
+    def _differences(self) -> list[Array]:
+        """How much columns, and the tier ``slant`` if this is it, differ from ``source``."""
+        source = SourceLight(self._inputs)
+        return differences(self._inputs, source, self if self.tier == "slant" else None)
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -160,6 +161,10 @@ class InstantLight:
         if to_sun is not None:
             dark = [[each.at_night() for each in own] for own in lights]
             self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
+
+    def uniform(self, amount_m: Array) -> Array:
+        """Return the radiance (B, y, x) of uniform cloud by this tier."""
+        return np.array([np.interp(amount_m, self._nodes_m, each) for each in self._uniform])
 
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
