@@ -2,7 +2,7 @@
 
     python plugins/hcss-light/benchmarks/figures.py [night day relief-night relief-day]
 
-Needs matplotlib and pillow. Stratocumulus of 128 x 128 pixels of 50 m, and cumulus of 20 m as columns, with the sides of
+Needs matplotlib and pillow. Stratocumulus of 120 x 120 pixels of 50 m, and cumulus of 25 m as columns, with the sides of
 the generators fractal and fractal-relief; seen from north.
 """
 
@@ -32,8 +32,8 @@ ROUND = (("columns", CUMULUS), ("source", CUMULUS), ("source", CUMULUS | {"gener
 CASES = {
     "night": (NIGHT, [10.3, 11.3], 50.0, FLAT),
     "day": (DAY, [3.6, 3.9], 50.0, FLAT),
-    "relief-night": (NIGHT, [8.0, 14.0], 20.0, ROUND),
-    "relief-day": (DAY, [3.0, 5.0], 20.0, ROUND),
+    "relief-night": (NIGHT, [8.0, 14.0], 25.0, ROUND),
+    "relief-day": (DAY, [3.0, 5.0], 25.0, ROUND),
 }
 
 
@@ -44,7 +44,7 @@ def image(time: str, band: list[float], pixel_m: float, view: float, light: str,
             "time": time,
             "place": {"latitude": 20.0, "longitude": 150.0},
             "view": {"zenith": view},
-            "image": {"rows": 128, "columns": 128, "pixel_size": pixel_m},
+            "image": {"rows": 120, "columns": 120, "pixel_size": pixel_m},
             "frames": {"count": 1},
             "accuracy": 0.01,
             "bands": [band],

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcss_light.source import Direction
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
@@ -25,8 +26,14 @@ SIDE, WINDOWS = 24, 2
 EMITTED_UM = 5.0
 """Wavelength above which sunlight does not matter."""
 
+SUNLIT, SHORT, LONG = (0.02, 0.2), (0.005, 0.05), (0.0012, 0.05)
+"""Least error of ``source``, and its share of the difference of columns: by day below 5 um, by night, and above."""
+
+OPPOSITE_DEG = 10.0
+"""Angle between view and sun within which the share grows to 1: what is seen there is what is lit, in parts of voxels."""
+
 FACTOR = 1.5
-"""What is stated over the difference: pixels and windows differ, and 95 % of scenes are to be within it."""
+"""What is stated over what is expected: pixels differ, and most scenes are to be within it."""
 
 
 def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | None) -> list[Array]:
@@ -49,16 +56,21 @@ def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | N
     return [np.sqrt(np.mean((each - exact) ** 2, axis=1)) / mean for each in (columns, *others)]
 
 
-def error_of_source(of_columns: Array, wavelength_um: Array, sunlit: bool) -> Array:
-    """Return the error (B,) of the tier ``source`` from the difference (B,) of columns."""
-    lit = sunlit & (wavelength_um < EMITTED_UM)
-    own = np.where(lit, SUNLIT[1], np.where(wavelength_um < EMITTED_UM, SHORT[1], LONG[1])) * of_columns
-    result: Array = np.hypot(own, np.where(lit, SUNLIT[0], np.where(wavelength_um < EMITTED_UM, SHORT[0], LONG[0])))
-    return result
-
-
-SUNLIT, SHORT, LONG = (0.02, 0.15), (0.004, 0.04), (0.001, 0.04)
-"""Least error of ``source`` and its share of the difference of columns: by day below 5 um, by night, and above."""
+def error_of_source(inputs: LightInputs, of_columns: Array) -> Array:
+    """Return the error (B,) to expect of the tier ``source`` from the difference (B,) of columns."""
+    weights = np.maximum(inputs.weights_cm1, 0.0)
+    wavelength_um, sun = 1e4 * np.sum(weights, axis=1) / (weights @ inputs.wavenumber_cm1), _lowest(inputs)
+    errors = []
+    for wavelength, difference in zip(wavelength_um.tolist(), of_columns.tolist(), strict=True):
+        lit = sun is not None and wavelength < EMITTED_UM
+        least, share = SUNLIT if lit else SHORT if wavelength < EMITTED_UM else LONG
+        if lit and sun is not None:
+            toward = Direction(sun.zenith_deg, sun.azimuth_deg).vector
+            across = toward @ Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg).vector
+            angle = math.degrees(math.acos(min(max(float(across), -1.0), 1.0)))
+            share += (1.0 - share) * math.exp(-((angle / OPPOSITE_DEG) ** 2))
+        errors.append(math.hypot(least, share * difference))
+    return np.array(errors)
 
 
 def stated_errors(inputs: LightInputs, of_columns: Array, of_tier: Array | float) -> list[float]:
@@ -66,9 +78,7 @@ def stated_errors(inputs: LightInputs, of_columns: Array, of_tier: Array | float
 
     It is a bound for the rms over pixels, relative to the mean radiance, not its mean over scenes.
     """
-    weights = np.maximum(inputs.weights_cm1, 0.0)
-    wavelength_um = 1e4 * np.sum(weights, axis=1) / (weights @ inputs.wavenumber_cm1)
-    own = error_of_source(of_columns, wavelength_um, _lowest(inputs) is not None)
+    own = error_of_source(inputs, of_columns)
     return [FACTOR * float(each) for each in np.hypot(of_tier, own)]
 
 
