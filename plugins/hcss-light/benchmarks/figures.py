@@ -2,8 +2,8 @@
 
     python plugins/hcss-light/benchmarks/figures.py [night day relief-night relief-day]
 
-Needs matplotlib and pillow. Stratocumulus of 120 x 120 pixels of 50 m, and cumulus of 25 m as columns, with the sides of
-the generators fractal and fractal-relief; seen from north.
+Needs matplotlib and pillow. Seen from north, 120 x 120 pixels: stratocumulus, 50 m; cumulus, 25 m, as columns, and
+with sides of the generators fractal and fractal-relief.
 """
 
 from __future__ import annotations

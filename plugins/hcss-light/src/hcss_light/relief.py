@@ -3,7 +3,7 @@
 Thickness is that of the generator ``fractal``, so that columns keep their optical thickness. Columns of thickness alone
 would stand as needles side by side, because neighbours differ at all scales: seen aslant, their sides are streaks.
 Here the coarse octaves V' of the same field give a smooth body, cloudy where V' exceeds the value whose thickness is
-the height above the base; V(x, y, z, t) of eqs 2-4 of the HCSS paper, with z as the other axes, gives its surface lumps.
+the height above the base; V(x, y, z, t) of eqs 2-4 of the HCSS paper, with z as the other axes, gives it lumps.
 """
 
 from __future__ import annotations

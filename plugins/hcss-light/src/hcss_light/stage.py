@@ -184,7 +184,9 @@ class DriftingStage(LightStage):
         if key not in self._kept:
             own = [
                 slice(max(number * side, -far), min((number + 1) * side, size + far))
-                for number, far, size in zip(place, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True)
+                for number, far, size in zip(
+                    place, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True
+                )
             ]
             wide = _around(own, self._reach)
             (thickness,) = clouds.thickness_m(wide)
@@ -203,7 +205,5 @@ class DriftingStage(LightStage):
 
 def _around(own: Sequence[slice], reach: Any) -> Window:
     """Return the window of a part of the image and of the pixels around it."""
-    rows, columns = (
-        slice(each.start - low, each.stop + high) for each, (low, high) in zip(own, reach, strict=True)
-    )
+    rows, columns = (slice(each.start - low, each.stop + high) for each, (low, high) in zip(own, reach, strict=True))
     return rows, columns

@@ -30,7 +30,7 @@ SUNLIT, SHORT, LONG = (0.02, 0.2), (0.005, 0.05), (0.0012, 0.05)
 """Least error of ``source``, and its share of the difference of columns: by day below 5 um, by night, and above."""
 
 OPPOSITE_DEG = 10.0
-"""Angle between view and sun within which the share grows to 1: what is seen there is what is lit, in parts of voxels."""
+"""Angle between view and sun within which the share grows to 1: there the parts of voxels are seen that are lit."""
 
 FACTOR = 1.5
 """What is stated over what is expected: pixels differ, and most scenes are to be within it."""

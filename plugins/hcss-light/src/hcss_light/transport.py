@@ -162,7 +162,7 @@ class InstantLight:
             dark = [[each.at_night() for each in own] for own in lights]
             self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
 
-    def uniform(self, amount_m: Array) -> Array:
+    def uniform(self, amount_m: Array | Field) -> Array:
         """Return the radiance (B, y, x) of uniform cloud by this tier."""
         return np.array([np.interp(amount_m, self._nodes_m, each) for each in self._uniform])
 
