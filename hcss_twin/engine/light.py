@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
@@ -66,7 +67,7 @@ class LightStage:
         square: tuple[Array, Array, Array],
         window: Window,
         place: Window,
-        look_up: LookUp,
+        look_up: LookUp | ViewedLookUp,
         bands: int,
     ) -> tuple[list[slice], list[Array]]:
         """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
@@ -76,6 +77,8 @@ class LightStage:
             low, high = max(start, wanted.start), min(start + points // samples, wanted.stop)
             inner.append(slice((low - start) * samples, (high - start) * samples))
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
+        if not isinstance(look_up, LookUp):
+            look_up = look_up.of_points((outer[0], outer[1]), samples)
         values = self._looked_up(look_up, amount[*inner], bands)
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
         return outer, [own if samples == 1 else pixel_sums(own, samples) / samples**2 for own in values]
@@ -99,7 +102,7 @@ class LightStage:
         own = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
         return amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
 
-    def _looked_up(self, look_up: LookUp, amount_m: Array, channels: int) -> Array:
+    def _looked_up(self, look_up: LookUp | ViewedLookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""
         least, most = self._layer.thickness_min_m, self._layer.thickness_max_m
         cloudy, clear = (np.empty((channels, *amount_m.shape), dtype=np.float32) for _ in range(2))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.light import PlannedLight
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import LightInputs, LightTransport
 
@@ -43,7 +43,8 @@ def with_light(plan: Plan) -> Plan:
     errors: dict[str, float] = {}
     if name == AUTO:
         name = COLUMNS
-        if section.light_accuracy is not None and offered and cloudy and not unsupported:
+        parallel = plan.views is None
+        if section.light_accuracy is not None and offered and cloudy and parallel and not unsupported:
             name, errors = _cheapest(plan, offered, section.light_accuracy)
     if name == COLUMNS:
         if section.light_profile != "uniform":
@@ -62,8 +63,12 @@ def with_light(plan: Plan) -> Plan:
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
-    expected = _of_bands(plan, transport.expected_errors())
-    light, notes = replace(light, expected_rms=expected), []
+    rms, notes = transport.expected_errors(), []
+    if plan.views is not None:
+        rms, note = _over_views(plan, name, transport)
+        notes.append(f"{_FIELD}: {note}")
+    expected = _of_bands(plan, rms)
+    light = replace(light, expected_rms=expected)
     beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
     if beyond:
         notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
@@ -82,6 +87,19 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
         raise ScenarioError([Problem(_FIELD, str(error))]) from error
     except FAILURES as error:
         raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
+
+
+def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Sequence[float], str]:
+    """Return the errors and the note of a transport for an image whose view varies."""
+    own, field = getattr(transport, "over_views", None), "platform.altitude"
+    if own is None:
+        message = f"'{name}' needs one view for all pixels; allowed: a smaller image, or {_FIELD} = '{COLUMNS}'"
+        raise ScenarioError([Problem(field, message)])
+    try:
+        errors, note = own(plan)
+    except HcssError as error:
+        raise ScenarioError([Problem(field, str(error))]) from error
+    return errors, note
 
 
 def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]], allowed: float) -> tuple[str, dict[str, float]]:
@@ -131,9 +149,10 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
     assembly, (layer,) = plan.assembly, plan.layers
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
-    def clear(sun: Sun | None) -> Array:
+    def clear(sun: Sun | None, names: Collection[str] = assembly.model.terms) -> Array:
+        terms = assembly.model.clear(nodes.wavenumber_cm1, sun)
         total: Array = np.sum(
-            [np.asarray(each) for each in assembly.model.clear(nodes.wavenumber_cm1, sun).values()], axis=0
+            [np.zeros(nodes.wavenumber_cm1.size), *(np.asarray(terms[name]) for name in names)], axis=0
         )
         return total
 
@@ -161,6 +180,8 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         optics=assembly.optics,
         solar_irradiance=assembly.solar_irradiance,
         clear=clear,
+        sea_sun=lambda sun: clear(sun, sea_sun_terms(assembly.model)),
+        sea=assembly.sea,
         image=(plan.grid.rows * plan.samples_per_pixel, plan.grid.columns * plan.samples_per_pixel),
         clouds=clouds,
     )
@@ -182,8 +203,6 @@ def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
         (ends, "clouds.generator", "cloud that ends with the image", "a generator that continues it, as 'fractal'"),
         (bool(assembly.elements), "elements", "an element among broken cloud", "no elements"),
         (plan.waves is not None, "sea.waves", "a sea of resolved waves", "'averaged'"),
-        (plan.views is not None, "platform.altitude", "a view that varies over the image", "a smaller image"),
-        (plan.scenario.slant.shadows, "slant.shadows", "the shadow of clouds on the sea", "false"),
         (terms, "output.variables", "a term of the radiance", "the total"),
     ):
         if present:

@@ -20,6 +20,7 @@ from hcss_twin.providers.atmosphere import TransmittanceProvider
 from hcss_twin.providers.clouds import CloudLayer
 from hcss_twin.providers.optics import Optics
 from hcss_twin.providers.radiance import SolarIrradiance, Sun, View
+from hcss_twin.providers.sea import SeaModel
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,11 @@ class LightInputs:
         Columns of all frames, and the relative error that the scene allows.
     wavenumber_cm1, weights_cm1 : ndarray (V,), (B, V)
         Weighted wavenumbers of the radiance tables.
-    clear : callable
-        Returns the radiance (V,) of the cloud-free column under a sun, W m-2 sr-1 (cm-1)-1.
+    clear, sea_sun : callable
+        Return the radiance (V,) of the cloud-free column under a sun, W m-2 sr-1 (cm-1)-1, and what of it is direct
+        sunlight that the sea reflects.
+    sea : SeaModel
+        The sea below.
     image : (int, int)
         Rows and columns of points of the image.
     clouds : callable
@@ -67,6 +71,8 @@ class LightInputs:
     optics: Optics
     solar_irradiance: SolarIrradiance
     clear: Callable[[Sun | None], Array]
+    sea_sun: Callable[[Sun], Array]
+    sea: SeaModel
     image: tuple[int, int]
     clouds: Callable[[slice, slice, Array], tuple[NDArray[np.float32], NDArray[np.float32] | None]]
 
@@ -90,7 +96,9 @@ class LightTransport(Protocol):
 
     ``cost``: time for each pixel relative to other transports; infinite: the plan does not choose it.
     Optional ``stage``: a function of plan and tables that returns another :class:`~hcss_twin.engine.light.LightStage`;
-    ``check``: one of plan, tables and number of a frame, whose mapping with a ``text`` is part of the certificate.
+    ``over_views``: a method of plan that returns the expected errors and a note for an image whose view varies, which
+    is refused without it; ``check``: one of plan, tables and number of a frame, whose mapping with a ``text`` is part
+    of the certificate.
     """
 
     reach: tuple[tuple[int, int], tuple[int, int]]

@@ -86,6 +86,12 @@ class ViewedLookUp:
         part._up, part._across = self._up[extent[0]], self._across[extent[1]]
         return part
 
+    def of_points(self, extent: Window, samples: int) -> ViewedLookUp:
+        """Return the look-up of the points of some rows and columns, as if each were a pixel."""
+        part = self.of_part(extent)
+        part._up, part._across = (np.repeat(each, samples, axis=0) for each in (part._up, part._across))
+        return part
+
     @property
     def _shape(self) -> tuple[int, int]:
         return len(self._up), len(self._across)

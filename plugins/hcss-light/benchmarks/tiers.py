@@ -4,8 +4,8 @@
     python plugins/hcss-light/benchmarks/tiers.py --table grazing.csv --views 60 --types cumulus --cases grazing
     python plugins/hcss-light/benchmarks/tiers.py --table 50m.csv --views 0 60 --pixel-size 50
 
-Each case is a scene of 96 x 96 pixels of 100 m at 20 N, seen from north, coverage .45. Cases that the table already has
-are not computed again; delete it to start afresh.
+Each case is a scene of 96 x 96 pixels of 100 m at 20 N, seen from azimuth 20, coverage .45. Cases that the table
+already has are not computed again; delete it to start afresh.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ COLUMNS = ["type", "view_deg", "sun", "band", "tier", "bias", "rms", "bias_K", "
 
 def scene(kind: str, view: float, sun: str, pixel_m: float = 100.0) -> Scenario:
     """Return the scenario of a case."""
-    azimuth, time = (97.0, GRAZING) if sun == "grazing" else (0.0, TIMES[sun])
+    azimuth, time = (97.0, GRAZING) if sun == "grazing" else (20.0, TIMES[sun])
     return Scenario.from_dict(
         {
             "time": time,

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from hcss_light.stage import DriftingStage
 
 from hcss_twin import Scenario
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.plan.make_plan import make_plan
 
@@ -40,7 +40,7 @@ def test_frames_between_two_instants_have_the_radiance_of_light_computed_afresh(
     """Clouds have moved by parts of a pixel; by day light on other pixels differs by several percent."""
     parts = scene(time, band, evolution)
     kept, afresh = PartMaker(*parts), PartMaker(*parts)
-    afresh._light = LightStage(*parts)
+    afresh._light = DriftingStage(*parts, keeps=False)
     own, exact = frame(kept, 17), frame(afresh, 17)
     assert np.any(own != exact)
     assert np.sqrt(np.mean((own - exact) ** 2)) < allowed * exact.mean()

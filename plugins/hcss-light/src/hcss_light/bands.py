@@ -68,11 +68,13 @@ def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> 
     logarithm = np.log(np.maximum(gas, 1e-30))
     absorption = np.maximum(np.gradient(logarithm, heights, axis=0), 0.0) * across
     below = inputs.clear(sun)
+    glint, mirrored = np.zeros_like(below), mirrored_clouds(inputs, heights, gas)
     sunlight = np.zeros_like(emitted)
     if sun is not None and sun.zenith_deg <= LOWEST_SUN_DEG:
         both = [each + to_space(float(height), sun.zenith_deg) for each, height in zip(up, heights, strict=True)]
         irradiance = inputs.solar_irradiance(wavenumber) / sun.distance_au**2
         sunlight = inputs.transmittance.transmittance(wavenumber, both) * irradiance
+        glint = inputs.sea_sun(sun)
     signal = (black * gas + SUN_SHARE * sunlight)[HEIGHTS // 2]
     result = []
     for weights in inputs.weights_cm1:
@@ -99,20 +101,44 @@ def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> 
                 float(np.sum(below[some] * weights[some])),
                 integral(sunlight),
                 np.interp(altitude_m, heights, np.sum(absorption[:, some] * share, axis=1) / np.sum(share)),
+                float(np.sum(glint[some] * weights[some])),
+                integral(mirrored),
             )
             groups.append(Group(particles, around))
         result.append(groups)
     return result
 
 
-def sky_radiance(inputs: LightInputs, wavenumber: Array, altitude_m: float) -> Array:
+def mirrored_clouds(inputs: LightInputs, altitude_m: Array, gas: Array) -> Array:
+    """Return the radiance (Z, V) at the sensor that the sea adds if it mirrors opaque cloud at altitudes, not the sky.
+
+    ``gas`` (Z, V): transmittance from there to the sensor.
+    """
+    wavenumber, zenith = inputs.wavenumber_cm1, inputs.view.zenith_deg
+    across = np.cos(np.radians([zenith]))
+    reflected = 1.0 - inputs.sea.emissivity(wavenumber, across)[0]
+    (whole,) = inputs.transmittance.transmittance(wavenumber, [to_space(0.0, zenith)])
+    kelvin = inputs.profile.temperature_at(altitude_m)
+    if inputs.layer.temperature_K is not None:
+        kelvin = np.full_like(altitude_m, inputs.layer.temperature_K)
+    low, high = (sky_radiance(inputs, wavenumber, float(each), zenith) for each in altitude_m[[0, -1]])
+    part = ((altitude_m - altitude_m[0]) / (altitude_m[-1] - altitude_m[0]))[:, None]
+    # Down to the sea as much gas as the same line of sight has there upward.
+    down = whole / np.maximum(gas, np.maximum(whole, 1e-30))
+    result: Array = (
+        reflected * whole * down * (planck(wavenumber[None], kelvin[:, None]) - (1 - part) * low - part * high)
+    )
+    return result
+
+
+def sky_radiance(inputs: LightInputs, wavenumber: Array, altitude_m: float, zenith_deg: float = DIFFUSE_DEG) -> Array:
     """Return the thermal radiance (V,) of the sky at an altitude."""
     if inputs.transmittance.declares.legs == "to_space":
-        (seen,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [altitude_m], DIFFUSE_DEG)
+        (seen,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [altitude_m], zenith_deg)
         return np.asarray(seen)
     higher = inputs.profile.altitude_m[inputs.profile.altitude_m > altitude_m]
     levels = np.concatenate(([altitude_m], higher))
-    paths = [Path(), *(Path((Leg(altitude_m, float(each), DIFFUSE_DEG),)) for each in higher)]
+    paths = [Path(), *(Path((Leg(altitude_m, float(each), zenith_deg),)) for each in higher)]
     transmittance = inputs.transmittance.transmittance(wavenumber, paths)
     kelvin = inputs.profile.temperature_at(levels)
     source = planck(wavenumber[None], 0.5 * (kelvin[1:] + kelvin[:-1])[:, None])

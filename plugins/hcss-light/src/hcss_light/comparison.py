@@ -22,6 +22,7 @@ from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperatu
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.views import ImageViews, views_over_image
 from hcss_twin.providers import Array
 
 CHECKED_PIXELS, CHECKED_PHOTONS = 8, 1000
@@ -115,19 +116,23 @@ def _compared(
     """Return the result of :func:`compare` for pixels at some rows and columns."""
     from hcss_light.transport import SourceLight
 
-    inputs = light_inputs(plan, tables.spectrum.nodes)
-    transport, time_s = SourceLight(inputs), float(plan.frame_times_s[frame])
+    inputs, time_s = light_inputs(plan, tables.spectrum.nodes), float(plan.frame_times_s[frame])
+    transport, views = SourceLight(inputs), views_over_image(plan.assembly)
     sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
     mean, error = np.empty((2, len(places), len(plan.bands)))
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
     for number, (row, column) in enumerate(places):
+        if plan.views is not None and isinstance(views, ImageViews):
+            toward = plan.toward(views.of_pixels([row], [column])[0])
+            inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
+            transport = SourceLight(inputs)
         around = [
             slice(at - before, at + 1 + after)
-            for at, (before, after) in zip((row, column), transport.reach, strict=True)
+            for at, (before, after) in zip((row, column), transport.sea_reach, strict=True)
         ]
         (thickness,) = clouds.thickness_m((around[0], around[1]))
         shares = shares_of(plan, time_s, (around[0], around[1]), thickness, levels_of(transport.slices).edges_m)
-        inside = np.array([[each[0] for each in transport.reach]])
+        inside = np.array([[each[0] for each in transport.sea_reach]])
         found = reference_radiance(
             inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number, shares
         )

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_light.sea_surface import RoughSea, glint, mirror
 from hcss_light.voxels import LightError, ScatteringTable, Voxels
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.providers import Array
@@ -59,6 +60,7 @@ def radiance(
     seed: int = 0,
     columns: NDArray[np.int64] | None = None,
     displaced_m: tuple[float, float] = (0.0, 0.0),
+    sea: RoughSea | None = None,
 ) -> tuple[Array, Array]:
     """Return the radiance that leaves the top of each column, and its standard error, (X, Y) or (N,).
 
@@ -74,6 +76,8 @@ def radiance(
         Which columns; all by default.
     displaced_m : (float, float)
         By how much the areas at the top are displaced along x and y from the columns.
+    sea : RoughSea, optional
+        Below, instead of the Lambertian surface; it has the same Planck radiance.
 
     Raises
     ------
@@ -97,8 +101,9 @@ def radiance(
     borders = voxels.surface_albedo, voxels.surface_source, voxels.sky_source
     angles = scattering.cosine, scattering.phase, scattering.cumulative
     light = toward, view_zenith_deg is None, to_sun, float(irradiance)
+    waves = (0.0, 2.0, 0.0) if sea is None else (0.5 * sea.mean_square_slope, sea.index, sea.strength)
     starts = (places + np.array(displaced_m) / np.array(voxels.size_m)).astype(np.float64)
-    _trace_all(mean, error, starts, *air, *borders, *angles, *light, photons, np.random.default_rng(seed))
+    _trace_all(mean, error, starts, *air, *borders, *waves, *angles, *light, photons, np.random.default_rng(seed))
     return (mean.reshape(shape), error.reshape(shape)) if columns is None else (mean, error)
 
 
@@ -196,8 +201,9 @@ def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
 @kernel()
 def _trace_all(
     mean: Any, error: Any, starts: Any, extinction: Any, gas: Any, source: Any, edges: Any, side_x: float,
-    side_y: float, albedo: float, surface_albedo: float, surface_source: float, sky_source: float, cosine: Any,
-    phase: Any, cumulative: Any, toward: Any, by_lambert: bool, to_sun: Any, irradiance: float, photons: int, draw: Any,
+    side_y: float, albedo: float, surface_albedo: float, surface_source: float, sky_source: float, slopes: float,
+    index: float, strengthened: float, cosine: Any, phase: Any, cumulative: Any, toward: Any, by_lambert: bool,
+    to_sun: Any, irradiance: float, photons: int, draw: Any,
 ) -> None:  # fmt: skip
     at, along, shadow = np.empty(3), np.empty(3), np.empty(3)
     for n in range(mean.size):
@@ -217,7 +223,19 @@ def _trace_all(
                 if event == _TOP:
                     seen += weight * sky_source
                     break
-                if event == _SURFACE:
+                if event == _SURFACE and slopes > 0.0:
+                    if irradiance > 0.0:
+                        sunlit = weight * strengthened * irradiance * glint(-along, to_sun, slopes, index)
+                        shadow[:] = at
+                        _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, side_x, side_y)
+                        seen += sunlit * np.exp(-depth)
+                    area, reflected = mirror(along, slopes, index, draw)
+                    if along[2] <= 1e-6:
+                        reflected = 0.0
+                    seen += weight * area * (1.0 - reflected) * surface_source
+                    weight *= area * reflected
+                    strength = 0.0
+                elif event == _SURFACE:
                     seen += weight * (1.0 - surface_albedo) * surface_source
                     weight *= surface_albedo
                     strength = to_sun[2] / np.pi
@@ -230,7 +248,7 @@ def _trace_all(
                     strength = np.interp(angle, cosine, phase) / (4.0 * np.pi)
                 if weight <= 0.0:
                     break
-                if irradiance > 0.0:
+                if irradiance > 0.0 and strength > 0.0:
                     shadow[:] = at
                     _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, side_x, side_y)
                     seen += weight * strength * irradiance * np.exp(-depth)
@@ -238,6 +256,8 @@ def _trace_all(
                     if draw.random() >= _SURVIVAL:
                         break
                     weight /= _SURVIVAL
+                if event == _SURFACE and slopes > 0.0:
+                    continue
                 if event == _SURFACE:
                     up, turned = np.sqrt(1.0 - draw.random()), 2.0 * np.pi * draw.random()
                     across = np.sqrt(max(0.0, 1.0 - up * up))

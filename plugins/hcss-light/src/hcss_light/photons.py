@@ -1,13 +1,14 @@
 """Monte Carlo as a tier, ``reference``: small images of clouds with sides whose only error is noise.
 
 Photons start from every point, as many as ``radiance.light_accuracy`` requires. The clouds around a square of points
-are continued periodically, and the sea does not reflect, as in ``hcss reference``.
+are continued periodically, as in ``hcss reference``.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -45,6 +46,7 @@ class ReferenceLight(SourceLight):
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
+        self.reach = self.sea_reach
         if inputs.points > MOST_POINTS:
             raise LightError(
                 f"Monte Carlo of {inputs.points} points (pixels, their points and frames); allowed: {MOST_POINTS}; "
@@ -109,7 +111,13 @@ class InstantPhotons:
     ) -> None:
         self._inputs, self._slices, self._reach, self._sun, self._photons = inputs, slices, reach, sun, photons
 
-    def correct(self, thickness_m: Field, shares: Field | None = None) -> tuple[Array, Array, Array]:
+    def over_sea(self, thickness_m: Field, shares: Field | None = None) -> list[Array]:
+        """Return nothing: photons see the sea."""
+        return []
+
+    def correct(
+        self, thickness_m: Field, shares: Field | None = None, over_sea: Sequence[Array] = ()
+    ) -> tuple[Array, Array, Array]:
         """Return no cloud (y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x).
 
         Photons are drawn by the clouds, so that a square has the same bits wherever it is computed.

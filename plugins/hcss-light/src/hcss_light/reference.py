@@ -1,8 +1,8 @@
 """Radiance of pixels by Monte Carlo, for each weighted wavenumber of the radiance tables.
 
 Gas absorbs and emits within the cloud layer, with the absorption that the transmittance along the view has there; above
-it the transmittance of whole paths is used. What comes from below is chosen so that clear sky has the radiance of the
-scene's radiance model; it is the same in all directions, and nothing is reflected there.
+it the transmittance of whole paths is used. The sea is rough: its emission and its sunlight are chosen so that clear
+sky has the radiance of the scene's radiance model, and facets mirror what is above them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ import numpy as np
 
 from hcss_light.bands import sky_radiance
 from hcss_light.monte_carlo import Sunlight, radiance
+from hcss_light.sea_surface import RoughSea, facets, index_of
+from hcss_light.sea_surface import glint as glint_of
 from hcss_light.slices import Field, Slices
 from hcss_light.source import Direction, Particles
 from hcss_light.voxels import ScatteringTable, Voxels
@@ -29,6 +31,15 @@ LEAST_LEVELS = 64
 
 LEAST_PHOTONS = 100
 """Of each wavenumber."""
+
+LEVELS_BELOW = 8
+"""Levels of the air below the cloud layer."""
+
+MEAN_SQUARE_SLOPE = 0.04
+"""Of seas that do not state theirs."""
+
+MOST_STRENGTH = 10.0
+"""Largest factor by which sunlight is brought to that of the scene's sea."""
 
 OPAQUE = 1e-4
 """Transmittance of the gas below which what is beneath does not matter."""
@@ -46,7 +57,8 @@ class Air:
     gas_m1, emitted : ndarray (Z,)
         Absorption and Planck radiance of each level of the cloud layer.
     sky, below, sunlight : float
-        Radiance that enters the layer from above and below, and the sun's irradiance above it.
+        Radiance of the sky above the layer and of the water, and the sun's irradiance above the layer.
+    sea : RoughSea
     through, above : float
         Transmittance and radiance of the air above the layer.
     """
@@ -58,6 +70,7 @@ class Air:
     sky: float
     below: float
     sunlight: float
+    sea: RoughSea
     through: float
     above: float
 
@@ -95,6 +108,7 @@ def reference_radiance(
     """
     fine = levels_of(slices)
     density = np.moveaxis(fine.density(thickness_m, inputs.shape, shares), 0, 2).astype(np.float64)
+    density = np.pad(density, ((0, 0), (0, 0), (_edges(fine).size - 1 - fine.count, 0)))
     bands = inputs.weights_cm1.shape[0]
     result = np.zeros((2, len(points), bands))
     for band in range(bands):
@@ -114,6 +128,12 @@ def levels_of(slices: Slices) -> Slices:
     return replace(slices, count=slices.count * math.ceil(LEAST_LEVELS / slices.count))
 
 
+def _edges(slices: Slices) -> Array:
+    """Return the altitudes between the levels, from the sea on."""
+    below = np.linspace(0.0, slices.base_m, LEVELS_BELOW + 1)[:-1] if slices.base_m > 0.0 else np.zeros(0)
+    return np.concatenate((below, slices.edges_m))
+
+
 def scattering_table(particles: Particles) -> ScatteringTable:
     """Return the phase function on points that are dense in its forward peak."""
     cosine = np.concatenate((np.linspace(-1.0, 0.9, 400), 1.0 - np.geomspace(0.1, 1e-7, 1500)[1:], [1.0]))
@@ -124,16 +144,17 @@ def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> It
     used = np.flatnonzero(inputs.weights_cm1[band] > 0.0)
     wavenumber, layer, view = inputs.wavenumber_cm1[used], inputs.layer, inputs.view
     cloud = inputs.optics.single_scattering(layer.microphysics, wavenumber)
-    edges = np.linspace(slices.base_m, slices.top_m, slices.count + 1)
+    edges = _edges(slices)
+    height_m, middle_m = np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])
     up = [to_space(float(edge), view.zenith_deg) for edge in edges]
     gas = np.maximum(inputs.transmittance.transmittance(wavenumber, up), 1e-30)
     across = math.cos(math.radians(view.zenith_deg))
-    absorption = np.maximum(np.diff(np.log(gas), axis=0), 0.0) * across / slices.height_m
+    absorption = np.maximum(np.diff(np.log(gas), axis=0), 0.0) * across / height_m
     (above,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [slices.top_m], view.zenith_deg)
-    kelvin = inputs.profile.temperature_at(slices.middle_m)
+    kelvin = inputs.profile.temperature_at(middle_m)
     black = planck(wavenumber[None], kelvin[:, None])
     through = gas[-1]
-    depth = absorption * slices.height_m / across
+    depth = absorption * height_m / across
     passed = np.cumsum(depth[::-1], axis=0)[::-1] - depth
     own = np.sum(black * -np.expm1(-depth) * np.exp(-passed), axis=0)
     open_share = np.exp(-np.sum(depth, axis=0))
@@ -142,27 +163,50 @@ def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> It
     below = np.where(
         seen, ((clear - above) / np.where(seen, through, 1.0) - own) / np.where(seen, open_share, 1.0), black[0]
     )
-    below = np.maximum(below, 0.0)
     sky = sky_radiance(inputs, wavenumber, slices.top_m)
     sunlight = np.zeros_like(wavenumber)
     if sun is not None:
         (both,) = inputs.transmittance.transmittance(wavenumber, [up[-1] + to_space(slices.top_m, sun.zenith_deg)])
         sunlight = inputs.solar_irradiance(wavenumber) / sun.distance_au**2 * both / through
-    emitted = (
-        black if layer.temperature_K is None else np.broadcast_to(planck(wavenumber, layer.temperature_K), black.shape)
-    )
+    glint = np.zeros_like(wavenumber) if sun is None else inputs.sea_sun(sun)[used] / np.where(seen, through, 1.0)
+    glint = np.where(seen, glint / np.where(seen, open_share, 1.0), 0.0)
+    emitted = black.copy()
+    if layer.temperature_K is not None:
+        emitted[middle_m > slices.base_m] = planck(wavenumber, layer.temperature_K)
+    upright = 1.0 - inputs.sea.emissivity(wavenumber, np.ones(1))[0]
+    slopes = float(getattr(inputs.sea, "mean_square_slope", MEAN_SQUARE_SLOPE))
     for place, node in enumerate(used.tolist()):
+        sea = RoughSea(slopes, float(index_of(upright[place])))
+        light = float(below[place]) - float(glint[place])
+        mirrored, shares = facets(sea, across)
+        vertical = absorption[:, place] * height_m[:, 0]
+        light -= float(shares @ _downward(mirrored, vertical, black[:, place], float(sky[place])))
+        if sun is not None and glint[place] > 0.0:
+            to_sun = Direction(sun.zenith_deg, sun.azimuth_deg).vector
+            own = glint_of(Direction(view.zenith_deg, view.azimuth_deg).vector, to_sun, 0.5 * slopes, sea.index)
+            own *= float(sunlight[place]) * math.exp(-float(np.sum(vertical)) / float(to_sun[2]))
+            sea = replace(sea, strength=min(float(glint[place]) / max(own, 1e-300), MOST_STRENGTH))
         yield Air(
             float(inputs.weights_cm1[band, node]),
             Particles(float(cloud.extinction_m1[place]), float(cloud.albedo[place]), cloud.moments[:, place]),
             absorption[:, place],
             emitted[:, place],
             float(sky[place]),
-            float(below[place]),
+            max(light / (1.0 - float(np.sum(shares))), 0.0),
             float(sunlight[place]),
+            sea,
             float(through[place]),
             float(above[place]),
         )
+
+
+def _downward(cosine: Array, depth: Array, black: Array, sky: float) -> Array:
+    """Return the radiance (N,) of the clear sky at the sea for the vertical optical thickness of levels (Z,)."""
+    slanted = depth / cosine[:, None]
+    below = np.cumsum(slanted, axis=1) - slanted
+    own: Array = np.sum(-np.expm1(-slanted) * black * np.exp(-below), axis=1)
+    own += sky * np.exp(-np.sum(slanted, axis=1))
+    return own
 
 
 def _of_wavenumber(
@@ -172,7 +216,7 @@ def _of_wavenumber(
     view = inputs.view
     voxels = Voxels(
         density * air.particles.extinction_m1,
-        np.linspace(slices.base_m, slices.top_m, slices.count + 1),
+        _edges(slices),
         (inputs.point_m, inputs.point_m),
         air.particles.albedo,
         air.gas_m1,
@@ -193,4 +237,5 @@ def _of_wavenumber(
         seed=seed,
         columns=np.asarray(points, dtype=np.int64),
         displaced_m=(float(away[0]), float(away[1])),
+        sea=air.sea,
     )

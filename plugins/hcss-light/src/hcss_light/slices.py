@@ -30,8 +30,8 @@ OPAQUE = 1e-12
 VIEW_RAYS = 5
 """Rays of each line of sight."""
 
-RAYS = 2
-"""Rays of sunlight along each side of a column."""
+RAYS = 4
+"""Rays of sunlight through each column, on a turned lattice: each has a row and a column of its own."""
 
 DENSEST = 5.0 / 3.0
 """Extinction at the top of an adiabatic column over its mean."""
@@ -269,6 +269,7 @@ def march(
                 pass_on(seen[columns - back :], own[columns - back :], kept[:back], light[:back])
     for ray in range(VIEW_RAYS):
         for y in range(rows):
+            cloudy[y] = False
             for x in range(columns):
                 radiance[y, x] += open_sky[ray, y, x] * below
     for y in range(rows):
@@ -286,7 +287,7 @@ def direct_sunlight(
     light through between them that neither of them lets through.
     """
     count, rows, columns = density.shape
-    passed = np.ones((RAYS * RAYS, rows, columns))
+    passed = np.ones((RAYS, rows, columns))
     per = extinction * slice_m / cosine
     for s in range(count - 1, -1, -1):
         for y in range(rows):
@@ -296,16 +297,16 @@ def direct_sunlight(
                     continue
                 depth = per * density[s, y, x]
                 kept, entering = np.exp(-depth), 0.0
-                for ray in range(RAYS * RAYS):
-                    row = (y - whole(shifts[s, 0], ray // RAYS)) % rows
-                    column = (x - whole(shifts[s, 1], ray % RAYS)) % columns
+                for ray in range(RAYS):
+                    down, right = aside(shifts[s, 0], shifts[s, 1], ray)
+                    row, column = (y - down) % rows, (x - right) % columns
                     entering += passed[ray, row, column]
                     passed[ray, row, column] *= kept
-                mean = entering / (RAYS * RAYS) * (1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth)
+                mean = entering / RAYS * (1.0 - 0.5 * depth if depth < 1e-4 else -np.expm1(-depth) / depth)
                 sunlight[s, y, x] = -np.log(max(mean, 1e-300)) if as_depth else mean
 
 
 @inner()
-def whole(shift: float, ray: int) -> int:
-    """Return by how many points a ray is displaced that crosses the lowest slice in a part of its column."""
-    return int(np.floor(shift + (ray + 0.5) / RAYS))
+def aside(down: float, right: float, ray: int) -> tuple[int, int]:
+    """Return by how many rows and columns a ray is displaced that crosses the lowest slice in a part of its column."""
+    return int(np.floor(down + (ray + 0.5) / RAYS)), int(np.floor(right + ((2 * ray + 1) % (RAYS + 1) + 0.5) / RAYS))

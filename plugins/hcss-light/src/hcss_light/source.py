@@ -77,6 +77,15 @@ class Particles:
         # The last moments of a truncated series would leave ripples that are negative behind narrow peaks.
         return max(float(np.polynomial.legendre.legval(cosine, degrees * self.moments)), 0.0)
 
+    @property
+    def absorbing_m1(self) -> float:
+        """Extinction of cloud that absorbs as strongly as it would with its scattering.
+
+        Light that is scattered travels farther in cloud; the effective absorption is that of a thick scattering
+        medium, sqrt((1 - albedo) (1 - albedo g)) of the extinction.
+        """
+        return self.extinction_m1 * math.sqrt((1.0 - self.albedo) * (1.0 - self.albedo * self.asymmetry))
+
     @cached_property
     def exchanged(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Light that is scattered between directions without the forward peak; see :func:`coupling`."""
@@ -109,6 +118,10 @@ class Surroundings:
         Irradiance of the sun at each slice without cloud, on a surface that faces it; 0 at night.
     gas_m1 : ndarray (Z,)
         Absorption of the gas.
+    glint : float
+        What of ``below`` is direct sunlight that the sea reflects.
+    mirrored : ndarray (Z,), optional
+        What is added if the sea mirrors an opaque cloud at each slice instead of the sky.
     """
 
     emitted: Array
@@ -116,6 +129,8 @@ class Surroundings:
     below: float
     sunlight: Array
     gas_m1: Array
+    glint: float = 0.0
+    mirrored: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -195,7 +210,7 @@ def scattered_source(
             displacements(flight[:, :2] * step[:, None], coarse.shape, count),
             np.exp(-gas_m1 * height_m * slant[:, None]).astype(np.float32),
             around.sky,
-            around.below,
+            around.below - around.glint,
             start,
             number,
             *before,
@@ -270,15 +285,9 @@ def sourced_radiance(
 def absorbed_radiance(
     slices: Slices, density: Field, particles: Particles, around: Surroundings, view: Direction, reference_m: float
 ) -> tuple[Array, Array]:
-    """Return the same with emission alone: cloud that absorbs as strongly as it would with its scattering.
-
-    Light that is scattered travels farther in cloud; the effective absorption is that of a thick scattering medium,
-    sqrt((1 - albedo) (1 - albedo g)) of the extinction.
-    """
-    share = math.sqrt((1.0 - particles.albedo) * (1.0 - particles.albedo * particles.asymmetry))
+    """Return the same with emission alone, by the effective absorption."""
     nothing = np.zeros((0, *density.shape[1:]), dtype=np.float32)
-    extinction = particles.extinction_m1 * share
-    return _marched(slices, density, extinction, nothing, around.emitted, around, view, reference_m)
+    return _marched(slices, density, particles.absorbing_m1, nothing, around.emitted, around, view, reference_m)
 
 
 def _marched(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -15,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_light.slices import Field
+from hcss_light.tiles import Tiles
 from hcss_light.voxels import LightError
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.stream import FrameClouds
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.clouds import wind_velocity_m_s
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, points_of
@@ -33,6 +36,18 @@ KEPT_S, MOST_KEPT = 60.0, 2**22
 
 
 _Square = tuple[Any, Array, Array, Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class _Lit:
+    """Light of a square; ``seen``, ``over_sea``: pixels around it with clouds on lines of sight, and over the sea."""
+
+    light: Any
+    clouds: Any
+    seen: Any
+    over_sea: Any
+    edges_m: Array
+    sun: Sun | None = None
 
 
 def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
@@ -62,6 +77,11 @@ class DriftingStage(LightStage):
     def __init__(self, plan: Plan, tables: RadianceTables, keeps: bool) -> None:
         super().__init__(plan, tables)
         transport: Any = self._transport
+        self._tiles: Tiles | None = None
+        if plan.views is not None:
+            self._tiles, keeps = Tiles(plan), False
+            self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
+            self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
         samples, pixels = plan.samples_per_pixel, self._pixels
         # One pixel more: clouds lie between the pixels of the instant whose light is kept.
         seen = [tuple(-(-each // samples) + 1 for each in both) for both in transport.seen] if keeps else self._reach
@@ -75,6 +95,7 @@ class DriftingStage(LightStage):
             key = "slant.parallax" if slant.parallax else "radiance.light_profile"
             raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
         self._edges_m: Array = transport.edges_m
+        self._over_sea = self._margins(transport, self._seen)
         motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
         east, north = motion.cloud_velocity_m_s
         if section.wind_speed is not None or section.wind_from is not None:
@@ -148,31 +169,65 @@ class DriftingStage(LightStage):
                 self._lights.popitem(last=False)
         return self._lights[time_s][1:]
 
+    def _margins(self, transport: Any, seen: Any) -> list[tuple[int, ...]]:
+        """Return pixels around a square with clouds that matter to the sea below, not only to lines of sight."""
+        samples = self._plan.samples_per_pixel
+        return [
+            tuple(max(-(-far // samples), near) for far, near in zip(*both, strict=True))
+            for both in zip(transport.sea_reach, seen, strict=True)
+        ]
+
+    def _lit(self, place: tuple[int, int], time_s: float) -> _Lit:
+        """Return the light of a square at an instant."""
+        if self._tiles is None:
+            return _Lit(*self._light(time_s), self._seen, self._over_sea, self._edges_m)
+        assert self._plan.light is not None
+        toward = self._plan.toward(self._tiles.view_of(*place))
+        sun, known = toward.sun_at(time_s), self._of_tiles.pop(place, None)
+        if known is None or known.sun != sun:
+            transport: Any = self._plan.light.transport(light_inputs(toward, self._nodes))
+            samples = self._plan.samples_per_pixel
+            seen = [tuple(-(-each // samples) for each in both) for both in transport.reach]
+            light = transport.at(sun)
+            known = _Lit(light, None, seen, self._margins(transport, seen), transport.edges_m, sun)
+        self._of_tiles[place] = known
+        if len(self._of_tiles) > SQUARES_OF_FRAME:
+            self._of_tiles.popitem(last=False)
+        return known
+
     def _of_lattice(
         self, key: tuple[int, int, int], own: Sequence[slice], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
-        samples, (light, around) = self._plan.samples_per_pixel, self._light(own_s)
-        wide = _around(own, self._seen)
+        samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
+        light = lit.light
+        wide = _around(own, lit.over_sea)
         (thickness,) = clouds.thickness_m(wide)
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
         if before is not None and still and np.array_equal(before[1], thickness):
             return before
-        shares = self._shares(self._time_s, wide, thickness)
+        shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
+        inner = [
+            slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
+            for each, (far, _), (near, high) in zip(own, lit.over_sea, lit.seen, strict=True)
+        ]
+        over_sea = [each[*inner] for each in light.over_sea(thickness, **shares)]
+        shares = {name: np.ascontiguousarray(each[:, *inner]) for name, each in shares.items()}
         kept: tuple[Any, ...] = ()
         if self._keeps:
-            source, first = self._kept_of(own_s, key[1:], light, around)
+            source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
             kept = source, (moved + first - [each.start for each in own]) * samples
-        amount, share, change = light.correct(np.ascontiguousarray(thickness), *kept, **shares)
-        inner = [
+        near = np.ascontiguousarray(thickness[*inner])
+        amount, share, change = light.correct(near, *kept, **shares, over_sea=over_sea)
+        cut = [
             slice(before * samples, (before + each.stop - each.start) * samples)
-            for each, (before, _) in zip(own, self._seen, strict=True)
+            for each, (before, _) in zip(own, lit.seen, strict=True)
         ]
-        return light, thickness.copy(), moved, amount[*inner].copy(), share[:, *inner].copy(), change[:, *inner].copy()
+        return light, thickness.copy(), moved, amount[*cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
 
-    def _shares(self, time_s: float | None, window: Window, thickness_m: Field) -> dict[str, Field]:
+    def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
-        shares = shares_of(self._plan, time_s, window, thickness_m, self._edges_m)
+        shares = shares_of(self._plan, time_s, window, thickness_m, edges_m)
         return {} if shares is None else {"shares": shares}
 
     def _kept_of(self, time_s: float, place: tuple[int, int], light: Any, clouds: Any) -> Any:
@@ -194,7 +249,7 @@ class DriftingStage(LightStage):
                 slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
                 for each, (far, _), (near, high) in zip(own, self._reach, self._seen, strict=True)
             ]
-            shares = self._shares(time_s, wide, thickness)
+            shares = self._shares(time_s, wide, thickness, self._edges_m)
             source = light.keep(np.ascontiguousarray(thickness), inner, **shares)
             self._kept[key] = source, np.array([each.start for each in own])
             if len(self._kept) > self._most_kept:

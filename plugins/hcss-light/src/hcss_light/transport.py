@@ -19,6 +19,8 @@ import numpy as np
 
 from hcss_light.bands import Group, groups_of_bands
 from hcss_light.kept import KeptSource
+from hcss_light.sea import FAINT as FAINT_GLINT
+from hcss_light.sea import Sea, SeaPaths
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
 from hcss_light.stated import differences, stated_errors
@@ -84,6 +86,10 @@ class SourceLight:
         )
         # One point for each of two interpolations.
         self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
+        suns = [Direction(*each) for each in zip(zenith.tolist(), azimuth.tolist(), strict=True)]
+        toward = Direction(view.zenith_deg, view.azimuth_deg)
+        seas = [Sea(self.slices, toward, each, inputs.reference_m).reach for each in (None, *suns)]
+        self.sea_reach: tuple[tuple[int, int], ...] = tuple(map(tuple, np.max([self.reach, *seas], axis=0).tolist()))
         if self.tier == "source":
             self.seen = tuple(
                 (math.ceil(max(-float(np.min(own)), 0.0)) + 2, math.ceil(max(float(np.max(own)), 0.0)) + 2)
@@ -110,6 +116,23 @@ class SourceLight:
     def errors_of_columns(self) -> list[float]:
         """Return the same of independent columns."""
         return stated_errors(self._inputs, self._differences[0], self._differences[0])
+
+    def over_views(self, plan: Plan) -> tuple[list[float], str]:
+        """Return the same errors over an image whose view varies, and a note about its directions.
+
+        Raises
+        ------
+        LightError
+            If directions that are constant in squares would be too wrong.
+        """
+        from hcss_light.tiles import Tiles  # not for parallel views
+
+        tiles, own = Tiles(plan), self._inputs
+        errors = [type(self)(replace(own, view=each)).expected_errors() for each in (own.view, *tiles.corners)]
+        text = (
+            f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
+        )
+        return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
 
     @cached_property
     def _differences(self) -> list[Array]:
@@ -148,6 +171,8 @@ class InstantLight:
         layer = inputs.layer
         view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
         to_sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
+        self._sea = Sea(slices, view, to_sun, inputs.reference_m)
+        self._glints = any(each.around.glint > FAINT_GLINT * each.around.below for own in groups for each in own)
         self._slices, self._shape = slices, inputs.shape
         self._least_m, self._most_m = layer.thickness_min_m, layer.thickness_max_m
         nodes = np.linspace(0.0, self._most_m, NODES_PER_SLICE * slices.count + 1)
@@ -156,11 +181,22 @@ class InstantLight:
         columns = [slices.density(np.full((1, 1), each, dtype=np.float32)) for each in self._nodes_m]
         lights = [[GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in own] for own in groups]
         self._lights = lights
-        self._uniform = np.array([sum(each.of_uniform(columns) for each in own) for own in lights])
+        self._uniform = self._of_uniform(lights, columns)
         self._dark = self._uniform
         if to_sun is not None:
-            dark = [[each.at_night() for each in own] for own in lights]
-            self._dark = np.array([sum(each.of_uniform(columns) for each in own) for own in dark])
+            self._dark = self._of_uniform([[each.at_night() for each in own] for own in lights], columns)
+
+    def _of_uniform(self, lights: list[list[GroupLight]], columns: Sequence[Field]) -> Array:
+        """Return the radiance (B, N) of uniform clouds."""
+        paths = [self._sea.paths(each, self._glints) for each in columns]
+        result: Array = np.array([sum(each.of_uniform(columns, self._sea, paths) for each in own) for own in lights])
+        return result
+
+    def over_sea(self, thickness_m: Field, shares: Field | None = None) -> list[Array]:
+        """Return what clouds (y, x) change in the radiance of the sea (y, x) below the lines of sight, by group."""
+        density = self._slices.density(thickness_m, self._shape, shares)
+        paths = self._sea.paths(density, self._glints)
+        return [each.over_sea(self._sea, paths, thickness_m.shape) for own in self._lights for each in own]
 
     def uniform(self, amount_m: Array | Field) -> Array:
         """Return the radiance (B, y, x) of uniform cloud by this tier."""
@@ -178,6 +214,7 @@ class InstantLight:
         kept: KeptSource | None = None,
         moved: Sequence[float] = (0.0, 0.0),
         shares: Field | None = None,
+        over_sea: Sequence[Array] | None = None,
     ) -> tuple[Array, Array, Array]:
         """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x).
 
@@ -187,7 +224,10 @@ class InstantLight:
             Of the same clouds before they moved by so many rows and columns.
         shares : ndarray (Z, y, x), optional
             Of each column between the altitudes ``edges_m`` of the transport.
+        over_sea : sequence of ndarray (y, x), optional
+            From :meth:`over_sea`, with more clouds around; by default the clouds are continued periodically.
         """
+        seas = iter(self.over_sea(thickness_m, shares) if over_sea is None else over_sea)
         density = self._slices.density(thickness_m, self._shape, shares)
         sources = iter(() if kept is None else kept.at(density, moved))
         share, change = np.empty((2, len(self._lights), *thickness_m.shape))
@@ -196,7 +236,7 @@ class InstantLight:
             total = np.zeros(thickness_m.shape)
             for each in own:
                 amount, radiance = each.radiance(density, next(sources, None))
-                total += radiance
+                total += radiance + each.unveiled(amount) * next(seas)
             np.minimum(amount, self._most_m, out=amount)
             uniform, dark = (np.interp(amount, self._nodes_m, each[band]) for each in (self._uniform, self._dark))
             sunlight = uniform - dark
@@ -219,17 +259,33 @@ class GroupLight:
 
     def at_night(self) -> GroupLight:
         """Return the same light without the sun."""
-        return GroupLight(self._tier, self._slices, self._group, self._view, None, self._reference_m)
+        around = self._group.around
+        group = replace(self._group, around=replace(around, below=around.below - around.glint, glint=0.0))
+        return GroupLight(self._tier, self._slices, group, self._view, None, self._reference_m)
 
-    def of_uniform(self, columns: Sequence[Field]) -> Array:
+    def over_sea(self, sea: Sea, paths: SeaPaths, shape: Sequence[int]) -> Array:
+        """Return what clouds change in the radiance of the sea (y, x)."""
+        return sea.change(paths, self._group.particles, self._group.around, shape)
+
+    def unveiled(self, amount_m: Array) -> Array:
+        """Return the share of the light of the sea that cloud on the line of sight leaves."""
+        particles = self._group.particles
+        extinction = particles.scaled[0] if self._tier == "source" else particles.absorbing_m1
+        return np.asarray(np.exp(-extinction / float(self._view.vector[2]) * amount_m))
+
+    def of_uniform(self, columns: Sequence[Field], sea: Sea, paths: Sequence[SeaPaths]) -> Array:
         """Return the radiance (N,) of uniform clouds, to which the sums for sunlight are fitted in the tier slant."""
         if self._tier == "slant" and self._sun is not None:
-            dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0)
+            dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0, glint=0.0)
             integrals = np.array([self._integrals(each)[:, 0, 0] for each in columns]).T
             self._weights = fitted_weights(
                 integrals, np.array([self._sourced(each, dark)[1].item() for each in columns])
             )
-        return np.array([self.radiance(each)[1].item() for each in columns])
+        result = []
+        for column, path in zip(columns, paths, strict=True):
+            amount, radiance = self.radiance(column)
+            result.append((radiance + self.unveiled(amount) * self.over_sea(sea, path, (1, 1))).item())
+        return np.array(result)
 
     def source(self, density: Field) -> Field:
         """Return the source function (Z, y, x) toward the view."""

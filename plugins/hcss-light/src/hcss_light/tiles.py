@@ -1,0 +1,99 @@
+"""Views that vary over an image: squares of pixels in each of which the directions of the view are constant.
+
+The line of sight of a pixel meets the flat side of the clouds at its own place; a direction that is not its own
+displaces it above by at most the height of the layer times the difference of the tangents of the zenith angles.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import numpy as np
+
+from hcss_light.voxels import LightError
+from hcss_twin.engine.light import LARGEST_SQUARE
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.views import views_over_image
+from hcss_twin.providers import Array, View
+
+LEAST_SIDE = 32
+"""Pixels along the sides of the smallest squares; in smaller ones most of the time would go into the clouds around."""
+
+MOST_DISPLACED = 0.5
+"""Largest displacement of a line of sight at the top of the clouds, in points."""
+
+
+class Tiles:
+    """Squares of an image with one direction of the view each.
+
+    Attributes
+    ----------
+    side : int
+        Pixels along the sides.
+    displaced : float
+        Largest displacement of a line of sight within the clouds, in points.
+
+    Raises
+    ------
+    LightError
+        If the view varies so much that squares would have to be smaller than :data:`LEAST_SIDE`.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        views = views_over_image(plan.assembly)
+        assert views is not None
+        self._views, self._size = views, (plan.grid.rows, plan.grid.columns)
+        (layer,) = plan.layers
+        points = layer.thickness_max_m * plan.samples_per_pixel / plan.grid.pixel_size_m
+        side = max(LARGEST_SQUARE // plan.samples_per_pixel, 1)
+        self.side = min(max(self._size), side)
+        while (displaced := points * self._turn()) > MOST_DISPLACED and self.side > LEAST_SIDE:
+            self.side = max(self.side // 2, LEAST_SIDE)
+        self.displaced = displaced
+        if displaced > MOST_DISPLACED:
+            raise LightError(
+                f"views that vary over the image displace lines of sight by {displaced:.2g} points in squares of "
+                f"{self.side} pixels; allowed: {MOST_DISPLACED:g}: a higher sensor or larger pixels need less"
+            )
+
+    def view_of(self, row: int, column: int) -> View:
+        """Return the view from the middle of the part of a square that lies in the image."""
+        (view,) = self._at([self._middle(row, column)])
+        return view
+
+    @property
+    def corners(self) -> list[View]:
+        """Views from the squares in the corners of the image."""
+        last = [-(-size // self.side) - 1 for size in self._size]
+        return [self.view_of(row, column) for row, column in product((0, last[0]), (0, last[1]))]
+
+    def _middle(self, row: int, column: int) -> tuple[float, float]:
+        edges = [
+            (min(max(at * self.side, 0), size), min(max((at + 1) * self.side, 0), size))
+            for at, size in zip((row, column), self._size, strict=True)
+        ]
+        return 0.5 * sum(edges[0]), 0.5 * sum(edges[1])
+
+    def _at(self, places: list[tuple[float, float]]) -> list[View]:
+        """Return the views from rows and columns, counted from the edges of the image."""
+        rows, columns = self._size
+        views: list[View] = self._views.at([(2.0 * x / columns - 1.0, 2.0 * y / rows - 1.0) for y, x in places])
+        return views
+
+    def _turn(self) -> float:
+        """Return the largest difference of tangents between a corner and the middle of squares all over the image."""
+        count = [-(-size // self.side) for size in self._size]
+        largest = 0.0
+        for row, column in product(*(sorted({0, each // 2, each - 1}) for each in count)):
+            y, x = self._middle(row, column)
+            half = [min(0.5 * self.side, 0.5 * size) for size in self._size]
+            corners = [(y + up * half[0], x + right * half[1]) for up, right in product((-1.0, 1.0), repeat=2)]
+            tangents = np.array([_tangent(each) for each in self._at([(y, x), *corners])])
+            largest = max(largest, float(np.max(np.hypot(*(tangents[1:] - tangents[0]).T))))
+        return largest
+
+
+def _tangent(view: View) -> Array:
+    azimuth = math.radians(view.azimuth_deg)
+    return math.tan(math.radians(view.zenith_deg)) * np.array([math.cos(azimuth), math.sin(azimuth)])
