@@ -71,13 +71,12 @@ class LightStage:
         bands: int,
     ) -> tuple[list[slice], list[Array]]:
         """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
-        side, samples = self._pixels, self._plan.samples_per_pixel
+        samples, (amount, share, change) = self._plan.samples_per_pixel, square
         inner, outer = [], []
-        for start, wanted, where in zip(first, window, place, strict=True):
-            low, high = max(start, wanted.start), min(start + side, wanted.stop)
+        for start, points, wanted, where in zip(first, amount.shape, window, place, strict=True):
+            low, high = max(start, wanted.start), min(start + points // samples, wanted.stop)
             inner.append(slice((low - start) * samples, (high - start) * samples))
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-        amount, share, change = square
         if not isinstance(look_up, LookUp):
             look_up = look_up.of_points((outer[0], outer[1]), samples)
         values = self._looked_up(look_up, amount[*inner], bands)

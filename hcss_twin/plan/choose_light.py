@@ -156,6 +156,13 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         )
         return total
 
+    def clouds(rows: slice, columns: slice, edges_m: Array) -> tuple[Any, Any]:
+        generator: Any = assembly.generators[0]
+        time_s, shares = float(plan.frame_times_s[0]), getattr(generator, "height_shares", None)
+        summary = None if generator.declares.tileable else generator.frame_summary(time_s)
+        thickness = generator.thickness_around_m(time_s, rows, columns, summary)
+        return thickness, None if shares is None else shares(time_s, rows, columns, thickness, edges_m)
+
     return LightInputs(
         layer=layer,
         shape=plan.scenario.radiance.light_profile,
@@ -175,6 +182,8 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         clear=clear,
         sea_sun=lambda sun: clear(sun, sea_sun_terms(assembly.model)),
         sea=assembly.sea,
+        image=(plan.grid.rows * plan.samples_per_pixel, plan.grid.columns * plan.samples_per_pixel),
+        clouds=clouds,
     )
 
 

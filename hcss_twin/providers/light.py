@@ -48,6 +48,11 @@ class LightInputs:
         sunlight that the sea reflects.
     sea : SeaModel
         The sea below.
+    image : (int, int)
+        Rows and columns of points of the image.
+    clouds : callable
+        Returns the thickness (y, x) of a window of points in or around the first frame, and the shares (Z, y, x) of
+        heights between altitudes (Z + 1,), None if the generator has none.
     """
 
     layer: CloudLayer
@@ -68,6 +73,8 @@ class LightInputs:
     clear: Callable[[Sun | None], Array]
     sea_sun: Callable[[Sun], Array]
     sea: SeaModel
+    image: tuple[int, int]
+    clouds: Callable[[slice, slice, Array], tuple[NDArray[np.float32], NDArray[np.float32] | None]]
 
 
 class InstantLight(Protocol):

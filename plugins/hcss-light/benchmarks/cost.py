@@ -47,13 +47,13 @@ def kernels(thickness: np.ndarray, base_m: float, top_m: float) -> None:
     slices = slices_of(base_m, top_m, "base", 100.0, 45.0, particles.scaled[0] * (top_m - base_m))
     density = slices.density(thickness)
     around = Surroundings(np.ones(slices.count), 0.2, 1.0, np.ones(slices.count), np.full(slices.count, 1e-5))
-    amount, radiance = np.empty((2, *thickness.shape))
+    radiance = np.empty(thickness.shape, dtype=np.float32)
     shifts = slices.shifts(45.0, 0.0, base_m)
     source = scattered_source(slices, density, particles, around, view, sun, 1)
     arguments = density, source, np.zeros(slices.count), particles.scaled[0], slices.height_m, 0.7, shifts, 1.0
-    march(*arguments, amount, radiance)
+    march(*arguments, radiance)
     begun = time.process_time()
-    march(*arguments, amount, radiance)
+    march(*arguments, radiance)
     print(f"view march: {1e9 * (time.process_time() - begun) / density.size:.2f} ns for each slice, pixel and band")
     spent = []
     for orders in (4, 20):

@@ -153,7 +153,7 @@ def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
         ([10.5, 11.0], 0.0, NIGHT, 0.01, "columns"),
         ([10.5, 11.0], 60.0, NIGHT, 0.01, "slant"),
         ([3.6, 3.8], 0.0, NIGHT, 0.02, "source"),
-        ([3.6, 3.8], 60.0, DAY, 0.2, "source"),
+        ([3.6, 3.8], 60.0, DAY, 0.12, "source"),
     ],
 )
 def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenith, time, allowed, chosen):

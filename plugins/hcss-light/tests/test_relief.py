@@ -9,6 +9,7 @@ from hcss_light.relief import ReliefClouds, ReliefParameters
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.errors import HcssError
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.reports.cloud_columns import read_columns
 from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
@@ -76,3 +77,18 @@ def test_slanted_light_sees_the_shape_and_agrees_with_monte_carlo_in_the_same_vo
 def test_a_profile_for_clouds_with_their_own_shape_is_refused():
     with pytest.raises(HcssError, match="light_profile"):
         simulate(scene("source", radiance={"light": "source", "light_profile": "adiabatic"}))
+
+
+def test_sides_of_clouds_change_with_height_instead_of_standing_as_needles():
+    """At 20 m: the share of sides that go on straight over the next 100 m; nearly all do in columns on a flat base."""
+    image = {"rows": 64, "columns": 64, "pixel_size": 20.0}
+    plan = make_plan(scene("columns", image=image))
+    generator, layer = plan.assembly.generators[0], plan.layers[0]
+    edges, window = np.arange(layer.base_m, layer.top_m, 20.0), (slice(0, 64), slice(0, 64))
+    thickness = generator.thickness_m(0.0, *window)
+    flat = layer.base_m + thickness > edges[:-1, None, None]
+    straight = []
+    for cloudy in (flat, generator.height_shares(0.0, *window, thickness, edges) > 1e-6):
+        side = cloudy[:, :, 1:] != cloudy[:, :, :-1]
+        straight.append(np.count_nonzero(side[5:] & side[:-5]) / np.count_nonzero(side[:-5]))
+    assert straight[1] < 0.7 * straight[0]

@@ -1,19 +1,22 @@
-"""Fractal clouds with a shape in height: bases and tops with relief, soft edges, and three-dimensional octaves.
+"""Fractal clouds with a shape in height: rounded sides and tops of three-dimensional octaves, and soft edges.
 
-Thickness is that of the generator ``fractal``, so that columns keep their optical thickness. It is spread over heights
-by V(x, y, z, t) of eqs 2-4 of the HCSS paper: two octaves with the lattice cells of the layer's type, also along z.
+Thickness is that of the generator ``fractal``, so that columns keep their optical thickness. Columns of thickness alone
+would stand as needles side by side, because neighbours differ at all scales: seen aslant, their sides are streaks.
+Here the coarse octaves V' of the same field give a smooth body, cloudy where V' exceeds the value whose thickness is
+the height above the base; V(x, y, z, t) of eqs 2-4 of the HCSS paper, with z as the other axes, gives it lumps.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
@@ -21,29 +24,33 @@ from hcss_twin.models.clouds.fractal.octaves import separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array, CloudInputs
 
-STRETCH = 1.3
-"""Height of a column over its thickness: extinction falls toward both ends."""
+SMOOTHEST = 20.0
+"""Finest cell of the smooth body: the greatest thickness over this, and at least the first octave."""
 
-SHARES = (0.8, 0.6)
-"""Amplitudes of the coarser and the finer octave."""
+OCTAVES, FINEST_PIXELS = 4, 1.5
+"""Octaves of the lumps at most, each with half the cell of the one before, and their finest cell in pixels."""
+
+SOFT = 0.25
+"""Depth below the surface at which the extinction is full, in cells of the finest octave (at least a pixel)."""
 
 
 class ReliefParameters(FractalParameters):
     """Those of ``fractal``, and the shape in height."""
 
     base_relief: float = Field(
-        default=0.2, ge=0.0, le=1.0, description="Part of the free height of the layer by which flat ends move."
+        default=0.05, ge=0.0, le=1.0, description="Part of the free height of the layer by which flat ends move."
     )
     roughness: float = Field(
-        default=0.5, ge=0.0, le=3.0, description="Amplitude of the three-dimensional octaves over the mean extinction."
+        default=0.35, ge=0.0, le=3.0, description="Height of the lumps of the surface, over the cell of their octave."
     )
 
 
 class ReliefClouds(FractalClouds):
     """The generator ``fractal-relief``; see :class:`hcss_twin.providers.clouds.CloudGeneratorOptions`.
 
-    The extinction of a column is (4 u (1 - u) + roughness V) where this is positive, u being the height over that of
-    the column, which is 1.3 times its thickness within the layer.
+    A point lies (V' - threshold of its height) / |gradient| below the surface of the smooth body, to which the lumps
+    are added. The extinction grows over a soft edge, and as the power 2/3 of the height above the base. A column that
+    the body leaves empty is cloudy where it comes nearest to it.
     """
 
     def __init__(self, inputs: CloudInputs, parameters: ReliefParameters) -> None:
@@ -51,44 +58,60 @@ class ReliefClouds(FractalClouds):
         given = {name: value for name, value in flat.items() if name in parameters.model_fields_set}
         super().__init__(inputs, FractalParameters(**given))
         self._relief, self._roughness, self._seed = parameters.base_relief, parameters.roughness, inputs.seed
-        own = self.parameters
+        own, thickest = self.parameters, inputs.layer.thickness_max_m
         assert own.gamma is not None
         assert own.L is not None
         assert own.k is not None
-        widest = 16_000.0 / math.sqrt(own.L[0] * own.L[1])
-        wanted = math.log(widest / (0.5 * inputs.layer.thickness_max_m), own.gamma)
-        coarse = min(max(round(wanted), own.k[0]), max(own.k[1] - 1, own.k[0]))
+        octaves = separate_octaves(own, inputs.grid, inputs.motion, False)
+        scale = 16_000.0 / math.sqrt(own.L[0] * own.L[1])
+        body = [each for each in octaves if scale / own.gamma**each.k >= thickest / SMOOTHEST] or [octaves[0]]
+        variance = math.fsum(each.variance for each in body)
+        body = [replace(each, variance=each.variance / variance) for each in body]
+        self._body = FractalField(inputs.seed, tuple(body))
+        # Lumps: from half the greatest thickness, or the first cell, on.
+        widest = min(0.5 * thickest, scale / own.gamma ** own.k[0])
+        finest = FINEST_PIXELS * inputs.grid.pixel_size_m
         self._octaves = []
-        for k in (coarse, min(coarse + max(round(math.log(2.0, own.gamma)), 1), 16)):
-            shape = own.model_copy(update={"k": (k, k)})
-            self._octaves.append((k, widest / own.gamma**k, separate_octaves(shape, inputs.grid, inputs.motion, False)))
-        self._plane = lru_cache(maxsize=256)(self._new_plane)
+        for number in range(OCTAVES):
+            cell_m = widest * 0.5**number
+            if number and cell_m < finest:
+                break
+            cells = scale / cell_m
+            lumps = own.model_copy(update={"L": (own.L[0] * cells, own.L[1] * cells), "k": (0, 0)})
+            self._octaves.append((cell_m, separate_octaves(lumps, inputs.grid, inputs.motion, False)))
+        self._soft_m = max(SOFT * self._octaves[-1][0], inputs.grid.pixel_size_m)
+        self._plane = lru_cache(maxsize=512)(self._new_plane)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_plane"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._plane = lru_cache(maxsize=256)(self._new_plane)
+        self._plane = lru_cache(maxsize=512)(self._new_plane)
 
     def _new_plane(self, octave: int, number: int) -> FractalField:
         seed = np.random.SeedSequence([self._seed, octave, number + 2**20]).generate_state(1, np.uint64)
-        return FractalField(int(seed[0]) >> 1, self._octaves[octave][2])
+        return FractalField(int(seed[0]) >> 1, self._octaves[octave][1])
 
-    def _noise(self, time_s: float, rows: slice, columns: slice, altitude_m: Array) -> NDArray[np.float32]:
-        """Return V (Z, y, x): between planes of the lattice with unit variance, as along the other axes."""
+    def _lumps(self, time_s: float, rows: slice, columns: slice, altitude_m: Array) -> NDArray[np.float32]:
+        """Return the height of lumps (Z, y, x), m: V between planes of the lattice with unit variance, as in x and y.
+
+        Its modulus makes lumps round, and what lies between them sharp.
+        """
         x = self._pixels("columns", columns, self._grid.columns, self._speed_x, time_s)
         y = self._pixels("rows", rows, self._grid.rows, self._speed_y, time_s)
         result = np.zeros((altitude_m.size, y.count, x.count), dtype=np.float32)
-        for octave, (amplitude, (_, cell_m, _)) in enumerate(zip(SHARES, self._octaves, strict=True)):
+        for octave, (cell_m, _) in enumerate(self._octaves):
             place = altitude_m / cell_m + 0.37 * octave
+            own = np.zeros_like(result)
             for plane in range(math.floor(place[0]), math.floor(place[-1]) + 2):
                 away = np.abs(place - plane)
                 near = np.flatnonzero(away < 1.0)
                 if near.size:
                     field = self._plane(octave, plane).window(time_s, y, x)
-                    weights = amplitude * np.cos(0.5 * math.pi * away[near])
-                    result[near] += weights.astype(np.float32)[:, None, None] * field
+                    own[near] += np.cos(0.5 * math.pi * away[near]).astype(np.float32)[:, None, None] * field
+            # The coarsest octave bends the body, the others give it lumps.
+            result += np.float32(self._roughness * cell_m) * (own if octave == 0 else np.abs(own) - np.float32(0.8))
         return result
 
     def height_shares(
@@ -96,22 +119,37 @@ class ReliefClouds(FractalClouds):
     ) -> NDArray[np.float32]:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,)."""
         layer, edges = self._layer, np.asarray(edges_m, dtype=np.float64)
-        x = self._pixels("columns", columns, self._grid.columns, self._speed_x, time_s)
-        y = self._pixels("rows", rows, self._grid.rows, self._speed_y, time_s)
+        wide = [slice(each.start - 1, each.stop + 1) for each in (rows, columns)]
+        x = self._pixels("columns", wide[1], self._grid.columns, self._speed_x, time_s)
+        y = self._pixels("rows", wide[0], self._grid.rows, self._speed_y, time_s)
+        body = self._body.window(time_s, y, x).astype(np.float32)
+        pixel_m = self._grid.pixel_size_m
+        steep = np.hypot(body[2:, 1:-1] - body[:-2, 1:-1], body[1:-1, 2:] - body[1:-1, :-2]) / np.float32(2.0 * pixel_m)
+        body = body[1:-1, 1:-1]
         free = np.maximum(layer.thickness_max_m - thickness_m, 0.0)
-        # Ends of columns move with the coarser octave of a plane of its own.
-        moved = self._relief * free * ndtr(self._plane(0, -1000).window(time_s, y, x)).astype(np.float32)
-        height = np.minimum(STRETCH * thickness_m, layer.thickness_max_m - moved)
-        low = moved if layer.anchor == "base" else layer.thickness_max_m - moved - height
-        low, height = (low + layer.base_m)[None], np.maximum(height, 1e-3)[None]
-        bottom, top = edges[:-1, None, None], edges[1:, None, None]
-        inside = np.clip(np.minimum(top, low + height) - np.maximum(bottom, low), 0.0, None).astype(np.float32)
-        middle = 0.5 * (np.clip(bottom, low, low + height) + np.clip(top, low, low + height))
-        part = ((middle - low) / height).astype(np.float32)
-        noise = self._noise(time_s, rows, columns, 0.5 * (edges[:-1] + edges[1:]))
-        shares = inside * np.maximum(4.0 * part * (1.0 - part) + np.float32(self._roughness) * noise, 0.0)
-        # Where noise leaves nothing, the column is uniform.
-        shares = np.where(np.sum(shares, axis=0) > 1e-3 * height[0], shares, inside)
+        moved = self._relief * free * ndtr(self._plane(0, -1000).window(time_s, y, x)[1:-1, 1:-1]).astype(np.float32)
+        middle = 0.5 * (edges[:-1] + edges[1:])
+        height = middle - layer.base_m if layer.anchor == "base" else layer.base_m + layer.thickness_max_m - middle
+        above = (height.astype(np.float32)[:, None, None] - moved).clip(0.0)
+        below_base = height.astype(np.float32)[:, None, None] < moved
+        # The value of V' whose thickness is the height, and how fast it grows with it.
+        span = max(layer.thickness_max_m - layer.thickness_min_m, 1.0)
+        grid = np.linspace(0.0, 1.0, 513)
+        chance = 1.0 - layer.coverage * (1.0 - grid ** (1.0 / self.parameters.brightness_exponent))
+        threshold = ndtri(np.clip(chance, 1e-6, 1.0 - 1e-4))
+        growth = np.gradient(threshold, grid) / span
+        part = np.clip((above - layer.thickness_min_m) / span, 0.0, 1.0)
+        depth = body - np.interp(part, grid, threshold).astype(np.float32)
+        depth /= np.hypot(steep, np.interp(part, grid, growth).astype(np.float32)) + np.float32(1e-9)
+        depth += self._lumps(time_s, rows, columns, middle)
+        depth[below_base] = -1e4
+        # Columns that are left empty.
+        nearest = np.max(depth, axis=0)
+        depth -= np.minimum(nearest - np.float32(self._soft_m), 0.0)
+        shares = np.clip(depth / np.float32(self._soft_m), 0.0, 1.0)
+        if layer.anchor == "base":
+            shares *= (above + np.float32(0.02 * layer.thickness_max_m)) ** np.float32(2.0 / 3.0)
+        shares *= np.diff(edges).astype(np.float32)[:, None, None]
         total = np.sum(shares, axis=0, dtype=np.float64)
         cloudy = (thickness_m > 0.0) & (total > 0.0)
         result: NDArray[np.float32] = np.where(cloudy, shares / np.where(cloudy, total, 1.0), 0.0).astype(np.float32)

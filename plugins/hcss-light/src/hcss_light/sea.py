@@ -92,11 +92,11 @@ class Sea:
             depth = particles.scaled[0] / self._up * paths.to_sun_m
             result -= around.glint * (1.0 - np.mean(np.exp(-depth), axis=0))
         if around.mirrored is not None:
-            amount, seen = np.empty(paths.mirrored.shape[1:]), np.empty(paths.mirrored.shape[1:])
+            seen = np.empty(paths.mirrored.shape[1:], dtype=np.float32)
             nothing = np.zeros((0, 1, 1), dtype=np.float32)
             march(
                 paths.mirrored, nothing, around.mirrored[::-1].copy(), particles.absorbing_m1, self._slices.height_m,
-                float(self._view.vector[2]), self._mirrored[::-1] / STEP, 0.0, amount, seen,
+                float(self._view.vector[2]), self._mirrored[::-1] / STEP, 0.0, seen,
             )  # fmt: skip
             count = paths.mirrored.shape[1:]
             rows, columns = _between(count[0], shape[0]), _between(count[1], shape[1])

@@ -24,8 +24,14 @@ LEAST_SLICES, MOST_SLICES = 16, 512
 HIGHEST_SLICE_OPTICAL_THICKNESS = 1.0
 """Vertical optical thickness of the thickest slice: the source is constant within it."""
 
+OPAQUE = 1e-12
+"""Least transmittance of cloud that is told from 0: smaller numbers would be slow."""
+
+VIEW_RAYS = 5
+"""Rays of each line of sight."""
+
 RAYS = 4
-"""Rays of the view and of sunlight through each column, on a turned lattice: each has a row and a column of its own."""
+"""Rays of sunlight through each column, on a turned lattice: each has a row and a column of its own."""
 
 DENSEST = 5.0 / 3.0
 """Extinction at the top of an adiabatic column over its mean."""
@@ -142,14 +148,91 @@ def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, resu
 
 
 @kernel()
+def paths(density: Any, slice_m: float, shifts: Any, amount: Any) -> None:
+    """Write the path in cloud times cosine (y, x), m, of the mean line of sight of each point."""
+    count, rows, columns = density.shape
+    amount[:] = 0.0
+    part = np.float32(slice_m / VIEW_RAYS)
+    for s in range(count):
+        for ray in range(VIEW_RAYS):
+            row, back = crossed(shifts, s, ray, rows, columns)
+            for y in range(rows):
+                own, cloud = amount[y], density[s, (y + row) % rows]
+                add(own[: columns - back], cloud[back:], part)
+                add(own[columns - back :], cloud[:back], part)
+
+
+@inner()
+def add(total: Any, values: Any, part: Any) -> None:
+    """Add a part of values to a total."""
+    for x in range(total.size):
+        total[x] += part * values[x]
+
+
+@inner()
+def pass_on(seen: Any, total: Any, kept: Any, light: Any) -> None:
+    """Add the light of voxels as far as it is seen, and keep what is seen of those behind."""
+    opaque = np.float32(OPAQUE)
+    for x in range(seen.size):
+        total[x] += seen[x] * light[x]
+        seen[x] = max(seen[x] * kept[x], opaque)
+
+
+@inner()
+def crossed(shifts: Any, s: int, ray: int, rows: int, columns: int) -> Any:
+    """Return by how many rows and columns a ray is displaced that crosses points in a part of their area."""
+    down, right = shifts[s, 0] + (ray + 0.5) / VIEW_RAYS, shifts[s, 1] + ((2 * ray) % VIEW_RAYS + 0.5) / VIEW_RAYS
+    return int(np.floor(down)) % rows, int(np.floor(right)) % columns
+
+
+@inner()
+def absorbed(density: Any, per: Any, share: Any) -> Any:
+    """Write 1 - exp(-per density) within 1e-6, and return whether there is cloud.
+
+    From the series of a 32nd part and 1 - (1 - q)^2 = q (2 - q), without branches: eight values at once.
+    """
+    most, least = np.float32(20.0 / 32.0), np.float32(0.0)
+    part = per / np.float32(32.0)
+    c2, c3, c4, c5 = np.float32(1.0 / 2.0), np.float32(1.0 / 6.0), np.float32(1.0 / 24.0), np.float32(1.0 / 120.0)
+    two, one = np.float32(2.0), np.float32(1.0)
+    for x in range(density.size):
+        d = min(part * density[x], most)
+        q = d * (one - d * (c2 - d * (c3 - d * (c4 - d * c5))))
+        q *= two - q
+        q *= two - q
+        q *= two - q
+        q *= two - q
+        q *= two - q
+        share[x] = q
+    cloudy = 0
+    for x in range(density.size):
+        cloudy += density[x] > least
+    return cloudy > 0
+
+
+@inner()
+def emit(share: Any, light: Any, source: Any, black: Any) -> None:
+    """Write the light of voxels that absorb a share, and replace this by what they let through."""
+    one = np.float32(1.0)
+    if source.size:
+        for x in range(share.size):
+            light[x] = share[x] * (black + source[x])
+    else:
+        for x in range(share.size):
+            light[x] = share[x] * black
+    for x in range(share.size):
+        share[x] = one - share[x]
+
+
+@kernel()
 def march(
     density: Any, source: Any, of_height: Any, extinction: float, slice_m: float, cosine: float, shifts: Any,
-    below: float, amount: Any, radiance: Any,
+    below: float, radiance: Any,
 ) -> None:  # fmt: skip
     """Add up emission and scattering toward the view, from the top slice down to the surface.
 
-    Each point is the mean of rays to parts of its area, which cross whole voxels: mixtures of neighbours would widen
-    clouds by up to a point in each direction in which rays move.
+    Each point is seen by :data:`VIEW_RAYS` rays, spread evenly over its area. They cross whole voxels: a mixture of
+    cloud and clear sky beside it would be opaque, although the sky is seen through a part of the point.
 
     Parameters
     ----------
@@ -163,50 +246,35 @@ def march(
     shifts : ndarray (Z, 2)
     below : float
         Radiance that comes from below the clouds.
-    amount, radiance : ndarray (y, x), written
-        Path in cloud times cosine, m, and radiance.
+    radiance : ndarray of float32 (y, x), written
     """
     count, rows, columns = density.shape
-    per, scattering = np.float32(extinction * slice_m / cosine), source.shape[0] > 0
-    open_sky = np.ones((RAYS, rows, columns), dtype=np.float32)
-    path, seen = np.zeros((2, rows, columns), dtype=np.float32)
-    kept, given = np.ones((2, rows, columns), dtype=np.float32)
-    cloudy = np.zeros(rows, dtype=np.bool_)
+    open_sky = np.ones((VIEW_RAYS, rows, columns), dtype=np.float32)
+    through, glow = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
+    cloudy, none = np.empty(rows, dtype=np.bool_), np.empty(0, dtype=np.float32)
+    per, black = np.float32(extinction * slice_m / cosine), of_height.astype(np.float32)
+    radiance[:] = 0.0
     for s in range(count - 1, -1, -1):
+        for y in range(rows):
+            cloudy[y] = absorbed(density[s, y], per, through[y])
+            emit(through[y], glow[y], source[s, y] if source.shape[0] > 0 else none, black[s])
+        for ray in range(VIEW_RAYS):
+            row, back = crossed(shifts, s, ray, rows, columns)
+            for y in range(rows):
+                if not cloudy[(y + row) % rows]:
+                    continue
+                seen, own = open_sky[ray, y], radiance[y]
+                kept, light = through[(y + row) % rows], glow[(y + row) % rows]
+                pass_on(seen[: columns - back], own[: columns - back], kept[back:], light[back:])
+                pass_on(seen[columns - back :], own[columns - back :], kept[:back], light[:back])
+    for ray in range(VIEW_RAYS):
         for y in range(rows):
             cloudy[y] = False
             for x in range(columns):
-                own, light = density[s, y, x], np.float32(of_height[s])
-                kept[y, x], given[y, x] = 1.0, 0.0
-                if own > 0.0:
-                    cloudy[y] = True
-                    if scattering:
-                        light += source[s, y, x]
-                    kept[y, x] = np.exp(-per * own)
-                    given[y, x] = (np.float32(1.0) - kept[y, x]) * light
-        for ray in range(RAYS):
-            down, right = aside(shifts[s, 0], shifts[s, 1], ray)
-            right %= columns
-            for y in range(rows):
-                row = (y + down) % rows
-                if not cloudy[row]:
-                    continue
-                # Two stretches of a row instead of an index that returns to its start.
-                for first, last, far in ((0, columns - right, right), (columns - right, columns, right - columns)):
-                    passed, added, crossed = open_sky[ray, y, first:last], seen[y, first:last], path[y, first:last]
-                    weakened, emitted = kept[row, first + far : last + far], given[row, first + far : last + far]
-                    met = density[s, row, first + far : last + far]
-                    for x in range(passed.size):
-                        added[x] += passed[x] * emitted[x]
-                        passed[x] *= weakened[x]
-                        crossed[x] += met[x]
+                radiance[y, x] += open_sky[ray, y, x] * below
     for y in range(rows):
         for x in range(columns):
-            left = 0.0
-            for ray in range(RAYS):
-                left += open_sky[ray, y, x]
-            amount[y, x] = path[y, x] * slice_m / RAYS
-            radiance[y, x] = (seen[y, x] + left * below) / RAYS
+            radiance[y, x] /= VIEW_RAYS
 
 
 @kernel()

@@ -35,7 +35,7 @@ from hcss_light.orders import (
     henyey_greenstein_at,
     successive_orders,
 )
-from hcss_light.slices import Field, Slices, direct_sunlight, march
+from hcss_light.slices import Field, Slices, direct_sunlight, march, paths
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
@@ -294,10 +294,9 @@ def _marched(
     slices: Slices, density: Field, extinction: float, source: Field, of_height: Array, around: Surroundings,
     view: Direction, reference_m: float,
 ) -> tuple[Array, Array]:  # fmt: skip
-    amount, radiance = np.empty(density.shape[1:]), np.empty(density.shape[1:])
+    amount, radiance = np.empty((2, *density.shape[1:]), dtype=np.float32)
     shifts = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m)
+    paths(density, slices.height_m, shifts, amount)
     across = float(view.vector[2])
-    march(
-        density, source, of_height, extinction, slices.height_m, across, shifts, around.below, amount, radiance
-    )  # fmt: skip
-    return amount, radiance
+    march(density, source, of_height, extinction, slices.height_m, across, shifts, around.below, radiance)
+    return amount.astype(np.float64), radiance.astype(np.float64)

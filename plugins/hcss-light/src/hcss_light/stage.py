@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -104,6 +105,7 @@ class DriftingStage(LightStage):
                 base.wind_from if own.wind_from is None else own.wind_from,
             )
         self._speed = np.array([north, east - motion.platform_speed_m_s]) / plan.grid.pixel_size_m
+        self._drifts = np.ceil(np.abs(self._speed) * KEPT_S).astype(int) + 1
         self._lights: OrderedDict[float, tuple[Sun | None, Any, Any]] = OrderedDict()
         self._kept: OrderedDict[tuple[float, int, int], Any] = OrderedDict()
         self._time_s: float | None = None
@@ -131,13 +133,18 @@ class DriftingStage(LightStage):
             ((each.start - far) // side, -(-(each.stop - far) // side)) for each, far in zip(window, by, strict=True)
         ]
         for row, column in product(*(range(*each) for each in spans)):
-            first, key = (row * side + by[0], column * side + by[1]), (number, row, column)
+            place_of, key = (row * side, column * side), (number, row, column)
+            # Squares end with the image.
+            own = [
+                slice(max(start + far, 0), min(start + far + side, size))
+                for start, far, size in zip(place_of, by, (self._plan.grid.rows, self._plan.grid.columns), strict=True)
+            ]
             if key not in self._of_frame:
-                self._of_frame[key] = self._of_lattice(key, first, own_s, moved - by, clouds)
+                self._of_frame[key] = self._of_lattice(key, own, own_s, moved, clouds)
                 if len(self._of_frame) > SQUARES_OF_FRAME:
                     self._of_frame.popitem(last=False)
             *_, amount, share, change = self._of_frame[key]
-            square = amount, share, change
+            square, first = (amount, share, change), (own[0].start, own[1].start)
             where, means = self._within(first, square, window, place, look_up, radiance.shape[0])
             for band, mean in zip(radiance, means, strict=True):
                 band[*where] = mean if part == 1.0 else part * mean + (band[*where] if number else 0.0)
@@ -189,11 +196,11 @@ class DriftingStage(LightStage):
         return known
 
     def _of_lattice(
-        self, key: tuple[int, int, int], first: tuple[int, int], own_s: float, moved: Array, clouds: Any
+        self, key: tuple[int, int, int], own: Sequence[slice], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
-        samples, side, lit = self._plan.samples_per_pixel, self._pixels, self._lit(key[1:], own_s)
+        samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
         light = lit.light
-        wide = _around(first, side, lit.over_sea)
+        wide = _around(own, lit.over_sea)
         (thickness,) = clouds.thickness_m(wide)
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
@@ -201,16 +208,22 @@ class DriftingStage(LightStage):
             return before
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
-            slice((far - near) * samples, (far + side + high) * samples)
-            for (far, _), (near, high) in zip(lit.over_sea, lit.seen, strict=True)
+            slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
+            for each, (far, _), (near, high) in zip(own, lit.over_sea, lit.seen, strict=True)
         ]
         over_sea = [each[*inner] for each in light.over_sea(thickness, **shares)]
         shares = {name: np.ascontiguousarray(each[:, *inner]) for name, each in shares.items()}
-        kept = (self._kept_of(own_s, key[1:], light, lit.clouds), moved * samples) if self._keeps else ()
+        kept: tuple[Any, ...] = ()
+        if self._keeps:
+            source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
+            kept = source, (moved + first - [each.start for each in own]) * samples
         near = np.ascontiguousarray(thickness[*inner])
         amount, share, change = light.correct(near, *kept, **shares, over_sea=over_sea)
-        own = [slice(before * samples, (before + side) * samples) for before, _ in lit.seen]
-        return light, thickness.copy(), moved, amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
+        cut = [
+            slice(before * samples, (before + each.stop - each.start) * samples)
+            for each, (before, _) in zip(own, lit.seen, strict=True)
+        ]
+        return light, thickness.copy(), moved, amount[*cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
@@ -218,25 +231,34 @@ class DriftingStage(LightStage):
         return {} if shares is None else {"shares": shares}
 
     def _kept_of(self, time_s: float, place: tuple[int, int], light: Any, clouds: Any) -> Any:
-        """Return the light in the clouds of a square of the lattice at an instant."""
+        """Return the light in the clouds of a square of the lattice at an instant, and its first row and column.
+
+        Of squares at the edge, only clouds that can enter the image while their light is kept.
+        """
         key, samples, side = (time_s, *place), self._plan.samples_per_pixel, self._pixels
         if key not in self._kept:
-            first = place[0] * side, place[1] * side
-            wide = _around(first, side, self._reach)
+            own = [
+                slice(max(number * side, -far), min((number + 1) * side, size + far))
+                for number, far, size in zip(
+                    place, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True
+                )
+            ]
+            wide = _around(own, self._reach)
             (thickness,) = clouds.thickness_m(wide)
             inner = [
-                slice((far - near) * samples, (far + side + high) * samples)
-                for (far, _), (near, high) in zip(self._reach, self._seen, strict=True)
+                slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
+                for each, (far, _), (near, high) in zip(own, self._reach, self._seen, strict=True)
             ]
             shares = self._shares(time_s, wide, thickness, self._edges_m)
-            self._kept[key] = light.keep(np.ascontiguousarray(thickness), inner, **shares)
+            source = light.keep(np.ascontiguousarray(thickness), inner, **shares)
+            self._kept[key] = source, np.array([each.start for each in own])
             if len(self._kept) > self._most_kept:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)
         return self._kept[key]
 
 
-def _around(first: tuple[int, int], side: int, reach: Any) -> Window:
-    """Return the window of a square and of the pixels around it."""
-    rows, columns = (slice(start - low, start + side + high) for start, (low, high) in zip(first, reach, strict=True))
+def _around(own: Sequence[slice], reach: Any) -> Window:
+    """Return the window of a part of the image and of the pixels around it."""
+    rows, columns = (slice(each.start - low, each.stop + high) for each, (low, high) in zip(own, reach, strict=True))
     return rows, columns

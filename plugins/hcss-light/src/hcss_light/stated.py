@@ -1,63 +1,102 @@
-"""Errors that the tiers state for a scene, from a table of measurements against Monte Carlo.
+"""Errors that the tiers state for a scene, from clouds of the scene itself.
 
-``benchmarks/tiers.py`` measures the table: pixels of 100 m, coverage .45, one sun for the day. Scenes get the row of
-their cloud type (of other types the largest) and of the nearer band, between those of neighbouring view angles. What
-the noise of Monte Carlo hides is not stated as zero.
+In some windows of the first frame the tier ``source`` is computed and compared with columns and ``slant``: what they
+differ by is their error as far as ``source`` is right. Its own error grows with the same difference, that is with how
+much broken clouds matter in the scene; the shares were found by Monte Carlo in random scenes
+(``benchmarks/estimates.py``). No table of cloud types, angles or pixels is needed.
 """
 
 from __future__ import annotations
 
-import csv
 import math
-from importlib.resources import files
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.providers import Array
+from hcss_light.source import Direction
+from hcss_twin.providers import Array, Sun
+from hcss_twin.providers.light import LightInputs
 
-THERMAL_UM = 6.0
-"""Wavelength that divides the two bands of the table."""
+if TYPE_CHECKING:
+    from hcss_light.transport import SourceLight
 
-HIDDEN = 3.0
-"""Rms that can hide in the noise of 24 to 48 pixels, in standard errors of their mean."""
+SIDE, WINDOWS = 24, 2
+"""Points along the sides of a window, and windows along each side of the image if these fit into it twice."""
+
+EMITTED_UM = 5.0
+"""Wavelength above which sunlight does not matter."""
+
+SUNLIT, SHORT, LONG = (0.02, 0.2), (0.005, 0.05), (0.0012, 0.05)
+"""Least error of ``source``, and its share of the difference of columns: by day below 5 um, by night, and above."""
+
+OPPOSITE_DEG = 10.0
+"""Angle between view and sun within which the share grows to 1: there the parts of voxels are seen that are lit."""
+
+FACTOR = 1.5
+"""What is stated over what is expected: pixels differ, and most scenes are to be within it."""
 
 
-MEASURED_M = 100.0
-"""Pixels of the table."""
+def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | None) -> list[Array]:
+    """Return by how much columns, and another tier, differ (B,) from ``source``: rms over points over the mean."""
+    sun, parts = _lowest(inputs), list[list[Array]]()
+    lights = [each.at(sun) for each in (source, other) if each is not None]
+    for window in _windows(inputs.image):
+        wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, source.reach, strict=True)]
+        thickness, shares = inputs.clouds(wide[0], wide[1], source.edges_m)
+        thickness = np.ascontiguousarray(thickness)
+        inner = [slice(low, low + own.stop - own.start) for own, (low, _) in zip(window, source.reach, strict=True)]
+        # Tables are not known yet: uniform cloud is that of the tier source.
+        found = [lights[0].uniform(thickness)]
+        for light in lights:
+            amount, share, change = light.correct(thickness, shares=shares)
+            found.append(lights[0].uniform(amount) * share + change)
+        parts.append([each[:, *inner].reshape(each.shape[0], -1) for each in found])
+    columns, exact, *others = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
+    mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
+    return [np.sqrt(np.mean((each - exact) ** 2, axis=1)) / mean for each in (columns, *others)]
 
-SCENES_DIFFER, STRONG_SCATTERING, STRONG_UM = 2.0, 2.0, 9.5
-"""Factor by which scenes err more than those of the table: of random ones most are within it
-(``benchmarks/estimates.py``). Another between 6 um and the last wavelength, where water clouds scatter more than at
-10.8 um."""
 
-
-def stated_errors(
-    tier: str, kind: str, view_zenith_deg: float, sunlit: bool, wavelength_um: Array, point_m: float
-) -> list[float]:
-    """Return the error (B,) of a tier at some wavelengths: rms over pixels, relative to the mean radiance.
-
-    It is a bound for most scenes, not their mean.
-    """
-    text = files("hcss_light").joinpath("errors.csv").read_text(encoding="utf-8")
-    rows = [row for row in csv.DictReader(text.splitlines()) if row["tier"] == tier]
-    rows = [row for row in rows if row["sun"] == ("day" if sunlit else "night")]
+def error_of_source(inputs: LightInputs, of_columns: Array) -> Array:
+    """Return the error (B,) to expect of the tier ``source`` from the difference (B,) of columns."""
+    weights = np.maximum(inputs.weights_cm1, 0.0)
+    wavelength_um, sun = 1e4 * np.sum(weights, axis=1) / (weights @ inputs.wavenumber_cm1), _lowest(inputs)
     errors = []
-    for wavelength in wavelength_um.tolist():
-        band = "lwir" if wavelength > THERMAL_UM else "mwir"
-        own = [row for row in rows if row["band"] == band]
-        own = [row for row in own if row["type"] == kind] or own
-        measured: dict[float, float] = {}
-        for row in own:
-            view = float(row["view_deg"])
-            measured[view] = max(measured.get(view, 0.0), _least(row, point_m))
-        views = sorted(measured)
-        factor = SCENES_DIFFER * (STRONG_SCATTERING if THERMAL_UM < wavelength < STRONG_UM else 1.0)
-        errors.append(factor * float(np.interp(view_zenith_deg, views, [measured[each] for each in views])))
-    return errors
+    for wavelength, difference in zip(wavelength_um.tolist(), of_columns.tolist(), strict=True):
+        lit = sun is not None and wavelength < EMITTED_UM
+        least, share = SUNLIT if lit else SHORT if wavelength < EMITTED_UM else LONG
+        if lit and sun is not None:
+            toward = Direction(sun.zenith_deg, sun.azimuth_deg).vector
+            across = toward @ Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg).vector
+            angle = math.degrees(math.acos(min(max(float(across), -1.0), 1.0)))
+            share += (1.0 - share) * math.exp(-((angle / OPPOSITE_DEG) ** 2))
+        errors.append(math.hypot(least, share * difference))
+    return np.array(errors)
 
 
-def _least(row: dict[str, str], point_m: float) -> float:
-    """Return what is stated for a row: means stay as they are in larger pixels, single pixels come nearer to them."""
-    bias, rms = abs(float(row["bias"])), float(row["rms"])
-    spread = math.sqrt(max(rms * rms - bias * bias, 0.0)) * min(MEASURED_M / point_m, 1.0)
-    return max(math.hypot(bias, spread), HIDDEN * float(row["noise"]))
+def stated_errors(inputs: LightInputs, of_columns: Array, of_tier: Array | float) -> list[float]:
+    """Return the error (B,) of a tier from its difference from ``source``, and from that of columns.
+
+    It is a bound for the rms over pixels, relative to the mean radiance, not its mean over scenes.
+    """
+    own = error_of_source(inputs, of_columns)
+    return [FACTOR * float(each) for each in np.hypot(of_tier, own)]
+
+
+def _lowest(inputs: LightInputs) -> Sun | None:
+    """Return the lowest sun of all frames; None at night."""
+    if not inputs.sun_zenith_deg.size:
+        return None
+    lowest = int(np.argmax(inputs.sun_zenith_deg))
+    return Sun(float(inputs.sun_zenith_deg[lowest]), float(inputs.sun_azimuth_deg[lowest]), 1.0)
+
+
+def _windows(image: tuple[int, int]) -> list[tuple[slice, slice]]:
+    """Return windows in the middle of equal parts of the image; the whole image if it is small."""
+    parts = []
+    for size in image:
+        count = WINDOWS if size >= 2 * WINDOWS * SIDE // 2 else 1
+        side = min(SIDE, size)
+        middles = [math.floor(size * (number + 0.5) / count) for number in range(count)]
+        starts = [min(max(middle - side // 2, 0), size - side) for middle in middles]
+        parts.append([slice(start, start + side) for start in starts])
+    return [(rows, columns) for rows in parts[0] for columns in parts[1]]

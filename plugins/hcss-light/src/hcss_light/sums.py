@@ -22,21 +22,20 @@ def sun_integrals(
     slices: Slices, density: Field, particles: Particles, sunlight: Array, view: Direction, sun: Direction,
     reference_m: float,
 ) -> Array:  # fmt: skip
-    """Return the integral (C, y, x) over c tau_view of each term, sunlight exp(-c (tau_view + tau_sun)).
+    """Return the integral (C, y, x) of each term for rays through points at an altitude.
 
-    For rays through points at an altitude.
+    For each rate c the integral of sunlight exp(-c (tau_view + tau_sun)) over c tau_view.
     """
     extinction = particles.scaled[0]
     depth = np.empty(density.shape, dtype=np.float32)
     shifts = slices.shifts(sun.zenith_deg, sun.azimuth_deg, slices.base_m)
     direct_sunlight(density, extinction, slices.height_m, float(sun.vector[2]), shifts, True, depth)
-    result, amount = np.empty((RATES.size, *density.shape[1:])), np.empty(density.shape[1:])
-    shifts = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m)
-    across, nothing = float(view.vector[2]), np.zeros(slices.count)
-    for rate, own in zip(RATES, result, strict=True):
-        source = sunlight.astype(np.float32)[:, None, None] * np.exp(-np.float32(rate) * depth)
-        march(density, source, nothing, rate * extinction, slices.height_m, across, shifts, 0.0, amount, own)
-    return result
+    result = np.empty((RATES.size, *density.shape[1:]), dtype=np.float32)
+    shifts, none = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m), np.zeros(slices.count)
+    for rate, each in zip(RATES.tolist(), result, strict=True):
+        reached = np.exp(-rate * depth) * sunlight.astype(np.float32)[:, None, None]
+        march(density, reached, none, rate * extinction, slices.height_m, float(view.vector[2]), shifts, 0.0, each)
+    return result.astype(np.float64)
 
 
 def fitted_weights(integrals: Array, radiance: Array) -> Array:

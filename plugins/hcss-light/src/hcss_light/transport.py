@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,7 +23,7 @@ from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import Sea, SeaPaths
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
-from hcss_light.stated import stated_errors
+from hcss_light.stated import differences, stated_errors
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -109,11 +110,12 @@ class SourceLight:
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
-        return self._stated(self.tier)
+        own = 0.0 if self.tier == "source" else self._differences[1]
+        return stated_errors(self._inputs, self._differences[0], own)
 
     def errors_of_columns(self) -> list[float]:
         """Return the same of independent columns."""
-        return self._stated("columns")
+        return stated_errors(self._inputs, self._differences[0], self._differences[0])
 
     def over_views(self, plan: Plan) -> tuple[list[float], str]:
         """Return the same errors over an image whose view varies, and a note about its directions.
@@ -126,18 +128,17 @@ class SourceLight:
         from hcss_light.tiles import Tiles  # not for parallel views
 
         tiles, own = Tiles(plan), self._inputs
-        errors = [self._stated(self.tier, replace(own, view=each)) for each in (own.view, *tiles.corners)]
+        errors = [type(self)(replace(own, view=each)).expected_errors() for each in (own.view, *tiles.corners)]
         text = (
             f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
         )
         return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
 
-    def _stated(self, tier: str, inputs: LightInputs | None = None) -> list[float]:
-        inputs = self._inputs if inputs is None else inputs
-        weights = np.maximum(inputs.weights_cm1, 0.0)
-        middle = weights @ inputs.wavenumber_cm1 / np.sum(weights, axis=1)
-        sunlit = inputs.sun_zenith_deg.size > 0
-        return stated_errors(tier, inputs.layer.name, inputs.view.zenith_deg, sunlit, 1e4 / middle, inputs.point_m)
+    @cached_property
+    def _differences(self) -> list[Array]:
+        """How much columns, and the tier ``slant`` if this is it, differ from ``source``."""
+        source = SourceLight(self._inputs)
+        return differences(self._inputs, source, self if self.tier == "slant" else None)
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -196,6 +197,10 @@ class InstantLight:
         density = self._slices.density(thickness_m, self._shape, shares)
         paths = self._sea.paths(density, self._glints)
         return [each.over_sea(self._sea, paths, thickness_m.shape) for own in self._lights for each in own]
+
+    def uniform(self, amount_m: Array | Field) -> Array:
+        """Return the radiance (B, y, x) of uniform cloud by this tier."""
+        return np.array([np.interp(amount_m, self._nodes_m, each) for each in self._uniform])
 
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
