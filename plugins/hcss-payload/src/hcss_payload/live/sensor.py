@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
 from hcss_twin.models.sensor.blur import Weights
+from hcss_twin.models.sensor.point_spread import LEAST
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_stages import build_stages
@@ -111,9 +112,10 @@ class LiveSensor:
 def shortened(weights: Weights | None, share: float) -> tuple[Weights | None, float]:
     """Return weights without the farthest ones, up to a share of their absolute values, and the change.
 
+    Kernels that end by themselves stay: their last weights have one sign, and cutting them would sharpen the image.
     The sum of the weights is kept. The change is the root of the sum of the squares of what single weights change by.
     """
-    if weights is None or len(weights.down) != 1:
+    if weights is None or len(weights.down) != 1 or max(weights.reach) <= LEAST:
         return weights, 0.0
     result, left_out = [], 0.0
     for own, reach in zip((weights.down[0], weights.across[0]), weights.reach, strict=True):
