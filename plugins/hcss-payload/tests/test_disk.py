@@ -21,6 +21,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics.geodesy import to_earth_centred
 from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan import views
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.views import ViewAxis
 
@@ -139,3 +140,23 @@ def test_frames_with_the_limb_have_nodes_around_all_their_pixels():
     x, y = disk().places(rays.toward[rays.kind == GROUND])
     assert geometry.sees_limb
     assert max(np.abs(x - seen.middle[0]).max() / seen.half[0], np.abs(y - seen.middle[1]).max() / seen.half[1]) <= 1.0
+
+
+@pytest.mark.parametrize(("kink", "accepted"), [(1.0, True), (3.0, True), (9.0, False)])
+def test_kinks_of_the_air_are_accepted_within_twice_the_tolerance(kink, accepted, monkeypatch):
+    # The best polynomial of order n misses a kink by about a quarter of its change of slope over n.
+    def columns(*_):
+        return lambda places: [np.full((1, 1, 1), 10.0 + kink * abs(y - 0.123)) for _, y in places]
+
+    monkeypatch.setattr(views, "_columns", columns)
+    # Plans of one scenario are kept: each kink has a wind of its own.
+    sea = {"temperature": None, "wind_speed": 5.0 + kink}
+    planned = scenario(DISK, {"camera": {"climate": "latitude"}, "sea": sea, "accuracy": 0.01})
+    if accepted:
+        axis = hcss_twin.make_plan(planned).views
+        assert axis.order_x == 0
+        assert axis.order_y == 32
+        assert axis.estimated_error <= 0.006
+    else:
+        with pytest.raises(ScenarioError, match=r"remains with 1 x 33 views .* allowed: an error of 6\.0e-03"):
+            hcss_twin.make_plan(planned)
