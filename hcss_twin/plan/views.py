@@ -211,6 +211,10 @@ MAX_NODES = 200
 MORE_PLACES = 2, 4
 """Factors by which both are larger for places with suns of their own, which share no solutions of the model."""
 
+KINKS_LEAVE = 2.0
+"""Factor of the tolerance within which the largest order is accepted for such places: at the kinks of the air the error
+falls only as the inverse of the number of nodes."""
+
 
 def choose_views(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float
@@ -263,6 +267,8 @@ def choose_views(
     _refuse_beside(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     tolerance *= 1.0 if own or assembly.air_over_field is None else AIR_SHARE
+    if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
+        tolerance *= KINKS_LEAVE
     if error > tolerance or nodes > largest:
         many = f"{x + 1} x {y + 1} views"
         limit = (

@@ -31,7 +31,7 @@ class Radiometer:
     """Blur, smear, photons, noise, fixed pattern, saturation and quantisation (docs/how-to/sensors.md)."""
 
     def __init__(self, inputs: SensorInputs, parameters: RadiometerParameters) -> None:
-        self._blur = Blur(inputs, parameters)
+        self.blur = Blur(inputs, parameters)
         self._channels = tuple(_Channel(inputs, parameters, band) for band in inputs.bands)
         photons = parameters.aperture_diameter is not None and parameters.pixel_angle is not None
         self.variables = (
@@ -40,11 +40,11 @@ class Radiometer:
             *(("saturated",) if any(each.can_saturate for each in self._channels) else ()),
         )
         self.single_precision = parameters.method == "rows"
-        self.declares = SensorDeclaration(reach_pixels=self._blur.reach_pixels)
+        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels)
         self.worked_out: Mapping[str, Any] = {
-            **self._blur.worked_out,
+            **self.blur.worked_out,
             "bands": {
-                channel.band.name: {**self._blur.worked_out_of(channel.band), **channel.worked_out()}
+                channel.band.name: {**self.blur.worked_out_of(channel.band), **channel.worked_out()}
                 for channel in self._channels
             },
         }
@@ -55,7 +55,7 @@ class Radiometer:
             return self._by_rows(np.ascontiguousarray(radiance, dtype=np.float32), frame)
         clean = np.asarray(radiance, dtype=np.float64)
         readings = [
-            channel.measure(self._blur(clean[index], channel.band), frame)
+            channel.measure(self.blur(clean[index], channel.band), frame)
             for index, channel in enumerate(self._channels)
         ]
         measured, rates, numbers, flags = zip(*readings, strict=True)
@@ -78,7 +78,7 @@ class Radiometer:
     @property
     def any_rows(self) -> bool:
         """Whether :meth:`measure_into` may write some rows at little cost: no blur needs the whole frame."""
-        return all(weights is not None for weights in self._blur.weights.values())
+        return all(weights is not None for weights in self.blur.weights.values())
 
     def measure_into(
         self,
@@ -92,7 +92,7 @@ class Radiometer:
         none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
         for index in range(len(self._channels))[bands]:
             channel = self._channels[index]
-            image, weights = self._blur.by_rows(clean[index], channel.band)
+            image, weights = self.blur.by_rows(clean[index], channel.band)
             results = {name: each[index] for name, each in found.items()}
             channel.measure_rows(image, weights, frame, lines or (0, len(image)), {**none, **results})
 

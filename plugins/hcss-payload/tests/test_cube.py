@@ -136,7 +136,14 @@ def test_a_tracked_target_is_in_its_pixel_on_the_coast():
 
 
 DISK = {
-    "camera": {"rows": 96, "columns": 96, "focal_length": 0.1, "detector_pitch": 3.2e-4, "beyond": "missing"},
+    "camera": {
+        "rows": 96,
+        "columns": 96,
+        "focal_length": 0.1,
+        "detector_pitch": 3.2e-4,
+        "points": 2,
+        "beyond": "missing",
+    },
     "orbit": {"provider": "geostationary", "longitude": 140.7},
     "image": {"pixel_size": 30e3, "rows": 400, "columns": 400},
     "frames": {"count": 1},

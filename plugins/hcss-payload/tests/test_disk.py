@@ -8,6 +8,8 @@ from camera_scenes import scenario
 from hcss_payload.climate import ZonalClimate
 from hcss_payload.directions import Hemisphere
 from hcss_payload.disk import Disk, with_glint
+from hcss_payload.ray_geometry import GROUND
+from hcss_payload.ray_look_up import frame_views
 from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.scene_plane import toward_camera
 from hcss_payload.trajectory import Geostationary
@@ -16,9 +18,12 @@ from test_cube import DISK
 import hcss_twin
 from hcss_twin import ScenarioError
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics.geodesy import to_earth_centred
 from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan import views
 from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.views import ViewAxis
 
 NOON = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
 CAMERA_M = Geostationary(140.7).at(0.0)
@@ -122,3 +127,36 @@ def test_the_columns_of_a_pixel_follow_from_few():
         return (30.0 + np.sin(own))[:, :, None]
 
     assert np.array_equal(solve_pixel(rough, columns, 1e-3), rough(columns))
+
+
+def test_frames_with_the_limb_have_nodes_around_all_their_pixels():
+    # Rays of the mesh are 8 pixels apart: the outermost that meet the ground lie far inside this disk.
+    imager = hcss_twin.make_plan(
+        scenario(DISK, {"camera": {"rows": 32, "columns": 32, "detector_pitch": 9.6e-4}})
+    ).imager
+    geometry, table = imager._geometry(0.0), DenseTable(np.ones(1), (), (), None)
+    seen = frame_views(ViewAxis(6, 6, 0.0), disk(), geometry, [table] * 49)
+    rays = geometry.window(slice(0, 32), slice(0, 32))
+    x, y = disk().places(rays.toward[rays.kind == GROUND])
+    assert geometry.sees_limb
+    assert max(np.abs(x - seen.middle[0]).max() / seen.half[0], np.abs(y - seen.middle[1]).max() / seen.half[1]) <= 1.0
+
+
+@pytest.mark.parametrize(("kink", "accepted"), [(1.0, True), (3.0, True), (9.0, False)])
+def test_kinks_of_the_air_are_accepted_within_twice_the_tolerance(kink, accepted, monkeypatch):
+    # The best polynomial of order n misses a kink by about a quarter of its change of slope over n.
+    def columns(*_):
+        return lambda places: [np.full((1, 1, 1), 10.0 + kink * abs(y - 0.123)) for _, y in places]
+
+    monkeypatch.setattr(views, "_columns", columns)
+    # Plans of one scenario are kept: each kink has a wind of its own.
+    sea = {"temperature": None, "wind_speed": 5.0 + kink}
+    planned = scenario(DISK, {"camera": {"climate": "latitude"}, "sea": sea, "accuracy": 0.01})
+    if accepted:
+        axis = hcss_twin.make_plan(planned).views
+        assert axis.order_x == 0
+        assert axis.order_y == 32
+        assert axis.estimated_error <= 0.006
+    else:
+        with pytest.raises(ScenarioError, match=r"remains with 1 x 33 views .* allowed: an error of 6\.0e-03"):
+            hcss_twin.make_plan(planned)

@@ -64,14 +64,14 @@ def test_nadir_agrees_with_astropy():
 def test_mesh_is_within_its_tolerance_over_a_full_disk_and_at_the_limb():
     mesh = Mesh(camera(700, 18.0), pose_at(0.0, Geostationary(0.0), Nadir(Geostationary(0.0))), 5e3)
     assert np.array_equal(np.isnan(mesh.positions_m()[..., 0]), np.isnan(mesh.exact_m(*points(mesh))[..., 0]))
-    assert np.nanmax(off_px(mesh)) <= 0.02
+    assert np.nanmax(off_px(mesh)) <= 0.006
     assert mesh.exact_share < 0.75  # fewer with more pixels: a ray is 200 km from the next here
 
 
 @pytest.mark.parametrize("side_deg", [0.0, 40.0, 58.0, 63.5])
 def test_mesh_is_within_its_tolerance_from_low_orbit(side_deg):
     mesh = Mesh(camera(256, 8.0, radial=(0.05, 0.0)), pose_at(300.0, LOW, PushBroom(LOW, roll_deg=side_deg)))
-    assert np.nanmax(off_px(mesh)) <= 0.02
+    assert np.nanmax(off_px(mesh)) <= 0.006
     assert side_deg > 55.0 or mesh.exact_share == 0.0
 
 
@@ -92,7 +92,7 @@ def test_tracked_target_stays_on_its_pixel_without_jitter():
             pose = pose_at(time, LOW, track, jitter)
             row, column = optics.pixels(pose.to_body(track.target_m - pose.position_m))
             distances.append(np.hypot(row - 250.3, column - 260.9))
-    assert max(worst) < 0.02
+    assert max(worst) < 0.006
     assert max(shaken) > 0.1
 
 

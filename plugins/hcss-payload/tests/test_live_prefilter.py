@@ -6,6 +6,7 @@ from camera_scenes import scenario
 from hcss_payload.live.octaves import between, field_covariance, seen_octaves, separations, shape_of
 from hcss_payload.live.prefilter import Sharpness, radiance_covariance, sharpness
 from hcss_payload.live.radiance import TABLE_HALF, TABLE_PER_VALUE, edge_of, intervals
+from hcss_payload.live.twin import FINENESS
 from scipy.special import ndtr
 
 import hcss_twin
@@ -51,7 +52,7 @@ def true_pixels(plan, radiance, width, height):
 
 def live_pixels(plan, radiance, width, height):
     """One value of the interpolated field for each pixel, as the kernels of live frames look it up."""
-    point_m, first_m = np.sqrt(width * height) / 2.0, 0.5 * min(width, height) / FINE
+    point_m, first_m = np.sqrt(width * height) / FINENESS, 0.5 * min(width, height) / FINE
     seen = seen_octaves(shape_of(plan), plan.assembly.motion, point_m, np.diag([width, height]))
     x, y = (((np.arange(PIXELS) + 0.5) * size - first_m) / point_m for size in (width, height))
     size = (PixelWindow(0, int(each[-1]) + 2, 0.0) for each in (y, x))

@@ -93,6 +93,11 @@ class FrameGeometry:
         toward = self._values.at_nodes[..., 3:].reshape(-1, 3)
         return toward[~np.isnan(toward[:, 0])]
 
+    @property
+    def sees_limb(self) -> bool:
+        """Whether rays of the mesh miss the ground; those of the corners are among them."""
+        return bool(np.isnan(self._values.at_nodes[..., 3]).any())
+
     def angles_deg(self, rays: PixelRays) -> tuple[Array, Array]:
         """Return zenith and azimuth (clockwise from north) of the camera."""
         x, y, z = np.moveaxis(rays.position_m, -1, 0)

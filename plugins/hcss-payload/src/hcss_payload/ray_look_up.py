@@ -77,12 +77,13 @@ def frame_views(
 ) -> FrameViews:
     """Return the nodes of a frame: the fewest whose polynomials equal those of the pass within ``LOST``.
 
-    Tables with clouds in two layers are not combined.
+    Tables with clouds in two layers are not combined, nor are those of frames with the limb: between the outermost rays
+    of the mesh that meet the ground and the limb other pixels do.
     """
     orders = axis.order_x, axis.order_y
     whole = FrameViews((0.0, 0.0), (1.0, 1.0), orders, None)
-    toward = geometry.nodes()
-    if max(orders) == 0 or not toward.size or any(table.both is not None for table in tables):
+    toward, at_limb = geometry.nodes(), geometry.sees_limb
+    if max(orders) == 0 or not toward.size or at_limb or any(table.both is not None for table in tables):
         return whole
     places = [np.clip(each, -1.0, 1.0) for each in directions.places(toward)]
     middle = tuple(float(0.5 * (each.min() + each.max())) for each in places)

@@ -116,11 +116,41 @@ def pack(first: Any, second: Any, tile: Any) -> None:
             tile[y, x, 0], tile[y, x, 1] = np.int16(a), np.int16(b)
 
 
+@inner(error_model="numpy")
+def _place_block(nodes: Any, by: Any, bx: Any, slots: Any, first: Any, corner: Any, places: Any) -> Any:
+    """Write what all rows of a block of pixels share.
+
+    Parameters
+    ----------
+    corner : ndarray (8,)
+        Place of the upper left node, x and y, relative to a whole point near the block, which only the block decides;
+        those of the nodes to its right, below and across from it, relative to the upper left one.
+    places : ndarray of int64 (5,)
+        Upper left point in the pool, or -1 if the block lies in several tiles; column and row of the whole point in its
+        tile, and column and row of this tile.
+    """
+    u, v = nodes[by, bx, 0], nodes[by, bx, 1]
+    u01, v01 = nodes[by, bx + 1, 0] - u, nodes[by, bx + 1, 1] - v
+    u10, v10 = nodes[by + 1, bx, 0] - u, nodes[by + 1, bx, 1] - v
+    u11, v11 = nodes[by + 1, bx + 1, 0] - u, nodes[by + 1, bx + 1, 1] - v
+    corner_x = np.int64(np.floor(u + min(min(0.0, u01), min(u10, u11)))) - 1
+    corner_y = np.int64(np.floor(v + min(min(0.0, v01), min(v10, v11)))) - 1
+    du, dv = u - corner_x, v - corner_y
+    corner[0], corner[1], corner[2], corner[3] = du, dv, u01, v01
+    corner[4], corner[5], corner[6], corner[7] = u10, v10, u11, v11
+    reach_x = du + max(max(0.0, u01), max(u10, u11))
+    reach_y = dv + max(max(0.0, v01), max(v10, v11))
+    tile_x, tile_y = corner_x // TILE, corner_y // TILE
+    in_x, in_y = corner_x - tile_x * TILE, corner_y - tile_y * TILE
+    places[0], places[1], places[2], places[3], places[4] = -1, in_x, in_y, tile_x, tile_y
+    if in_x + reach_x + 1.0 < TILE and in_y + reach_y + 1.0 < TILE:
+        places[0] = slots[tile_y - first[0], tile_x - first[1]] * (WIDE * WIDE) + in_y * WIDE + in_x
+
+
 @inner(error_model="numpy", inline="always")
 def _place_points(
-    nodes: Any,
-    by: Any,
-    bx: Any,
+    corner: Any,
+    block: Any,
     part: Any,
     step: Any,
     slots: Any,
@@ -132,29 +162,20 @@ def _place_points(
 ) -> None:
     """Write the upper left points in the pool, and the places after them, of a row of a block."""
     f, size = np.float32, WIDE * WIDE
-    # Places relative to a whole point near the block, which only the block decides.
-    u, v = nodes[by, bx, 0], nodes[by, bx, 1]
-    u01, v01 = nodes[by, bx + 1, 0] - u, nodes[by, bx + 1, 1] - v
-    u10, v10 = nodes[by + 1, bx, 0] - u, nodes[by + 1, bx, 1] - v
-    u11, v11 = nodes[by + 1, bx + 1, 0] - u, nodes[by + 1, bx + 1, 1] - v
-    corner_x = np.int64(np.floor(u + min(min(0.0, u01), min(u10, u11)))) - 1
-    corner_y = np.int64(np.floor(v + min(min(0.0, v01), min(v10, v11)))) - 1
-    du, dv = u - corner_x, v - corner_y
-    reach_x = du + max(max(0.0, u01), max(u10, u11))
-    reach_y = dv + max(max(0.0, v01), max(v10, v11))
-    tile_x, tile_y = corner_x // TILE, corner_y // TILE
-    in_x, in_y = corner_x - tile_x * TILE, corner_y - tile_y * TILE
+    du, dv, u01, v01 = corner[0], corner[1], corner[2], corner[3]
+    u10, v10, u11, v11 = corner[4], corner[5], corner[6], corner[7]
     x0, x1 = f(du + part * u10), f(du + u01 + part * (u11 - u01))
     y0, y1 = f(dv + part * v10), f(dv + v01 + part * (v11 - v01))
     step_x, step_y = (x1 - x0) / f(step), (y1 - y0) / f(step)
-    if in_x + reach_x + 1.0 < TILE and in_y + reach_y + 1.0 < TILE:
-        base = np.int32(slots[tile_y - first[0], tile_x - first[1]] * size + in_y * WIDE + in_x)
+    if block[0] >= 0:
+        base = np.int32(block[0])
         for x in range(step):
             place_x, place_y = x0 + f(x) * step_x, y0 + f(x) * step_y
             whole_x, whole_y = np.int32(place_x), np.int32(place_y)
             across[start + x], down[start + x] = place_x - f(whole_x), place_y - f(whole_y)
             places[start + x] = np.uint32(base + whole_y * np.int32(WIDE) + whole_x)
     else:
+        in_x, in_y, tile_x, tile_y = block[1], block[2], block[3], block[4]
         for x in range(step):
             place_x, place_y = x0 + f(x) * step_x, y0 + f(x) * step_y
             whole_x, whole_y = np.int32(place_x), np.int32(place_y)
@@ -258,15 +279,19 @@ def sky_rows(
     chunk = CHUNK_PIXELS // step
     places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
     across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
+    corners, of_blocks = np.empty((chunk, 8)), np.empty((chunk, 5), np.int64)
     seen = np.int32(0)
     for by in range(rows[0], rows[1]):
         for left in range(0, blocks, chunk):
             right = min(left + chunk, blocks)
             count = min(right * step, width) - left * step
+            for bx in range(left, right):
+                _place_block(nodes, by, bx, slots, first, corners[bx - left], of_blocks[bx - left])
             for y in range(by * step, min((by + 1) * step, height)):
                 part = (y - by * step) / step
-                for bx in range(left, right):
-                    _place_points(nodes, by, bx, part, step, slots, first, (bx - left) * step, places, across, down)
+                for b in range(right - left):
+                    own, block = corners[b], of_blocks[b]
+                    _place_points(own, block, part, step, slots, first, b * step, places, across, down)
                 seen ^= _touch(pool, places[:count])
                 _look_up_points(pool, places[:count], across[:count], down[:count], later, field[:count])
                 for c in range(bands):

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
+from hcss_twin.models.sensor.blur import Weights
+from hcss_twin.models.sensor.point_spread import LEAST
+from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_stages import build_stages
 from hcss_twin.providers import Grid, SensorInputs
@@ -19,6 +22,10 @@ Each = Callable[[Callable[[Any], None], list[Any]], None]
 
 _LINES = 64
 """Rows that a thread measures at once."""
+
+BLUR_LEFT_OUT = 0.02
+"""Largest share of a blur's weights, in absolute values, that live frames leave out: a narrow point spread that is
+known up to half a cycle per pixel has small tails of alternating sign, which reach 55 pixels in cubes."""
 
 TICKS_PER_S = 1e6
 """Noise is numbered by the time in microseconds: frames at the same microsecond have the same noise."""
@@ -38,6 +45,9 @@ class LiveSensor:
     ----------
     scene : ndarray of float32 (B, rows, columns)
         Where the radiance that it measures is written.
+    blur_left_out : float
+        Largest root of the sum of squares of what the weights of the blur change by, of all bands: the error of the
+        radiance along one axis, relative to the contrast, if neighbours are independent; less for clouds.
 
     Raises
     ------
@@ -65,6 +75,9 @@ class LiveSensor:
                 f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one 'radiometer' with "
                 'method = "rows", for live frames'
             )
+        cut = {name: shortened(each, BLUR_LEFT_OUT) for name, each in sensor.blur.weights.items()}
+        sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
+        self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
         self.scene = np.zeros((len(plan.bands), camera.rows, camera.columns), np.float32)
         # Parts of the frame, by band and row, that threads may measure at once.
         ends = range(0, camera.rows, _LINES) if sensor.any_rows else (0,)
@@ -94,6 +107,32 @@ class LiveSensor:
 
         each(part, self._parts)
         return results.get("digital_number")
+
+
+def shortened(weights: Weights | None, share: float) -> tuple[Weights | None, float]:
+    """Return weights without the farthest ones, up to a share of their absolute values, and the change.
+
+    Kernels that end by themselves stay: their last weights have one sign, and cutting them would sharpen the image.
+    The sum of the weights is kept. The change is the root of the sum of the squares of what single weights change by.
+    """
+    if weights is None or len(weights.down) != 1 or max(weights.reach) <= LEAST:
+        return weights, 0.0
+    result, left_out = [], 0.0
+    for own, reach in zip((weights.down[0], weights.across[0]), weights.reach, strict=True):
+        size = np.abs(own[reach : 2 * reach + 1].astype(np.float64))
+        beyond = 2.0 * (size.sum() - np.cumsum(size))
+        # The reach whose weights fill whole groups: more of them cost nothing.
+        least = int(np.argmax(beyond <= share * np.abs(own).sum()))
+        new = min(reach, -(-(2 * least + 1) // TAPS_AT_ONCE) * TAPS_AT_ONCE // 2 - 1)
+        new = max(new, least)
+        kept = own[reach - new : reach + new + 1].astype(np.float64)
+        changed = kept * (own.sum(dtype=np.float64) / kept.sum() - 1.0)
+        left_out = max(left_out, float(np.sqrt(2.0 * np.sum(size[new + 1 :] ** 2) + np.sum(changed**2))))
+        padded = np.zeros((1, kept.size + -kept.size % TAPS_AT_ONCE), np.float32)
+        padded[0, : kept.size] = kept + changed
+        result.append((padded, new))
+    (down, up), (across, side) = result
+    return Weights(down, across, (up, side)), left_out
 
 
 def _unchecked(sensor: object) -> Any:

@@ -36,7 +36,7 @@ from hcss_twin.providers import View
 
 __all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
 
-FINENESS = 2.0
+FINENESS = 1.4
 """Points of a tile per width of the smallest footprint of a pass."""
 
 _MARGIN_M = 20e3
