@@ -56,6 +56,9 @@ CURVE_SHARE = 0.01
 """Largest error of a curve of reference columns, as a share of the accuracy."""
 
 Suns = tuple[Sun | None, ...]
+Views = Sequence[View]
+Nodes = float | SpectralNodes
+"""Wavenumbers at which levels are compared, or the tolerance to which they are chosen."""
 
 
 def columns_afresh(scenario: Scenario) -> int:
@@ -115,7 +118,7 @@ class References:
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
         self.checked, self.check_error = 0, 0.0
 
-    def terms(self, plan: Plan, thickness_m: Array, time_s: float, views: Sequence[View] = ()) -> Array:
+    def terms(self, plan: Plan, thickness_m: Array, time_s: float, views: Views = ()) -> Array:
         """Return terms (N, K, B) of columns (N, L) at a time, if given toward N views.
 
         Raises
@@ -143,7 +146,7 @@ class References:
         self.check_error = max(self.check_error, relative(total(known), total(result[drawn])))
         return result
 
-    def _shared(self, plan: Plan, thickness_m: Array, time_s: float, views: Sequence[View]) -> Array:
+    def _shared(self, plan: Plan, thickness_m: Array, time_s: float, views: Views) -> Array:
         """Return columns as :meth:`terms` does, whatever of them other scenes know."""
         if not self.from_curves:
             return self._columns(plan, thickness_m, time_s, views)
@@ -187,12 +190,7 @@ class References:
         return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve, SpectralNodes))
 
     def _columns(
-        self,
-        plan: Plan,
-        thickness_m: Array,
-        time_s: float,
-        views: Sequence[View] = (),
-        tolerance: float | SpectralNodes = NODES_TOLERANCE,
+        self, plan: Plan, thickness_m: Array, time_s: float, views: Views = (), tolerance: Nodes = NODES_TOLERANCE
     ) -> Array:
         digest = hashlib.sha256(_key(plan).encode())
         same = "curve" if isinstance(tolerance, SpectralNodes) else tolerance
@@ -247,9 +245,7 @@ def _key(plan: Plan) -> str:
     return f"{table_key(plan)} afresh" if between is not None and between.afresh else table_key(plan)
 
 
-def _spectra(
-    assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None, views: Sequence[View]
-) -> Array:
+def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None, views: Views) -> Array:
     """Return terms (N, K, V) of columns (N, L), if given toward N views: clouds are solved for all of them at once."""
     if not views:
         return reference_spectra(assembly.model, wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
@@ -264,9 +260,9 @@ def _spectra(
 
 
 def _reference_terms(
-    plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Sequence[View], tolerance: float | SpectralNodes
+    plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Views, tolerance: Nodes
 ) -> tuple[Array, SpectralNodes]:
-    """Return terms (N, K, B), and the wavenumbers at which levels are compared, given or chosen to a tolerance."""
+    """Return terms (N, K, B), and the wavenumbers at which levels are compared."""
     assembly, grid = plan.assembly.for_references, plan.spectral_grid
     few, fine = for_spectra(assembly), reference_level(assembly)
     coarse, coarsest = few.numerical_level, few.at_level(0)
@@ -302,13 +298,7 @@ def _reference_terms(
 
 
 def _grid_change(
-    plan: Plan,
-    coarsest: Assembly,
-    thickness_m: Array,
-    sun: Sun | None,
-    views: Sequence[View],
-    known: Array | None,
-    terms: Array,
+    plan: Plan, coarse: Assembly, thickness_m: Array, sun: Sun | None, views: Views, known: Array | None, terms: Array
 ) -> Array:
     """Return how terms (N, K, B) change on the next finer spectral grid.
 
@@ -326,12 +316,12 @@ def _grid_change(
     toward = [views[row] for row in some] if views else ()
     if known is None:
         known = np.empty((thickness_m.shape[0], terms.shape[1], grid.wavenumber_cm1.size))
-        known[some] = _spectra(coarsest, grid.wavenumber_cm1, thickness_m[some], sun, toward)
+        known[some] = _spectra(coarse, grid.wavenumber_cm1, thickness_m[some], sun, toward)
     new = ~np.isin(finer.wavenumber_cm1, grid.wavenumber_cm1)
     weights, share = -grid.weights_cm1, finer.weights_cm1 * new
     weights[:, np.isin(grid.wavenumber_cm1, finer.wavenumber_cm1)] += finer.weights_cm1[:, ~new]
     new |= np.isin(finer.wavenumber_cm1, finer.ends_cm1)
-    between = _spectra(coarsest, finer.wavenumber_cm1[new], thickness_m[some], sun, toward)
+    between = _spectra(coarse, finer.wavenumber_cm1[new], thickness_m[some], sun, toward)
     change = between @ share[:, new].T + known[some] @ weights.T
     total = np.sum(terms, axis=1, keepdims=True)
     relative = np.divide(change, total[some], out=np.zeros_like(change), where=total[some] > 0.0)
@@ -383,7 +373,7 @@ def level_change(
     known: Array,
     thickness_m: Array,
     sun: Sun | None,
-    views: Sequence[View] = (),
+    views: Views = (),
 ) -> tuple[NDArray[np.intp], Array]:
     """Return how terms change from those of known spectra (N, K, V) to another level, from a few wavenumbers.
 

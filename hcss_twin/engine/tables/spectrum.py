@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -101,8 +102,8 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     if plan.texture is not None:
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, each)) for each in states]
-    together = (*views, *tested)
-    fitted = [_of_plan(views, together, _first_columns(plan), suns, skies)]
+    spectra = partial(_spectra, (*views, *tested))
+    fitted = [partial(spectra, views=views, thickness_m=_first_columns(plan), suns=suns, skies=skies)]
     known = np.concatenate([fitted[0](each) for each in plans])
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
@@ -113,8 +114,8 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         count = TRIED_SUNS + trial
         between = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
         skies = _suns(plan, heights + 1 + trial)
-        of_plan = _of_plan(tested, together, thickness, between, skies)
-        tried = of_plan(plan)
+        fitted.append(partial(spectra, views=tested, thickness_m=thickness, suns=between, skies=skies))
+        tried = fitted[-1](plan)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
@@ -122,10 +123,9 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
         if error <= TRIAL_SHARE * tolerance:
             if not views and len(plans) == 1:
-                _foresee(plan, fitted, CHOICE_SHARE * tolerance)
+                _foresee(plan, fitted[:-1], CHOICE_SHARE * tolerance)
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))
-        fitted.append(of_plan)
     return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
 
 
@@ -143,26 +143,23 @@ def _foresee(plan: Plan, fitted: Sequence[Callable[[Plan], Array]], tolerance: f
     foresee(("tables", plan.spectral_grid.wavenumber_cm1.size), chosen_by)
 
 
-def _of_plan(
-    views: Sequence[View],
+def _spectra(
     together: Sequence[View],
+    plan: Plan,
+    views: Sequence[View],
     thickness_m: Array,
     suns: Sequence[Sun | None],
     skies: Sequence[Sun | None],
-) -> Callable[[Plan], Array]:
-    """Return a function from plans to terms (N, K, V): cloudy columns under suns, clear sky under others, by view."""
-
-    def spectra(plan: Plan) -> Array:
-        terms = []
-        # Generated one by one: the arrays of one view can take 50 MB.
-        for each in (plan.toward(view) for view in views) if views else (plan,):
-            expect(each.assembly.model, suns)
-            expect_views(each.assembly.model, together)
-            terms += [_cloudy_spectra(each, thickness_m, sun) for sun in suns]
-            terms += [_clear_spectra(each, sun) for sun in skies]
-        return np.concatenate(terms)
-
-    return spectra
+) -> Array:
+    """Terms (N, K, V) of cloudy columns under some suns, and of clear sky under others, toward each view."""
+    spectra = []
+    # Generated one by one: the arrays of one view can take 50 MB.
+    for each in (plan.toward(view) for view in views) if views else (plan,):
+        expect(each.assembly.model, suns)
+        expect_views(each.assembly.model, together)
+        spectra += [_cloudy_spectra(each, thickness_m, sun) for sun in suns]
+        spectra += [_clear_spectra(each, sun) for sun in skies]
+    return np.concatenate(spectra)
 
 
 def _sun_moves(plan: Plan, toward: View, tolerance: float) -> bool:
