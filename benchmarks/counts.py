@@ -30,7 +30,7 @@ from hcss_twin import Scenario
 from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
-from hcss_twin.models.radiance.physical import cloud_slab
+from hcss_twin.models.radiance.physical import slab_operators
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers.registry.guards.base import Guard
 from hcss_twin.providers.registry.guards.images import GuardedClouds
@@ -82,7 +82,9 @@ def counting(counts: Counter[str]) -> Iterator[None]:
 
     with contextlib.ExitStack() as stack:
         for name in SOLVERS:
-            stack.enter_context(mock.patch.object(cloud_slab, name, _counted(getattr(cloud_slab, name), solved)))
+            stack.enter_context(
+                mock.patch.object(slab_operators, name, _counted(getattr(slab_operators, name), solved))
+            )
         for kind, wrapper in GUARDS.items():
             for member, method in list(vars(wrapper).items()):
                 plain = member.removeprefix("_checked_")  # an optional member

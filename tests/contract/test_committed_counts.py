@@ -55,13 +55,15 @@ def test_the_check_fails_if_one_more_call_in_five_is_made(counts, tmp_path, monk
 
 
 def test_what_is_counted_is_what_was_called(counts):
-    from hcss_twin.models.radiance.physical import cloud_slab
+    from hcss_twin.models.radiance.physical import slab_operators
 
     found = Counter()
     for times in (1, 3):
         with counts.counting(found):
             for _ in range(times):
-                cloud_slab.solve_layers(np.ones((2, 3)), np.full(3, 0.5), np.array([[1.0] * 3, [0.8] * 3]), [0.5], 4)
+                slab_operators.solve_layers(
+                    np.ones((2, 3)), np.full(3, 0.5), np.array([[1.0] * 3, [0.8] * 3]), [0.5], 4
+                )
         assert found["layers solved"] == 6 * times
         assert found["layers solved, times streams"] == 24 * times
         found.clear()

@@ -9,7 +9,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import PhysicalParameters
-from hcss_twin.models.radiance.physical import cloud_slab
+from hcss_twin.models.radiance.physical import slab_operators
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
 from hcss_twin.models.radiance.physical.operator_table import OperatorTable, thickness_grid
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum
@@ -255,9 +255,9 @@ def test_suns_that_are_expected_change_nothing_but_the_number_of_solutions(monke
     """By reciprocity, suns are directions toward which light from the view is scattered: one solution serves all."""
     inputs = scene(profile_at(None), "plain", "rough-sea", "plain", 50.0)
     suns = [Sun(40.0, 200.0, 1.0), Sun(40.5, 203.0, 1.0), Sun(65.0, 30.0, 0.99)]
-    solved, solve = [], cloud_slab.solve_sun
+    solved, solve = [], slab_operators.solve_sun
     monkeypatch.setattr(
-        cloud_slab, "solve_sun", lambda *what, **how: solved.append(what[0].shape) or solve(*what, **how)
+        slab_operators, "solve_sun", lambda *what, **how: solved.append(what[0].shape) or solve(*what, **how)
     )
     for thickness in (np.array([[120.0]]), np.geomspace(50.0, 900.0, 6)[:, None]):
         solved.clear()

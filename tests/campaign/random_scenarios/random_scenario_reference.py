@@ -24,7 +24,7 @@ from unittest import mock
 import numpy as np
 from scipy.optimize import nnls
 
-from hcss_twin.models.radiance.physical import cloud_slab
+from hcss_twin.models.radiance.physical import slab_solver
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
@@ -140,4 +140,4 @@ def two_sets(summands: np.ndarray, wavenumber: np.ndarray) -> tuple[Sequence[np.
 
 def solved_at_each_thickness() -> AbstractContextManager[Any]:
     """Within it, layers are solved at the thicknesses of the columns themselves, however many."""
-    return mock.patch.object(cloud_slab, "FEW_THICKNESSES", np.inf)
+    return mock.patch.object(slab_solver, "FEW_THICKNESSES", np.inf)

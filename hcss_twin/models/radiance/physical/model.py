@@ -22,7 +22,7 @@ from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
-from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabSolver, side_by_side
+from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, side_by_side
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.directions import (
     AIR_SUN,
@@ -42,6 +42,7 @@ from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
+from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
 from hcss_twin.models.radiance.physical.sunlight_between import (
     ReflectionModes,
     sunlight_between,
