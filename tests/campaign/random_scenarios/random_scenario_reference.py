@@ -8,8 +8,8 @@ where the few wavenumbers and their weights reproduce, of the same columns, L(mo
 level, times polynomials of the wavenumber. Two disjoint sets of wavenumbers are used: the result is their mean, and
 half their difference is the error that is stated with it.
 
-Each layer is solved at the thicknesses of the pixels themselves, without a table; sunlight is never too faint to be
-scattered at all streams; and the finest level has 32 streams for diffuse light in place of 24.
+Each layer is solved at the thicknesses of the pixels themselves and at every wavenumber, without a table; sunlight is
+never too faint to be scattered at all streams; and the finest level has 32 streams for diffuse light in place of 24.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def finest_radiance(
             provider = model._provider
             provider = type(provider)(replace(provider._inputs, sunlight_steps=0), provider._parameters)
             model._provider = provider
-            provider._numerics = replace(provider._numerics, faint_sun=0.0)
+            provider._numerics = replace(provider._numerics, faint_sun=0.0, between_wavenumbers=0.0)
             if level == last:
                 provider._numerics = replace(provider._numerics, streams=32, turned_modes=64)
         return total_spectra(model, wavenumber[places], metres, sun)
