@@ -188,39 +188,23 @@ class ExampleClouds:
     ) -> NDArray[np.float32]:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
         layer = self._inputs.layer
-        hanging, tall = layer.anchor == "top", layer.thickness_max_m
-        depth = np.empty(thickness_m.shape)
-        for i in range(0, depth.shape[0], _TILE):
+        depth = thickness_m.astype(np.float64)
+        for i in range(0, depth.shape[0] if self._halvings else 0, _TILE):
             for j in range(0, depth.shape[1], _TILE):
                 tile = depth[i : i + _TILE, j : j + _TILE]
-                body, raised = self._body(tile.shape, time_s, rows.start + i, columns.start + j)
-                own = thickness_m[i : i + _TILE, j : j + _TILE].astype(np.float64)
-                tile[...] = depth_of(body, raised, own, tall)
+                body = self._body(tile.shape, time_s, rows.start + i, columns.start + j)
+                tile[...] = depth_of(body, tile, self._inputs.grid.pixel_size_m, layer.thickness_max_m)
+        hanging = layer.anchor == "top"
         end_m = layer.top_m if hanging else layer.base_m
         return shares_of(thickness_m, depth, np.asarray(edges_m, np.float64), end_m, hanging)
 
-    def _body(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> tuple[Array, Array]:
-        """Return thickness between the pixels of the example, and how far tops are above it, of a part of a frame."""
-        edges, layer = self._edges(shape, time_s, row, column), self._inputs.layer
+    def _body(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> Array:
+        """Return thickness that is interpolated between the pixels of the example, in a part of a frame."""
+        edges = self._edges(shape, time_s, row, column)
         first = [math.floor(each[0]) - MARGIN for each in edges]
-        if self._halvings:
-            y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
-        else:
-            y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
-        heights = self._level.heights_m
-        opaque, excess = np.moveaxis(self._blended(time_s, y, x, tables=heights).astype(np.float64), -1, 0)
-        body = np.interp(opaque, heights[:, 0], self._tables[:, 0])
-        raised = np.zeros_like(body)
-        if layer.anchor == "base":
-            # The thickness of thin cloud was found with its top at the base of the layer, that of opaque cloud with p.
-            free = np.minimum(layer.thickness_max_m - body, excess)
-            raised = self._of.relief * np.clip(opaque + excess - layer.base_m - body, 0.0, np.maximum(free, 0.0))
-            raised[body <= 0.0] = 0.0
-        if self._halvings:
-            body = sharpened(body)
-            middles = [0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges]
-            body, raised = (between_cells(each, *middles, first) for each in (body, raised))
-        return body, raised
+        y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
+        cells = sharpened(self._blended(time_s, y, x, 0)[..., 0].astype(np.float64))
+        return between_cells(cells, *(0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges), first)
 
     def _thickness_of(self, opaque_m: Array) -> Array:
         """Return the thickness of the layer for heights p, any shape."""
@@ -345,12 +329,10 @@ class ExampleClouds:
     def _key(self, number: int) -> int:
         return (self._inputs.seed * 0x9E3779B97F4A7C15 + (number + 1) * 0xD1B54A32D192ED03) % 2**64
 
-    def _blended(
-        self, time_s: float, y: Array, x: Array, which: int = 1, tables: NDArray[np.float32] | None = None
-    ) -> NDArray[np.float32]:
+    def _blended(self, time_s: float, y: Array, x: Array, which: int = 1) -> NDArray[np.float32]:
         """Return thickness, and x or tops, (rows, columns, 2) at positions in pixels of the example.
 
-        With ``which`` 0, x is left out where thickness does not need it. With ``tables`` of heights, p and x.
+        With ``which`` 0, x is left out where thickness does not need it.
         """
         out = np.empty((y.size, x.size, 1 if which == 0 and self._hanging is None else 2), np.float32)
         if out.size:
@@ -360,7 +342,7 @@ class ExampleClouds:
             level = self._level
             waves, own = long_waves(y, x, NODES * level.spacing, level.long, self._inputs.seed, time)
             blend(
-                out, y, x, level.scores, self._tables if tables is None else tables, self._geometry, nodes, np.vstack([bounds, own]), waves,
+                out, y, x, level.scores, self._tables, self._geometry, nodes, np.vstack([bounds, own]), waves,
                 np.uint64(self._key(-2)), time / PATCH_S,
             )  # fmt: skip
             if self._hanging is not None:

@@ -42,10 +42,3 @@ class ExampleParameters(BaseModel):
         description="Shape in height, which light between columns sees: a smooth body with soft tops, or columns of "
         "thickness alone. Clouds with tops of their own have none.",
     )
-    relief: float = Field(
-        1.0,
-        ge=0.0,
-        le=1.0,
-        description="Part of the height of the example's cloud tops above opaque cloud by which thin cloud that stands "
-        "on the base of the layer reaches higher.",
-    )

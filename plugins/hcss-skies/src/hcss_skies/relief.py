@@ -1,8 +1,9 @@
 """How the clouds of an example are spread over heights, for light between columns.
 
-Columns of thickness alone stand on a flat base with the detail below the example's pixel as needles side by side. Here
-the pixels of the example, between which heights are interpolated, give a smooth body, and the detail mostly its
-extinction: columns keep their thickness, and with it their optical thickness.
+Columns of thickness alone stand on a flat base, with the detail below the example's pixel as needles side by side. Here
+tops are those of the example, interpolated between its pixels; the detail moves them by up to a pixel's side, and is
+otherwise one of extinction: columns keep their thickness, and with it their optical thickness. Thin cloud stays where
+its thickness was found from the example's brightness temperature, not where the example has it (``tops``).
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from hcss_twin.providers import Array
 SOFT = 0.15
 """Part of the depth over which the extinction falls to 0 below a free top, and grows above a hanging base."""
 
-LUMPS = 0.25
-"""Power with which the depth of a column follows its own thickness, where that of the body has the rest."""
+STEEPEST = 1.0
+"""Height in pixels by which the detail of a column moves its free end at most: no needles stand beside each other."""
 
 DENSEST = 2.0
 """Greatest thickness of a column over its depth."""
@@ -36,21 +37,22 @@ def sharpened(cells: Array) -> Array:
     return result
 
 
-def depth_of(body_m: Array, raised_m: Array, thickness_m: Array, most_m: float) -> Array:
+def depth_of(body_m: Array, thickness_m: Array, pixel_m: float, most_m: float) -> Array:
     """Return the geometric depth of columns, same shape, m: positive where their thickness is.
 
     Parameters
     ----------
     body_m : ndarray
         Thickness between the pixels of the example.
-    raised_m : ndarray
-        By how much the example's cloud tops are above it.
     thickness_m : ndarray
-        Of the columns.
+        Of the columns. In layers whose detail is less than a pixel high the depth is about their thickness.
+    pixel_m : float
+        Distance of columns.
     most_m : float
         Depth of the layer.
     """
-    lumps = np.maximum(body_m, 0.0) ** (1.0 - LUMPS) * thickness_m**LUMPS + raised_m
+    reach = STEEPEST * pixel_m
+    lumps = body_m + reach * np.tanh((thickness_m - body_m) / reach)
     depth: Array = np.minimum(np.maximum(lumps, thickness_m / DENSEST), most_m)
     return depth
 
