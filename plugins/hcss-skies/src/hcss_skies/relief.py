@@ -22,6 +22,9 @@ STEEPEST = 1.0
 DENSEST = 2.0
 """Greatest thickness of a column over its depth."""
 
+LEAST_M = 1e-3
+"""Least depth: that of thinner columns would be lost beside their altitude."""
+
 
 def sharpened(cells: Array) -> Array:
     """Return heights (Y, X), positive, between whose centres bilinear interpolation about keeps the means of cells.
@@ -92,7 +95,7 @@ def shares_of(
         Altitude of the flat end: the base, or with ``hanging`` the top.
     """
     cloudy = thickness_m > 0.0
-    depth = np.where(cloudy & (depth_m > 0.0), depth_m, 1.0)
+    depth = np.maximum(depth_m, LEAST_M)
     start = end_m - depth if hanging else end_m
     shares = np.empty((len(edges_m) - 1, *thickness_m.shape), np.float32)
     low = below((edges_m[0] - start) / depth, hanging)
