@@ -8,7 +8,9 @@ from conftest import FROZEN
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.relief import DENSEST, SOFT, below, depth_of, shares_of, sharpened
 from hcss_skies.tops import between_cells
+from test_tops import Emitting
 
+from hcss_twin import Scenario, simulate
 from hcss_twin.providers import Motion
 
 
@@ -103,3 +105,37 @@ def test_shares_stay_whole_at_extremes(hanging, thickness_m, body_m, pixel_m):
 
 def test_columns_and_clouds_with_tops_of_their_own_have_no_shares(make):
     assert not hasattr(make(shape="columns"), "height_shares")
+    provider = make()
+    layer = replace(provider._inputs.layer, thickness_min_m=1.0)
+    own = provider._of.model_copy(update={"tops": "example"})
+    assert not hasattr(
+        ExampleClouds(replace(provider._inputs, inversion=Emitting(), layer=layer), own), "height_shares"
+    )
+
+
+def test_images_by_columns_do_not_see_the_shape_and_light_between_columns_does():
+    """At nadir opaque tops move by up to a pixel and by their soft edge: a tenth of a kelvin rms."""
+    pytest.importorskip("hcss_light")
+    images = {}
+    for light in ("columns", "slant"):
+        for shape in ("columns", "relief"):
+            clouds = {"type": "stratocumulus", "generator": "example"}
+            scene = Scenario.from_dict(
+                {
+                    "time": "2024-04-20T23:30:00+10:00",
+                    "place": {"latitude": 20.0, "longitude": 150.0},
+                    "view": {"zenith": 0.0},
+                    "image": {"rows": 60, "columns": 60, "pixel_size": 100.0},
+                    "frames": {"count": 1},
+                    "accuracy": 0.02,
+                    "bands": [[10.5, 11.0]],
+                    "clouds": clouds | {"parameters": {"example": "closed-cells-1", "shape": shape}},
+                    "radiance": {"light": light},
+                    "output": {"variables": ["radiance", "brightness_temperature"], "certificate": 0},
+                }
+            )
+            images[light, shape] = simulate(scene).brightness_temperature.values[0, 0]
+    np.testing.assert_array_equal(images["columns", "relief"], images["columns", "columns"])
+    change = images["slant", "relief"] - images["columns", "relief"]
+    assert 0.0 < np.sqrt(np.mean(change**2)) < 0.15
+    assert not np.array_equal(images["slant", "relief"], images["slant", "columns"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,8 +116,6 @@ class ExampleClouds:
         cloudy = thick @ chance / chance.sum() if thick.shape[1] > 1 else thick[:, 0]
         self.image_coverage = float(chance @ cloudy / chance.sum())
         self._tables = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
-        if parameters.shape == "relief" and self._hanging is None:
-            self.height_shares = self._height_shares
         motion = inputs.motion
         wind_x, wind_y = motion.cloud_velocity_m_s
         self._speed = -wind_y, motion.platform_speed_m_s - wind_x
@@ -182,6 +181,19 @@ class ExampleClouds:
         if self._hanging is not None:
             raise ValueError('top_above_opaque_m: with tops = "example" ask cloud_top_m')
         return self._window(time_s, rows, columns, 1)
+
+    @property
+    def height_shares(self) -> Callable[..., NDArray[np.float32]]:
+        """What spreads clouds over heights, the optional member of generators; not there for columns.
+
+        Raises
+        ------
+        AttributeError
+            With ``shape = "columns"`` or ``tops = "example"``.
+        """
+        if self._of.shape == "columns" or self._hanging is not None:
+            raise AttributeError("height_shares")
+        return self._height_shares
 
     def _height_shares(
         self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
