@@ -216,7 +216,8 @@ class ExampleClouds:
         first = [math.floor(each[0]) - MARGIN for each in edges]
         y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
         cells = sharpened(self._blended(time_s, y, x, 0)[..., 0].astype(np.float64))
-        return between_cells(cells, *(0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges), first)
+        y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
+        return between_cells(cells, y, x, first)
 
     def _thickness_of(self, opaque_m: Array) -> Array:
         """Return the thickness of the layer for heights p, any shape."""
@@ -290,7 +291,8 @@ class ExampleClouds:
         y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
         cells = self._blended(time_s, y, x, which)[..., which].astype(np.float64)
         if which and self._hanging is not None:
-            out[...] = between_cells(cells, *(0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges), first)
+            y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
+            out[...] = between_cells(cells, y, x, first)
             return
         if which:
             at = [
