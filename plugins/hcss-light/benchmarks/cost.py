@@ -1,4 +1,4 @@
-"""Processor time of the tier source: view march, sweeps of scattered light, and 512 x 512 pixels through the engine.
+"""Processor time of the tier source: view march, sweeps of scattered light, the sea, and 512 x 512 pixels as frames.
 
     python plugins/hcss-light/benchmarks/cost.py [--frames 30] [--type stratocumulus]
 
@@ -11,11 +11,15 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from hcss_light.orders import DIRECTIONS
+from hcss_light.sea import Sea
 from hcss_light.slices import march, slices_of
 from hcss_light.source import Direction, Particles, Surroundings, scattered_source
+from hcss_light.transport import InstantLight
 
 from hcss_twin import Scenario
 from hcss_twin.engine.compile import tables_of
@@ -63,6 +67,32 @@ def kernels(thickness: np.ndarray, base_m: float, top_m: float) -> None:
     each = 1e9 * (spent[1] - spent[0]) / 16 / DIRECTIONS
     cloudy = np.count_nonzero(density)
     print(f"sweeps: {each / density.size:.2f} ns for each voxel, direction and order; {each / cloudy:.2f} ns if cloudy")
+    sea = Sea(slices, view, sun, base_m)
+    around = replace(around, glint=0.1, mirrored=np.zeros(slices.count))
+    sea.change(sea.paths(density, True), particles, around, thickness.shape)
+    times = [time.process_time()]
+    for shaded in (False, True):
+        found = sea.paths(density, shaded)
+        times.append(time.process_time())
+        if not shaded:
+            sea.change(found, particles, around, thickness.shape)
+            times.append(time.process_time())
+    copied, mirrored, shadows = 1e9 * np.diff(times) / density.size
+    print(f"clouds that the sea mirrors: {mirrored:.2f} ns for each slice, pixel and band")
+    print(f"the sun's paths to the sea: {shadows - copied:.2f} ns for each slice and pixel, for all bands")
+
+
+def timed(spent: list[float]) -> Callable[..., object]:
+    """Return what computes the sea below clouds, and adds the time of each call to a list."""
+    own = InstantLight.over_sea
+
+    def over_sea(*given: object, **named: object) -> object:
+        begun = time.process_time()
+        result = own(*given, **named)
+        spent.append(time.process_time() - begun)
+        return result
+
+    return over_sea
 
 
 def main() -> None:
@@ -79,10 +109,15 @@ def main() -> None:
     plan = make_plan(scene(given.type, given.frames))
     tables = tables_of(plan)
     ready = time.process_time()
+    of_sea: list[float] = []
+    InstantLight.over_sea = timed(of_sea)
     for _ in stream(plan, tables):
         pass
     end = time.process_time()
-    print(f"{given.frames} frames: {end - begun:.1f} s, {ready - begun:.1f} s of them for the plan and its tables")
+    print(
+        f"{given.frames} frames: {end - begun:.1f} s, {ready - begun:.1f} s of them for the plan and its tables, "
+        f"{sum(of_sea):.1f} s for the sea below clouds"
+    )
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -59,6 +60,18 @@ class LevelState:
     temperature_K: Array
     refractivity: Array
     density: Array
+
+    @cached_property
+    def thickness_m(self) -> Array:
+        """Of the layers between the levels, (L - 1,)."""
+        result: Array = np.diff(self.altitude_m)
+        return result
+
+    @cached_property
+    def fall(self) -> Array:
+        """Logarithms of refractivity below over that above, (L - 1,)."""
+        result: Array = np.log(self.refractivity[:-1] / self.refractivity[1:])
+        return result
 
 
 def mixing_ratio(gas: str, profile: Profile, coefficients: BandModelCoefficients) -> Array:

@@ -140,16 +140,15 @@ def make_layers(
         One for each pair of levels with cells between them, possibly a partial layer.
     """
     thickness, layer, ends = _place(state, bottom_m, top_m)
-    begins = np.diff(layer, prepend=-1) != 0
+    begins = np.ones(layer.size, dtype=np.bool_)
+    begins[1:] = layer[1:] != layer[:-1]
     if stack is not None:
-        begins |= np.diff(stack, prepend=-1) != 0
+        begins[1:] |= stack[1:] != stack[:-1]
     first_cell = np.flatnonzero(begins)
-    cells = np.diff(first_cell, append=layer.size)
+    cells = np.append(first_cell[1:], layer.size) - first_cell
     edges = np.stack((ends[:, 0], np.mean(ends, axis=1), ends[:, 1]), axis=1)
     height = state.altitude_m[layer, None] + edges * thickness[layer, None]
-    refractivity = state.refractivity
-    fall = np.log(refractivity[:-1] / refractivity[1:])
-    local = refractivity[:-1][layer, None] * np.exp(-edges * fall[layer, None])
+    local = state.refractivity[layer, None] * np.exp(-edges * state.fall[layer, None])
     radius = earth_radius_m + height
     temperature = _mean_temperature(state, layer[first_cell], ends[first_cell, 0], ends[first_cell + cells - 1, 1])
     amount = vertical_amounts(state, bottom_m, top_m) if amount is None else amount.copy()
@@ -159,7 +158,7 @@ def make_layers(
     return Layers(
         radius_m=radius,
         index=1.0 + local,
-        bending=radius * local / (1.0 + local) * (fall / thickness)[layer, None],
+        bending=radius * local / (1.0 + local) * (state.fall / thickness)[layer, None],
         thickness_m=top_m - bottom_m,
         amount=amount,
         first_cell=first_cell,
@@ -175,7 +174,7 @@ def vertical_amounts(state: LevelState, bottom_m: Array, top_m: Array) -> Array:
 
 def _place(state: LevelState, bottom_m: Array, top_m: Array) -> tuple[Array, Indices, Array]:
     """Return the thickness of all layers, the layer of each cell (M,), and its ends (M, 2) as shares of the layer."""
-    level_m, thickness = state.altitude_m, np.diff(state.altitude_m)
+    level_m, thickness = state.altitude_m, state.thickness_m
     layer = np.searchsorted(level_m, bottom_m, side="right") - 1
     ends = (np.stack((bottom_m, top_m), axis=1) - level_m[layer, None]) / thickness[layer, None]
     return thickness, layer, ends

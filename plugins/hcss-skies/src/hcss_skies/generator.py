@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
+from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
@@ -180,6 +182,43 @@ class ExampleClouds:
             raise ValueError('top_above_opaque_m: with tops = "example" ask cloud_top_m')
         return self._window(time_s, rows, columns, 1)
 
+    @property
+    def height_shares(self) -> Callable[..., NDArray[np.float32]]:
+        """What spreads clouds over heights, the optional member of generators; not there for columns.
+
+        Raises
+        ------
+        AttributeError
+            With ``shape = "columns"`` or ``tops = "example"``.
+        """
+        if self._of.shape == "columns" or self._hanging is not None:
+            raise AttributeError("height_shares")
+        return self._height_shares
+
+    def _height_shares(
+        self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
+    ) -> NDArray[np.float32]:
+        """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
+        layer = self._inputs.layer
+        depth = thickness_m.astype(np.float64)
+        for i in range(0, depth.shape[0] if self._halvings else 0, _TILE):
+            for j in range(0, depth.shape[1], _TILE):
+                tile = depth[i : i + _TILE, j : j + _TILE]
+                body = self._body(tile.shape, time_s, rows.start + i, columns.start + j)
+                tile[...] = depth_of(body, tile, self._inputs.grid.pixel_size_m, layer.thickness_max_m)
+        hanging = layer.anchor == "top"
+        end_m = layer.top_m if hanging else layer.base_m
+        return shares_of(thickness_m, depth, np.asarray(edges_m, np.float64), end_m, hanging)
+
+    def _body(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> Array:
+        """Return thickness that is interpolated between the pixels of the example, in a part of a frame."""
+        edges = self._edges(shape, time_s, row, column)
+        first = [math.floor(each[0]) - MARGIN for each in edges]
+        y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
+        cells = sharpened(self._blended(time_s, y, x, 0)[..., 0].astype(np.float64))
+        y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
+        return between_cells(cells, y, x, first)
+
     def _thickness_of(self, opaque_m: Array) -> Array:
         """Return the thickness of the layer for heights p, any shape."""
         inversion, layer, clear = self._inputs.inversion, self._inputs.layer, self._clear_m
@@ -252,8 +291,8 @@ class ExampleClouds:
         y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
         cells = self._blended(time_s, y, x, which)[..., which].astype(np.float64)
         if which and self._hanging is not None:
-            middles = (0.5 * (each[1:] + each[:-1]) - low - 0.5 for each, low in zip(edges, first, strict=True))
-            out[...] = between_cells(cells, *middles)
+            y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
+            out[...] = between_cells(cells, y, x, first)
             return
         if which:
             at = [

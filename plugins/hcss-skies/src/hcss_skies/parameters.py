@@ -37,3 +37,8 @@ class ExampleParameters(BaseModel):
     tops: Literal["layer", "example"] = Field(
         "layer", description="Cloud tops: those of the layer, or those of the example, for scenes of one layer."
     )
+    shape: Literal["relief", "columns"] = Field(
+        "relief",
+        description="Shape in height, which light between columns sees: a smooth body with soft tops, or columns of "
+        "thickness alone. Clouds with tops of their own have none.",
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,12 +108,14 @@ def look_up_pairs(out: Any, fields: Any, step_m: float) -> None:
                 out[i, j, n] = low + share_p * (high - low)
 
 
-def between_cells(cells: Array, y: Array, x: Array) -> Array:
-    """Return values (Y, X) at positions between the centres of cells, bilinear."""
+def between_cells(cells: Array, y: Array, x: Array, first: Sequence[int] = (0, 0)) -> Array:
+    """Return values (Y, X) at positions between the centres of cells, bilinear; ``first`` is the place of ``cells``."""
     (i, fy), (j, fx) = (
-        (np.clip(np.floor(at).astype(np.int64), 0, side - 2), at) for at, side in zip((y, x), cells.shape, strict=True)
+        (np.clip(np.floor(at).astype(np.int64) - low, 0, side - 2), at - np.floor(at))  # the same bits in any window
+        for at, side, low in zip((y, x), cells.shape[:2], first, strict=True)
     )
-    fy, fx = (fy - i)[:, None], fx - j
+    fy = fy.reshape(-1, *(1,) * (cells.ndim - 1))
+    fx = fx.reshape(-1, *(1,) * (cells.ndim - 2))
     rows = (1.0 - fy) * cells[i] + fy * cells[i + 1]
     values: Array = (1.0 - fx) * rows[:, j] + fx * rows[:, j + 1]
     return values
