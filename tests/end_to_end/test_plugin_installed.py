@@ -89,17 +89,18 @@ class Environment:
         chosen = [part for key, value in settings.items() for part in ("--set", f"{key}={value}")]
         return self.hcss("run", "scenario.toml", "-o", cube, *chosen)
 
-    def install(self, project):
-        """Install a project folder: with pip where the build backend is at hand, else file by file."""
+    def install(self, *projects):
+        """Install project folders: with pip where the build backend is at hand, else file by file."""
         if importlib.util.find_spec("hatchling") and importlib.util.find_spec("pip"):
             options = ["--no-index", "--no-deps", "--no-build-isolation", "--quiet"]
-            pip = [sys.executable, "-m", "pip", "--python", str(self.python), "install", *options, str(project)]
+            pip = [sys.executable, "-m", "pip", "--python", str(self.python), "install", *options, *map(str, projects)]
             subprocess.run(pip, check=True, timeout=300)
             return
-        metadata = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-        for package in metadata_packages(project):
-            shutil.copytree(package, self.site / package.name)
-        self.write_distribution(metadata["name"], metadata["version"], metadata["entry-points"]["hcss_twin"])
+        for project in projects:
+            metadata = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+            for package in metadata_packages(project):
+                shutil.copytree(package, self.site / package.name)
+            self.write_distribution(metadata["name"], metadata["version"], metadata["entry-points"]["hcss_twin"])
 
     def install_module(self, distribution, version, source):
         """Install a distribution of one module that is its own entry point."""
@@ -249,7 +250,7 @@ def written(tmp_path_factory):
     for kind in Kind:
         done = environment.hcss("new-plugin", kind, f"own-{kind}")
         assert done.returncode == 0, done.stderr
-        environment.install(environment.folder / f"hcss-own-{kind}")
+    environment.install(*(environment.folder / f"hcss-own-{kind}" for kind in Kind))
     return environment
 
 
