@@ -36,6 +36,11 @@ from hcss_twin.cli.sweep import is_propagation, propagation_options, run_propaga
 from hcss_twin.core.errors import HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
+COLLECTIONS = (50_000, 20, 50)
+"""Objects between two searches for cycles when one scene is computed, and how rarely older objects are searched: with
+Python's 700 and 10 a run spends 4 % of its time on objects of libraries, of which none are garbage. In sweeps, cycles of
+objects would stay in memory."""
+
 EXIT_FAILED = 1
 EXIT_BAD_SCENARIO = EXIT_BAD_OPTION = 2
 EXIT_INTERRUPTED = 130
@@ -83,6 +88,7 @@ def run(
             raise click.UsageError("--scheduler: not allowed with --draws; allowed: --workers")
         run_propagation(context, scenario, assignments, output, force, as_json, {**propagation, "workers": workers})
         return
+    gc.set_threshold(*COLLECTIONS)
     loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
     require_writable([output], force)
@@ -266,11 +272,6 @@ for _command in (
     cli.add_command(_command)
 
 
-COLLECTIONS = (50_000, 20, 50)
-"""Objects between two searches for cycles, and how rarely older objects are searched: with Python's 700 and 10 a run
-spends 4 % of its time on objects of libraries, of which none are garbage."""
-
-
 def main() -> None:
     """Run the command line; report errors of the package as a message and an exit code.
 
@@ -279,7 +280,6 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # some file names are not text, and some terminals lack letters
             stream.reconfigure(errors="backslashreplace")
-    gc.set_threshold(*COLLECTIONS)
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)

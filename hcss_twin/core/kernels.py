@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from numba import njit
-from numba.core import event
+from numba.core import environment, event
 from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
@@ -30,8 +30,34 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
+        with _without_modules(), self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
+
+
+@contextmanager
+def _without_modules() -> Iterator[None]:
+    """Let compiled code be loaded without the modules its functions are defined in.
+
+    Numba imports them (those of its own array functions take 60 ms) for code that looks up globals when it runs;
+    compiled loops never do.
+    """
+    own = environment._rebuild_env
+    environment._rebuild_env = _environment
+    try:
+        yield
+    finally:
+        environment._rebuild_env = own
+
+
+def _environment(module: str, constants: list[Any], name: str) -> Any:
+    known = environment.lookup_environment(name)
+    if known is None:
+        loaded = sys.modules.get(module)
+        known = environment.Environment({"__name__": module} if loaded is None else vars(loaded))
+        known.consts[:] = constants
+        known.env_name = name
+        environment.Environment._memo[name] = known
+    return known
 
 
 def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -44,7 +70,8 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        if not hasattr(FunctionCache, "_load_overload"):  # a version of numba with another cache
+        private = hasattr(FunctionCache, "_load_overload") and hasattr(environment, "_rebuild_env")
+        if not private:  # a version of numba with another cache
             return njit(cache=True, nogil=True, **options)(function)
         dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
         dispatcher._cache = _KernelCache(function)
