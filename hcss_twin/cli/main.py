@@ -38,8 +38,8 @@ from hcss_twin.version import __version__
 
 COLLECTIONS = (50_000, 20, 50)
 """Objects between two searches for cycles when one scene is computed, and how rarely older objects are searched: with
-Python's 700 and 10 a run spends 4 % of its time on objects of libraries, of which none are garbage. In sweeps, cycles of
-objects would stay in memory."""
+Python's 700 and 10 a run spends 4 % of its time on objects of libraries, of which none are garbage. In sweeps, cycles
+of objects would stay in memory."""
 
 EXIT_FAILED = 1
 EXIT_BAD_SCENARIO = EXIT_BAD_OPTION = 2
