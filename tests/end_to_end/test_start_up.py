@@ -113,7 +113,7 @@ def test_the_first_run_on_a_machine_says_that_it_compiles_and_the_next_does_not(
     kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     code = MODULES, "run", "stratus", *SMALL, "--force"
     if way == "function":  # no cloud, so few kernels: all are compiled for the command
-        clear = SCENARIO | {"clouds.coverage": 0.0}
+        clear = SCENARIO | {"clouds.coverage": 0.0, "image.samples_per_pixel": 2}
         code = (f"import hcss_twin as h; h.simulate(h.Scenario.load('stratus', {clear!r}))",)
     assert python(*code, cwd=tmp_path, **kept).stderr == f"{COMPILING}\n"
     assert python(*code, cwd=tmp_path, **kept).stderr == ""

@@ -229,7 +229,7 @@ class Physical:
     def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
         inputs = self._inputs
         directions = self._directions(inputs.view, sun)
-        received = self._received(directions, wavenumber)
+        received = _received(inputs, directions, wavenumber)
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
@@ -241,13 +241,6 @@ class Physical:
         sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
         scattered = self._sunlight_scattered_in_air(wavenumber, directions)
         return _Scene(self._air(wavenumber), directions, sea, received, modes, scattered)
-
-    def _received(self, directions: ColumnDirections, wavenumber: Array) -> Array:
-        """Return solar irradiance (V,) as of :class:`_Scene`."""
-        if directions.sun is None:
-            return np.zeros_like(wavenumber)
-        irradiance = self._inputs.solar_irradiance(wavenumber)
-        return directions.mu_sun * irradiance / directions.sun.distance_au**2
 
     def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float) -> SeaSurface:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
@@ -334,17 +327,12 @@ class Physical:
     def _new_slab_solver(self, wavenumber: Array, sun: Sun | None, toward: View | None = None) -> SlabSolver:
         inputs = self._inputs
         own = self._directions(inputs.view if toward is None else toward, sun)
-        cold_K = min(inputs.sea_temperature_K, _COLD_SEA_K)
-
-        def sun_share(wavenumber: Array) -> Array:
-            return self._received(own, wavenumber) / (np.pi * planck(wavenumber, cold_K))
-
         return SlabSolver(
             self._optics,
             self._numerics,
             wavenumber,
             own,
-            sun_share,
+            partial(_sun_share, inputs, own),  # of no method: the solver is kept by this object
             self.closed_form,
             inputs.memory or ArrayMemory(),
             max((layer.top_m for layer in inputs.layers), default=0.0),
@@ -412,6 +400,20 @@ class PhysicalTwoStream(Physical):
 
     closed_form = True
     model_errors = from_table(dirname(__file__), "physical-two-stream")
+
+
+def _received(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
+    """Return solar irradiance (V,) as of :class:`_Scene`."""
+    if directions.sun is None:
+        return np.zeros_like(wavenumber_cm1)
+    irradiance = inputs.solar_irradiance(wavenumber_cm1)
+    return directions.mu_sun * irradiance / directions.sun.distance_au**2
+
+
+def _sun_share(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
+    """Return sunlight (V,) reflected by a white plane, relative to the Planck radiance of a cold sea."""
+    cold = planck(wavenumber_cm1, min(inputs.sea_temperature_K, _COLD_SEA_K))
+    return _received(inputs, directions, wavenumber_cm1) / (np.pi * cold)
 
 
 def _above_horizon(sun: Sun | None) -> Sun | None:

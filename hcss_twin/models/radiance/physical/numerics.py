@@ -7,6 +7,7 @@ function is sharply peaked, N moments are nearer the truth than 2 N, and cost le
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from hcss_twin.models.parameters import AZIMUTH_MODES, STREAMS, SUN_STREAMS, PhysicalParameters
 from hcss_twin.models.radiance.physical.air import SUBLAYERS
@@ -56,15 +57,19 @@ class Numerics:
 # is steep, two of them leave .3 % of the radiance, four .03 %, and such errors have other spectra than the radiance.
 # Where it is not steep, two are within 5e-5 for light that is scattered afterwards, which takes most of the time.
 LEVELS = (
-    Numerics(4, 6, 6, 6, 8, 0.015, 4, 2, 2e-3, 2),
-    Numerics(6, 8, 8, 8, 12, 0.01, 6, 2, 1e-3, 2),
-    Numerics(8, 12, 12, 12, 16, 0.005, 6, 2, 3e-4, 2),
-    Numerics(10, 16, 16, 16, 20, 0.004, 6, 2, 1e-4, 2),
+    Numerics(4, 6, 6, 6, 8, 0.015, 4, 2, 1e-4),
+    Numerics(6, 8, 8, 8, 12, 0.01, 6, 2, 1e-4),
+    Numerics(8, 12, 12, 12, 16, 0.005, 6, 2, 1e-4),
+    Numerics(10, 16, 16, 16, 20, 0.004, 6, 2, 1e-4),
     Numerics(12, 24, 24, 24, 24, 0.001, 8, 4),
     Numerics(16, 32, 32, 32, 32, 0.0005, 8, 4),
     Numerics(20, 48, 48, 48, 40, 0.0002, 8, 6),
     Numerics(24, 64, 64, 64, 48, 0.0, 12, 8),
 )
+
+
+COARSEST: dict[str, Any] = {"between_wavenumbers": 2e-3, "per_octave": 2}
+"""Of the coarsest level where sunlight is as coarse: scenes that have it, or spectra of it, ask for 1e-3 or so."""
 
 
 def levels(parameters: PhysicalParameters, sunlight_steps: int = 0) -> tuple[Numerics, ...]:
@@ -80,10 +85,11 @@ def levels(parameters: PhysicalParameters, sunlight_steps: int = 0) -> tuple[Num
     stated = parameters.streams, parameters.sun_streams, parameters.sun_moments, parameters.azimuth_modes
     if all(each is None for each in stated):
         finer = [LEVELS[min(level + sunlight_steps, len(LEVELS) - 1)] for level in range(len(LEVELS))]
-        return tuple(
+        first, *others = (
             replace(own, sun_streams=sun.sun_streams, sun_moments=sun.sun_moments, azimuth_modes=sun.azimuth_modes)
             for own, sun in zip(LEVELS, finer, strict=True)
         )
+        return (first if sunlight_steps else replace(first, **COARSEST)), *others
     streams, sun_streams = parameters.streams or STREAMS, parameters.sun_streams or SUN_STREAMS
     modes = parameters.azimuth_modes or AZIMUTH_MODES
     moments = parameters.sun_moments or sun_streams
