@@ -78,7 +78,7 @@ def test_the_look_up_in_single_precision_is_interpolation_in_double(data, first,
 
 
 @SOME
-@given(st.data(), axes(), st.sampled_from([np.nan, -np.nan, np.inf, 0.99, 1.01]))
+@given(st.data(), axes(), st.sampled_from([np.nan, np.inf, 0.99, 1.01]))
 def test_what_lies_outside_the_table_is_refused_and_not_moved_inside(data, nodes, wrong):
     table = DenseTable(np.ones(1), (nodes,), (np.ones((nodes.size, 1)),), None)
     thickness = data.draw(skies(nodes, (4, 5)))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.engine.tables.even_bits import CORNER
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.plan.windows import pixel_sums, points_of, windows
@@ -78,20 +77,6 @@ def test_one_layer_is_the_plain_definition_to_rounding(name, samples):
     thickness = [sky((24, 48), nodes[0], nodes[-1], samples)]
     thickness[0].flat[: min(20, nodes.size)] = nodes[:20]  # the nodes themselves
     np.testing.assert_allclose(looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=1.2e-7)
-
-
-@pytest.mark.parametrize("channels", [1, 2, 3, 7])
-def test_smooth_curves_are_met_within_the_stated_error_without_search(channels):
-    nodes = np.geomspace(10.0, 3000.0, 600)
-    curves = 10.0 - 5.0 * np.exp(-np.outer(nodes, np.geomspace(1e-3, 1e-2, channels)))
-    smooth = LookUp(DenseTable(np.full(channels, 4.0), (nodes,), (curves,), None))
-    assert not np.any(np.isnan(smooth._even.pairs))
-    thickness = sky((9, 700), 10.0, 3000.0, 5)
-    radiance = np.empty((channels, *thickness.shape), np.float32)
-    smooth.fill(radiance, [thickness])
-    for plane, curve in zip(radiance, curves.T, strict=True):
-        exact = np.where(thickness > 0.0, np.interp(thickness.astype(float), nodes, curve), 4.0)
-        np.testing.assert_allclose(plane, exact, rtol=CORNER + 1.2e-7)
 
 
 SINGLE = 2.4e-7

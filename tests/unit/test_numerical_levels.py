@@ -29,12 +29,14 @@ NATIVE = np.arange(1000.0, 4000.0, 50.0)
 
 def test_levels_become_finer_in_every_size():
     for coarse, fine in pairwise(LEVELS):
-        *sizes, faint, sublayers, scattered = astuple(coarse)
-        *finer, fainter, more, more_scattered = astuple(fine)
+        *sizes, faint, sublayers, scattered, between, per_octave = astuple(coarse)
+        *finer, fainter, more, more_scattered, closer, more_per_octave = astuple(fine)
         assert all(b > a for a, b in zip(sizes, finer, strict=True))
         assert fainter < faint
         assert more >= sublayers
         assert more_scattered >= scattered
+        assert closer <= between
+        assert more_per_octave >= per_octave
 
 
 def test_a_tolerance_that_few_sublayers_may_miss_is_compared_with_more():
@@ -189,7 +191,8 @@ def test_finer_grids_solve_only_their_new_wavenumbers():
         asked.append(wavenumber.tolist()) or {"emission": wavenumber * solve(wavenumber, sun)["emission"]}
     )
     at = _spectra(FewColumns(np.zeros(0), np.zeros(0), np.zeros((0, 1)), True), model, None)
-    coarse, fine = at(np.array([10.0, 20.0])), at(np.array([10.0, 15.0, 20.0]))
-    assert asked == [[10.0, 20.0], [15.0]]
+    ends = np.array([10.0, 20.0])  # models that interpolate in a band need them
+    coarse, fine = at(np.array([10.0, 20.0]), ends), at(np.array([10.0, 15.0, 20.0]), ends)
+    assert asked == [[10.0, 20.0], [10.0, 15.0, 20.0]]
     np.testing.assert_allclose(fine[0], 1.04 * np.array([10.0, 15.0, 20.0]))
     np.testing.assert_array_equal(fine[:, ::2], coarse)

@@ -1,9 +1,8 @@
 """Radiance of a frame: table look-up for every point of the image and averaging over each pixel, in one pass.
 
 For each point every band and term is interpolated linearly in the cloud thickness of one or both layers; then the
-points of a pixel are averaged. With one layer tables are resampled (:mod:`.even_bits`); otherwise, and near their
-corners, the kernels find the interval of a thickness with a guide table over the leading bits of its single-precision
-representation, which approximate its logarithm.
+points of a pixel are averaged. The kernels find the interval of a thickness with a guide table over the leading bits
+of its single-precision representation, which approximate its logarithm.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.engine.tables.even_bits import EvenAxis, EvenTable, even_axis, even_table, fill_even
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 
 Thickness = NDArray[np.float32]
@@ -32,9 +30,6 @@ MANTISSA_BITS = 23
 PIXELS_AT_ONCE = 64
 """Number of neighbouring pixels whose radiance is written together."""
 
-POINTS_AT_ONCE = 2048
-"""The same with one point per pixel."""
-
 
 class LookUp:
     """Look-up in the tables of one instant.
@@ -49,25 +44,14 @@ class LookUp:
 
     def __init__(self, table: DenseTable, before: LookUp | None = None) -> None:
         self.table = table
-        # A scene has the same bits with a layer that never has cloud as without it.
-        self._present = [number for number, nodes in enumerate(table.nodes_m) if nodes.size] or [0]
         self._guides: list[tuple[NDArray[np.int32], int, int]]
-        self._axis: EvenAxis | None
-        self._even: EvenTable | None = None
         if before is not None and before.table.nodes_m is table.nodes_m:
-            self._guides, self._axis = before._guides, before._axis
+            self._guides = before._guides
         else:
             self._guides = [_guide(nodes) for nodes in table.nodes_m]
-            alone = [nodes for nodes in table.nodes_m if nodes.size]
-            self._axis = even_axis(alone[0], ROUNDING) if len(alone) == 1 else None
         # Clear sky is a separate interval before the nodes, channel by channel.
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
-        if before is not None and before.table is table:
-            self._even = before._even
-        elif self._axis is not None:
-            only = self._present[0]
-            self._even = even_table(self._axis, table.clear, table.alone[only])
 
     def fill(
         self,
@@ -102,20 +86,19 @@ class LookUp:
         for values, nodes in zip(layers, table.nodes_m, strict=True):
             if nodes.size == 0:
                 _refuse_outside(values, nodes)
+        # A scene has the same bits with a layer that never has cloud as without it.
+        present = [number for number, nodes in enumerate(table.nodes_m) if nodes.size] or [0]
         places = [
             (layers[number], layers[number].view(np.int32), table.nodes_m[number], *self._guides[number])
-            for number in self._present
+            for number in present
         ]
-        if len(places) == 2:
+        lifted = self._lifted[present[0]]
+        if len(present) == 2:
             inside = _two_layers(radiance, row, column, samples, table.pair, *places)
-        elif self._even is None:
-            radiance[:, row : row + layers[0].shape[0] // samples, column : column + layers[0].shape[1] // samples] = (
-                table.clear[:, None, None]
-            )
-            inside = True
+        elif samples == 1:
+            inside = _points(radiance, row, column, lifted, places[0])
         else:
-            lifted = self._lifted[self._present[0]]
-            inside = _one_layer(radiance, row, column, samples, self._even, lifted, places[0])
+            inside = _one_layer(radiance, row, column, samples, np.ascontiguousarray(lifted.T), places[0])
         if not inside:
             for values, nodes in zip(layers, table.nodes_m, strict=True):
                 _refuse_outside(values, nodes)
@@ -160,6 +143,27 @@ def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
     return index.astype(np.int32), shift, first
 
 
+@kernel()
+def _points(radiance, row, column, table, layer):  # type: ignore[no-untyped-def]
+    """Faster, bit-identical version of :func:`_one_layer` for one point per pixel.
+
+    ``table`` (C, 2 + N) has clear sky twice before the nodes. Returns False if a thickness is outside the table.
+    """
+    channels, (height, width) = table.shape[0], layer[0].shape
+    interval, share = np.empty(PIXELS_AT_ONCE, np.uint32), np.empty(PIXELS_AT_ONCE)
+    for y in range(height):
+        for left in range(0, width, PIXELS_AT_ONCE):
+            count = min(PIXELS_AT_ONCE, width - left)
+            if not _place(interval, share, y, slice(left, left + count), layer):
+                return False
+            for c in range(channels):
+                values, plane = table[c], radiance[c, row + y, column + left : column + left + count]
+                for x in range(count):
+                    low, high = values[interval[x]], values[interval[x] + np.uint32(1)]
+                    plane[x] = np.float32(low + share[x] * (high - low))
+    return True
+
+
 @inner()
 def _place(interval, share, i, points, layer):  # type: ignore[no-untyped-def]
     """Set interval and position, 0 to 1, of points of row i; 0 and 0 without cloud. False if one is outside."""
@@ -186,53 +190,31 @@ def _place(interval, share, i, points, layer):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def _one_layer(radiance, row, column, samples, even, table, layer):  # type: ignore[no-untyped-def]
+def _one_layer(radiance, row, column, samples, table, layer):  # type: ignore[no-untyped-def]
     """Fill a window of a scene with one layer; False if a thickness is outside its table.
 
-    ``table`` (C, 2 + N) has clear sky twice before the nodes.
+    ``table`` (2 + N, C) has clear sky twice before the nodes.
     """
-    thickness, channels = layer[0], table.shape[0]
-    points = POINTS_AT_ONCE if samples == 1 else PIXELS_AT_ONCE * samples
-    width = thickness.shape[1] // samples * samples
-    index, share = np.empty(points, np.uint32), np.empty(points, np.float32)
-    interval, part = np.empty(points, np.uint32), np.empty(points)
-    one_row = np.empty((channels if samples > 1 else 0, 1, points), np.float32)
+    thickness, flat, step = layer[0], table.reshape(-1), np.uint32(table.shape[1])
+    channels, width = table.shape[1], thickness.shape[1] // samples
+    index, part = np.empty(PIXELS_AT_ONCE * samples, np.uint32), np.empty(PIXELS_AT_ONCE * samples)
     sums = np.empty((PIXELS_AT_ONCE, channels))
     for y in range(thickness.shape[0] // samples):
-        for left in range(0, width, points):
-            inside = slice(left, min(left + points, width))
-            count = inside.stop - left
-            if samples == 1:
-                at = radiance, row + y, column + left
-                if not _fill_row(at, y, inside, even, table, layer, index, share, interval, part):
-                    return False
-                continue
+        for left in range(0, width, PIXELS_AT_ONCE):
+            count = min(PIXELS_AT_ONCE, width - left)
+            points = slice(left * samples, (left + count) * samples)
             sums[:] = 0.0
             for i in range(y * samples, (y + 1) * samples):
-                at = one_row, 0, 0
-                if not _fill_row(at, i, inside, even, table, layer, index, share, interval, part):
+                if not _place(index, part, i, points, layer):
                     return False
-                for c in range(channels):
-                    for x in range(count // samples):
-                        for j in range(x * samples, (x + 1) * samples):
-                            sums[x, c] += one_row[c, 0, j]
-            _write(radiance, row + y, column + left // samples, sums, count // samples, 1.0 / (samples * samples))
+                for x in range(count):
+                    for j in range(x * samples, (x + 1) * samples):
+                        k, share = index[j] * step, part[j]
+                        for c in range(channels):
+                            n = k + np.uint32(c)
+                            sums[x, c] += flat[n] + share * (flat[n + step] - flat[n])
+            _write(radiance, row + y, column + left, sums, count, 1.0 / (samples * samples))
     return True
-
-
-@inner()
-def _fill_row(at, i, points, even, table, layer, index, share, interval, part):  # type: ignore[no-untyped-def]
-    """Write points of row i at an array's row and column; False if one is outside."""
-    radiance, row, column = at
-    inside, has_corners = fill_even(radiance, row, column, even, layer[1][i, points], index, share)
-    if has_corners:
-        inside = _place(interval, part, i, points, layer)
-        for c in range(table.shape[0] if inside else 0):
-            for x in range(points.stop - points.start):
-                if np.isnan(radiance[c, row, column + x]):
-                    low, high = table[c, interval[x]], table[c, interval[x] + np.uint32(1)]
-                    radiance[c, row, column + x] = np.float32(low + part[x] * (high - low))
-    return inside
 
 
 @kernel()

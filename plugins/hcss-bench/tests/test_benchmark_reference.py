@@ -27,7 +27,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def reference(scene):
-    return reference_of(scene, random_columns(make_plan(scene), 6), 0)
+    return reference_of(scene, random_columns(make_plan(scene), 6), 1)
 
 
 def test_what_tables_hold_for_columns_is_what_a_run_writes_for_pixels(scene):
@@ -41,7 +41,7 @@ def test_what_tables_hold_for_columns_is_what_a_run_writes_for_pixels(scene):
 
 def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
     """At the reference's own level, the spectrum's steps and the closure remain: some 1e-5."""
-    same, few = make_plan(changed(scene, PHYSICAL)).at_level(0), make_plan(changed(scene, with_streams(2)))
+    same, few = make_plan(changed(scene, PHYSICAL)).at_level(1), make_plan(changed(scene, with_streams(2)))
     errors = [reference.errors(column_radiance(plan, plan.spectral_grid, reference.columns)) for plan in (same, few)]
     assert list(errors[0]) == ["mwir-3.7", "lwir-10.8"]
     assert all(1e-8 < error < 1e-4 for error in errors[0].values())
@@ -49,10 +49,10 @@ def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
 
 
 def test_the_change_of_level_at_few_wavenumbers_is_that_of_all(scene, monkeypatch):
-    monkeypatch.setattr(reference_module, "COARSE_LEVEL", 0)
+    monkeypatch.setattr(reference_module, "COARSE_LEVEL", 1)
     few, columns = changed(scene, {"bands": [[3.6, 3.75]]}), np.array([[0.0], [50.0], [900.0]])
-    composed, plan = reference_of(few, columns, 1), make_plan(changed(few, PHYSICAL))
-    coarse, fine = (column_radiance(plan.at_level(level), plan.spectral_grid, columns) for level in (0, 1))
+    composed, plan = reference_of(few, columns, 2), make_plan(changed(few, PHYSICAL))
+    coarse, fine = (column_radiance(plan.at_level(level), plan.spectral_grid, columns) for level in (1, 2))
     change = 1.0 - coarse / fine
     assert np.max(np.abs(change)) > 1e-4
     assert composed.level_change == pytest.approx(change, abs=0.01 * np.max(np.abs(change)))

@@ -30,6 +30,9 @@ CLOSURE_ORDER, STEP_CM1 = 2, 1.0
 COARSE_LEVEL = 3
 """Level of the spectra at all wavenumbers: 16 streams for sunlight, a few percent off at most."""
 
+FACTOR_LEVEL = 1
+"""Level of the factor; the coarsest interpolates clouds of dense spectra in wavenumber with errors up to 2e-3."""
+
 NODES_TOLERANCE = 1e-4
 """Error of the coarse columns at the chosen wavenumbers, of their radiance.
 
@@ -95,17 +98,18 @@ def reference_of(scenario: Scenario, columns: Array, level: int | None = None) -
 
     As in the certificate: spectra at all wavenumbers and a coarse numerical level, plus their change to the level
     asked for, by default the finest (64 streams), at wavenumbers chosen for these columns. A finer spectral grid and a
-    higher closure order multiply the result by a factor of the coarsest level: it differs from 1 by some 1e-4, and that
+    higher closure order multiply the result by a factor of a coarse level: it differs from 1 by some 1e-4, and that
     of the streams by some 1e-2, so that their product is accurate to some 1e-6.
     Atmosphere, sea and particles are those of the scenario.
     """
     plan = make_plan(changed(scenario, PHYSICAL), keeps_results=False)
     last = plan.assembly.model.declares.numerical_levels - 1
     level = last if level is None else min(level, last)
-    lowest, grid = plan.at_level(0), plan.spectral_grid
+    low = min(FACTOR_LEVEL, last)
+    lowest, grid = plan.at_level(low), plan.spectral_grid
     parameters = {"closure_order": CLOSURE_ORDER}
     most = make_plan(changed(scenario, {**PHYSICAL, "radiance.parameters": parameters}), keeps_results=False).at_level(
-        0
+        low
     )
     factor = column_radiance(most, _finer(plan), columns) / column_radiance(lowest, grid, columns)
     assembly, sun, coarse = plan.assembly, plan.sun_at(float(plan.frame_times_s[0])), min(COARSE_LEVEL, level)
