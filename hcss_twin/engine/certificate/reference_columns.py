@@ -190,10 +190,10 @@ class References:
         return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve, SpectralNodes))
 
     def _columns(
-        self, plan: Plan, thickness_m: Array, time_s: float, views: Views = (), tolerance: Nodes = NODES_TOLERANCE
+        self, plan: Plan, thickness_m: Array, time_s: float, views: Views = (), wavenumbers: Nodes = NODES_TOLERANCE
     ) -> Array:
         digest = hashlib.sha256(_key(plan).encode())
-        same = "curve" if isinstance(tolerance, SpectralNodes) else tolerance
+        same = "curve" if isinstance(wavenumbers, SpectralNodes) else wavenumbers
         digest.update(repr((float(time_s), thickness_m.shape, same, *views)).encode())
         digest.update(np.ascontiguousarray(thickness_m).tobytes())
         self.calls += 1
@@ -201,7 +201,7 @@ class References:
         def compute() -> ReferenceColumns:
             self.solved += 1
             sun = plan.sun_up_at(time_s)
-            return ReferenceColumns(_reference_terms(plan, thickness_m, sun, self.suns, views, tolerance)[0])
+            return ReferenceColumns(_reference_terms(plan, thickness_m, sun, self.suns, views, wavenumbers)[0])
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
@@ -260,7 +260,7 @@ def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun:
 
 
 def _reference_terms(
-    plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Views, tolerance: Nodes
+    plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Views, wavenumbers: Nodes
 ) -> tuple[Array, SpectralNodes]:
     """Return terms (N, K, B), and the wavenumbers at which levels are compared."""
     assembly, grid = plan.assembly.for_references, plan.spectral_grid
@@ -270,10 +270,10 @@ def _reference_terms(
         expect(each.model, suns)
     known = _spectra(few, grid.wavenumber_cm1, thickness_m, sun, views)
     terms: Array = known @ grid.weights_cm1.T
-    nodes = tolerance if isinstance(tolerance, SpectralNodes) else all_nodes(grid)
+    nodes = wavenumbers if isinstance(wavenumbers, SpectralNodes) else all_nodes(grid)
     if fine != coarse:
-        if not isinstance(tolerance, SpectralNodes):
-            nodes = choose_nodes(grid, known, tolerance)
+        if not isinstance(wavenumbers, SpectralNodes):
+            nodes = choose_nodes(grid, known, wavenumbers)
         foresee = getattr(few.model, "foresee", None)
         if foresee is not None and not views:  # of scenes that share columns
 
