@@ -49,10 +49,8 @@ from hcss_twin.models.radiance.physical.sunlight_between import (
     sunlit_modes,
     unlit_sea_modes,
 )
+from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share
 from hcss_twin.models.radiance.physical.tracing import Tracer
-from hcss_twin.physics.geometry import sun_zenith_along
-from hcss_twin.physics.paths import to_space
-from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider, View
 
 _MAX_SPECTRA, _MAX_SOLVED = 4, 1e7
@@ -68,18 +66,8 @@ _KEPT_BETWEEN_VIEWS = 2**18
 _FAINT_SHARE = 1e-5
 """Terms that are negative by less than this share of the total are 0."""
 
-_MAX_SUN_ZENITH_DEG = 88.0
-"""Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
-
-_COLD_SEA_K = 263.15
-"""Sunlight that is faint beside the emission of colder water is solved in closed form over any sea: solved clouds do
-not depend on the sea's temperature, and radiance is a smooth function of it."""
-
 _STEEP_CM1 = 2500.0
 """Wavenumber from which on Planck's law is steep in temperature; by day sunlight outshines emission there."""
-
-_MIN_EARTH_RADIUS_M = 6356752.0
-"""Polar radius; in providers with a larger radius the sun is no lower."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +217,7 @@ class Physical:
     def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
         inputs = self._inputs
         directions = self._directions(inputs.view, sun)
-        received = _received(inputs, directions, wavenumber)
+        irradiance = received(inputs, directions, wavenumber)
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
@@ -239,8 +227,8 @@ class Physical:
             return sunlit_modes(unlit(wavenumber), inputs.sea, wavenumber, directions)
 
         sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
-        scattered = self._sunlight_scattered_in_air(wavenumber, directions)
-        return _Scene(self._air(wavenumber), directions, sea, received, modes, scattered)
+        scattered = scattered_above(inputs, directions, wavenumber)
+        return _Scene(self._air(wavenumber), directions, sea, irradiance, modes, scattered)
 
     def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float) -> SeaSurface:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
@@ -251,28 +239,6 @@ class Physical:
 
     def _sunless_directions(self) -> ColumnDirections:
         return self._directions(self._inputs.view, None)
-
-    def _sunlight_scattered_in_air(self, wavenumber: Array, where: ColumnDirections) -> Callable[[float], Array]:
-        """Return sunlight (V,) scattered once into the view above an altitude, sr-1; 0 if the provider has none."""
-        own, sun = getattr(self._inputs.transmittance, "solar_path_radiance", None), where.sun
-        if own is None or sun is None or self._sun_is_too_low(sun, where):
-            return lambda altitude_m: np.zeros_like(wavenumber)
-        view, azimuth_deg = where.zenith_deg[VIEW], float(np.degrees(where.relative_azimuth))
-
-        @cache
-        def above(altitude_m: float) -> Array:
-            radiance: Array = own(wavenumber, [to_space(altitude_m, view)], sun.zenith_deg, azimuth_deg)[0]
-            return radiance
-
-        return above
-
-    def _sun_is_too_low(self, sun: Sun, where: ColumnDirections) -> bool:
-        """Whether the sun is near the horizon at any point of the (long) slant path between sea and sensor."""
-        top_m = float(self._inputs.profile.altitude_m[-1])
-        highest = sun_zenith_along(
-            where.zenith_deg[VIEW], sun.zenith_deg, where.relative_azimuth, top_m, _MIN_EARTH_RADIUS_M
-        )
-        return max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG
 
     def expect(self, suns: Sequence[Sun | None]) -> None:
         """Solve clouds for these suns together, when they are needed for the first of them."""
@@ -332,7 +298,7 @@ class Physical:
             self._numerics,
             wavenumber,
             own,
-            partial(_sun_share, inputs, own),  # of no method: the solver is kept by this object
+            partial(sun_share, inputs, own),  # of no method: the solver is kept by this object
             self.closed_form,
             inputs.memory or ArrayMemory(),
             max((layer.top_m for layer in inputs.layers), default=0.0),
@@ -374,7 +340,7 @@ class Physical:
 
     def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:
         by_source = Tracer(columns, self._parameters.closure_order).radiance()
-        by_source[AIR_SUN] += _seen_scattered(columns, scene.scattered)
+        by_source[AIR_SUN] += seen_scattered(columns, scene.scattered)
         modes = scene.modes() if columns.slabs else None
         if modes is not None:
             by_cloud, by_sea = sunlight_between(columns, modes.repeated(columns.count))
@@ -402,20 +368,6 @@ class PhysicalTwoStream(Physical):
     model_errors = from_table(dirname(__file__), "physical-two-stream")
 
 
-def _received(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
-    """Return solar irradiance (V,) as of :class:`_Scene`."""
-    if directions.sun is None:
-        return np.zeros_like(wavenumber_cm1)
-    irradiance = inputs.solar_irradiance(wavenumber_cm1)
-    return directions.mu_sun * irradiance / directions.sun.distance_au**2
-
-
-def _sun_share(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
-    """Return sunlight (V,) reflected by a white plane, relative to the Planck radiance of a cold sea."""
-    cold = planck(wavenumber_cm1, min(inputs.sea_temperature_K, _COLD_SEA_K))
-    return _received(inputs, directions, wavenumber_cm1) / (np.pi * cold)
-
-
 def _above_horizon(sun: Sun | None) -> Sun | None:
     return sun if sun is not None and sun.is_up else None
 
@@ -428,21 +380,6 @@ def _rows_by_layers(thickness_m: Array, slabs: list[dict[float, CloudSlab]]) -> 
         present.sort(key=lambda layer: slabs[layer][thickness[layer]].base_m, reverse=True)
         rows.setdefault(tuple(present), []).append(row)
     return rows
-
-
-def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) -> Array:
-    """Return sunlight (S,) scattered once into the view by air; it crosses higher clouds twice, unscattered."""
-    result = np.zeros_like(columns.received)
-    if columns.directions.sun is None:
-        return result
-    lower = [*(slab.top_m for slab in columns.slabs), columns.sea_level_m]
-    above = np.stack([np.concatenate([scattered(altitude) for altitude in heights]) for heights in lower])
-    through = np.ones_like(result)
-    for index, between in enumerate(np.diff(above, axis=0, prepend=0.0)):
-        result += through * np.maximum(between, 0.0)
-        if index < len(columns.slabs):
-            through = through * columns.slabs[index].to_lower_air
-    return result * columns.received / columns.directions.mu_sun
 
 
 def _notes(

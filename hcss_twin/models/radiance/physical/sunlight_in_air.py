@@ -1,0 +1,79 @@
+"""Sunlight outside the atmosphere, beside the emission of the sea, and scattered once by the air into the view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.radiance.physical.columns import SceneColumns
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
+from hcss_twin.physics.geometry import sun_zenith_along
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import RadianceInputs, Sun
+
+_MAX_SUN_ZENITH_DEG = 88.0
+"""Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
+
+_COLD_SEA_K = 263.15
+"""Sunlight that is faint beside the emission of colder water is solved in closed form over any sea: solved clouds do
+not depend on the sea's temperature, and radiance is a smooth function of it."""
+
+_MIN_EARTH_RADIUS_M = 6356752.0
+"""Polar radius; in providers with a larger radius the sun is no lower."""
+
+
+def received(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
+    """Return solar irradiance (V,) on a horizontal plane outside the atmosphere; 0 without a sun."""
+    if directions.sun is None:
+        return np.zeros_like(wavenumber_cm1)
+    irradiance = inputs.solar_irradiance(wavenumber_cm1)
+    return directions.mu_sun * irradiance / directions.sun.distance_au**2
+
+
+def sun_share(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
+    """Return sunlight (V,) reflected by a white plane, relative to the Planck radiance of a cold sea."""
+    cold = planck(wavenumber_cm1, min(inputs.sea_temperature_K, _COLD_SEA_K))
+    return received(inputs, directions, wavenumber_cm1) / (np.pi * cold)
+
+
+def scattered_above(inputs: RadianceInputs, where: ColumnDirections, wavenumber_cm1: Array) -> Callable[[float], Array]:
+    """Return sunlight (V,) scattered once into the view above an altitude, sr-1; 0 if the provider has none."""
+    own, sun = getattr(inputs.transmittance, "solar_path_radiance", None), where.sun
+    if own is None or sun is None or _is_too_low(inputs, sun, where):
+        return lambda altitude_m: np.zeros_like(wavenumber_cm1)
+    view, azimuth_deg = where.zenith_deg[VIEW], float(np.degrees(where.relative_azimuth))
+
+    @cache
+    def above(altitude_m: float) -> Array:
+        radiance: Array = own(wavenumber_cm1, [to_space(altitude_m, view)], sun.zenith_deg, azimuth_deg)[0]
+        return radiance
+
+    return above
+
+
+def _is_too_low(inputs: RadianceInputs, sun: Sun, where: ColumnDirections) -> bool:
+    """Whether the sun is near the horizon at any point of the (long) slant path between sea and sensor."""
+    top_m = float(inputs.profile.altitude_m[-1])
+    highest = sun_zenith_along(
+        where.zenith_deg[VIEW], sun.zenith_deg, where.relative_azimuth, top_m, _MIN_EARTH_RADIUS_M
+    )
+    return max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG
+
+
+def seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) -> Array:
+    """Return sunlight (S,) scattered once into the view by air; it crosses higher clouds twice, unscattered."""
+    result = np.zeros_like(columns.received)
+    if columns.directions.sun is None:
+        return result
+    lower = [*(slab.top_m for slab in columns.slabs), columns.sea_level_m]
+    above = np.stack([np.concatenate([scattered(altitude) for altitude in heights]) for heights in lower])
+    through = np.ones_like(result)
+    for index, between in enumerate(np.diff(above, axis=0, prepend=0.0)):
+        result += through * np.maximum(between, 0.0)
+        if index < len(columns.slabs):
+            through = through * columns.slabs[index].to_lower_air
+    return result * columns.received / columns.directions.mu_sun
