@@ -36,10 +36,10 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
 
 @contextmanager
 def _without_modules() -> Iterator[None]:
-    """Let compiled code be loaded without the modules its functions are defined in.
+    """Load compiled code without importing the modules that define its functions.
 
-    Numba imports them (those of its own array functions take 60 ms) for code that looks up globals when it runs;
-    compiled loops never do.
+    Numba imports them (its own array functions take 60 ms) for code that looks up globals at run time; compiled loops
+    never do.
     """
     own = environment._rebuild_env
     environment._rebuild_env = _environment

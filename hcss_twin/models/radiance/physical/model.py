@@ -298,7 +298,7 @@ class Physical:
             self._numerics,
             wavenumber,
             own,
-            partial(sun_share, inputs, own),  # of no method: the solver is kept by this object
+            partial(sun_share, inputs, own),  # not a method: this object keeps the solver
             self.closed_form,
             inputs.memory or ArrayMemory(),
             max((layer.top_m for layer in inputs.layers), default=0.0),

@@ -69,7 +69,7 @@ LEVELS = (
 
 
 COARSEST: dict[str, Any] = {"between_wavenumbers": 2e-3, "per_octave": 2}
-"""Of the coarsest level where sunlight is as coarse: scenes that have it, or spectra of it, ask for 1e-3 or so."""
+"""Values of the coarsest level if sunlight is as coarse: its spectra serve accuracies of about 1e-3 and larger."""
 
 
 def levels(parameters: PhysicalParameters, sunlight_steps: int = 0) -> tuple[Numerics, ...]:
