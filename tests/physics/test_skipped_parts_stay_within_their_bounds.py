@@ -14,7 +14,7 @@ from hcss_twin.engine import compile as compiling
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.spectrum import Spectrum
-from hcss_twin.models.radiance.physical import model as physical
+from hcss_twin.models.radiance.physical import sunlight_in_air
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.physics.sun import sun_position
@@ -144,7 +144,7 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     sun = full.sun_up_at(0.0)
     with_all = reached(full, full.assembly.model, sun)
     monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
-    monkeypatch.setattr(physical, "_MAX_SUN_ZENITH_DEG", 70.0)
+    monkeypatch.setattr(sunlight_in_air, "_MAX_SUN_ZENITH_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
     assert 70.0 < sun.zenith_deg < 80.0
