@@ -31,7 +31,7 @@ from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
-from hcss_twin.physics.multiple_scattering.starting_layer import START, START_OF_MODES, halvings, starting_layer
+from hcss_twin.physics.multiple_scattering.starting_layer import START, START_OF_MODES, halvings, starting_layers
 
 OPAQUE = 1e-18
 """A layer whose direct and diffuse transmission are below this no longer changes when doubled."""
@@ -47,50 +47,44 @@ LEAST_PIVOT = 1e-18
 
 
 @kernel(error_model="numpy")
-def solve_chains(
-    kernels: tuple[Any, Any, Any],
+def double_chains(
+    starts: tuple[Any, Any, Any, Any],
     directions: tuple[Any, Any],
-    chains: tuple[Any, Any, Any, Any, Any],
+    chains: tuple[Any, Any, Any, Any],
     whole: tuple[int, int],
-    part: tuple[int, int],
     out: tuple[Any, Any, Any],
 ) -> None:
-    """Solve every layer of every ``part[1]``-th chain from ``part[0]`` on.
+    """Solve every layer of some chains.
 
     Layers and sunlight share one compilation, for contiguous arrays; each further type takes seconds.
 
     Parameters
     ----------
-    kernels : (ndarray (V, D, C), ndarray (V, D, C), ndarray (V,))
-        k+, k- as for :func:`starting_layer`, and 1 - w.
+    starts : (ndarray (m, D, C + 1), ndarray (m, D, C + 1), ndarray (m,), ndarray (m,))
+        Reflection and transmission of the starting layer of each chain, its thickness, and how often it is doubled to
+        become the first layer.
     directions : (ndarray (D,), ndarray (D,))
         mu and scale.
-    chains
-        ``cell``, ``column``, ``thickness``, ``doublings`` and ``first`` of
-        :class:`hcss_twin.physics.multiple_scattering.chains.DoublingChains`. Where the previous layer is so much
-        thinner that a new start costs less, the chain restarts.
+    chains : (ndarray (m,), ndarray (m,), ndarray (n,), ndarray (n,))
+        Where the layers of each chain begin and end; ``cell`` and ``doublings`` of
+        :class:`hcss_twin.physics.multiple_scattering.chains.DoublingChains`.
     whole : (int, int)
         Number of beams; 1 if the kernels are means over azimuth, whose rows sum to 1 with direct transmission and
         emissivity, else 0; then nothing is emitted.
-    part : (int, int)
-        First chain and step.
     out : (ndarray (cells, R, S), ndarray (cells, R, S), ndarray (2, cells, R))
         Unscaled kernels of reflection and transmission toward the last R directions from the first S; emissivity and
         far share toward the last R, for means over azimuth.
     """
-    same, other, co_albedo = kernels
+    thin_reflection, thin_transmission, thin, times = starts
     mu, scale = directions
-    cells, column, thickness, doublings, first = chains
+    begin, end, cells, doublings = chains
     beams, closed = whole
     reflected, transmitted, emitted = out
-    rows, columns = same.shape[1], same.shape[2]
+    rows, columns = mu.size, thin_reflection.shape[2] - 1
     unseen, sources = rows - reflected.shape[1], reflected.shape[2]
     # Light toward the beams is needed for results only.
     skipped = min(unseen, beams)
     streams, others = columns - beams, rows - columns
-    # A starting layer has two more columns: beside T the emissivity and the far share.
-    thin_reflection = np.empty((rows, columns + 2 * closed))
-    thin_transmission = np.empty((rows, columns + 2 * closed))
     # Streams come first, beams last; beyond the directions, T has the emissivity and R the far share.
     width = (rows // LANES + 1) * LANES
     reflection = np.zeros((rows, width))
@@ -101,36 +95,22 @@ def solve_chains(
     place = np.empty(rows, dtype=np.int64)
     for i in range(rows):
         place[i] = i - beams if i >= beams else streams + others + i
-    least_mu = mu[0]
-    for i in range(1, rows):
-        least_mu = min(least_mu, mu[i])
-    for chain in range(part[0], first.size - 1, part[1]):
-        depth = 0.0
+    for chain in range(begin.size):
+        depth = thin[chain]
         opaque = False
-        for number in range(first[chain], first[chain + 1]):
-            v = column[number]
-            times = halvings(thickness[number], least_mu, START if closed else START_OF_MODES)
-            if number > first[chain] and doublings[number] <= times + SPARE:
-                times = doublings[number]
-            else:
-                depth = thickness[number] * 0.5**times
-                opaque = False
-                starting_layer(
-                    same[v], other[v], depth, mu, scale, co_albedo[v], beams, skipped, thin_reflection,
-                    thin_transmission,
-                )  # fmt: skip
-                for i in range(skipped, rows):
-                    for j in range(columns):
-                        reflection[place[i], place[j]] = thin_reflection[i, j]
-                        transmission[place[i], place[j]] = thin_transmission[i, j]
-                    if closed:
-                        transmission[place[i], rows] = thin_transmission[i, columns]
-                        reflection[place[i], rows] = thin_transmission[i, columns + 1]
-                for i in range(columns, rows):
-                    for j in range(beams, columns):
-                        reflection[place[j], place[i]] = thin_reflection[i, j]
-                        transmission[place[j], place[i]] = thin_transmission[i, j]
-            for _ in range(times):
+        for i in range(skipped, rows):
+            for j in range(columns):
+                reflection[place[i], place[j]] = thin_reflection[chain, i, j]
+                transmission[place[i], place[j]] = thin_transmission[chain, i, j]
+            if closed:
+                reflection[place[i], rows] = thin_reflection[chain, i, columns]
+                transmission[place[i], rows] = thin_transmission[chain, i, columns]
+        for i in range(columns, rows):
+            for j in range(beams, columns):
+                reflection[place[j], place[i]] = thin_reflection[chain, i, j]
+                transmission[place[j], place[i]] = thin_transmission[chain, i, j]
+        for number in range(begin[chain], end[chain]):
+            for _ in range(times[chain] if number == begin[chain] else doublings[number]):
                 if not opaque:
                     for i in range(rows):
                         direct[place[i]] = math.exp(-depth / mu[i])
@@ -345,15 +325,24 @@ def solve_mode(
     emitted = np.empty((2, count, rows))
     place = np.arange(count)
 
-    def part(start: int, step: int) -> None:
-        solve_chains(
-            (same, other, few.co_albedo),
-            (where.mu, where.scale),
-            (place, layers.column, layers.thickness, layers.doublings, layers.first),
-            (where.beams, int(mode == 0)),
-            (start, step),
-            (reflection, transmission, emitted),
-        )
+    # Where the previous layer is so much thinner that a new start costs less, the chain starts again.
+    times = halvings(layers.thickness, where.mu.min(), START_OF_MODES if mode else START)
+    begin = np.union1d(layers.first[:-1], np.flatnonzero(layers.doublings > times + SPARE))
+    end = np.append(begin[1:], count)
 
-    team.run(part, layers.first.size - 1)
+    def part(start: int, step: int) -> None:
+        first, last = (np.ascontiguousarray(each[start::step]) for each in (begin, end))
+        column, often = layers.column[first], times[first]
+        thin = layers.thickness[first] * 0.5**often
+        of_start = same[column], other[column], thin, where.mu, where.scale, few.co_albedo[column], where.beams
+        for which, reflected, transmitted in starting_layers(*of_start):
+            double_chains(
+                (reflected, transmitted, thin[which], often[which]),
+                (where.mu, where.scale),
+                (first[which], last[which], place, layers.doublings),
+                (where.beams, int(mode == 0)),
+                (reflection, transmission, emitted),
+            )
+
+    team.run(part, begin.size)
     return SolvedMode(reflection, transmission, emitted[0], emitted[1], same, other)

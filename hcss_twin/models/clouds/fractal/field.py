@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import plane_key, unit_offset
 from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
-from hcss_twin.models.clouds.fractal.rows import add_octave, cubic_weights, split
+from hcss_twin.models.clouds.fractal.rows import add_nodes, add_octave, cubic_weights, split
 
 _X, _Y, _T = 0, 1, 2
 
@@ -193,7 +193,10 @@ class FractalField:
         along_x: _Axis,
     ) -> None:
         first, last = along_x.span
-        nodes = along_x.start
+        nodes, start = along_x.start, along_y.start[rows]
+        if slots.size == 0 and not along_x.interpolates and not along_y.interpolates:
+            add_nodes(total, planes, time_weights, start, nodes)
+            return
         columns, column_weights = _NO_COLUMNS, _NO_WEIGHTS
         if along_x.interpolates:
             nodes = np.arange(first, last, dtype=np.int64)
@@ -210,7 +213,7 @@ class FractalField:
             planes,
             time_weights,
             corner,
-            along_y.start[rows],
+            start,
             weights,
             nodes,
             columns,

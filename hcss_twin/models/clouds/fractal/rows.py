@@ -166,12 +166,18 @@ def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, 
         total[c] += w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]
 
 
-@inner(error_model="numpy")
-def _add_nodes(total: Any, planes: Any, weights: Any, rows: Any, nodes: Any) -> None:
-    """Add one node to each pixel, without interpolation in space."""
+@kernel(error_model="numpy")
+def add_nodes(
+    total: NDArray[np.float32],
+    planes: NDArray[np.uint64],
+    time_weights: NDArray[np.float32],
+    rows: NDArray[np.int64],
+    nodes: NDArray[np.int64],
+) -> None:
+    """Add one octave to a tile like :func:`add_octave`, the nearest node to each pixel."""
     line, scratch = np.empty(nodes.size, dtype=np.float32), np.empty(nodes.size, dtype=np.uint32)
     for r in range(total.shape[0]):
-        blend_scattered(planes, weights, rows[r], nodes, line, scratch)
+        blend_scattered(planes, time_weights, rows[r], nodes, line, scratch)
         row_total = total[r]
         for c in range(line.size):
             row_total[c] += line[c]
@@ -222,9 +228,6 @@ def add_octave(
         Whether node rows are interpolated at the columns before they are summed. This is a property of the octave, not
         of the tile, because the order of sums determines the bits.
     """
-    if slots.size == 0 and columns.size == 0 and row_weights.shape[1] == 1:
-        _add_nodes(total, planes, time_weights, rows, nodes)
-        return
     width, count = total.shape[1], nodes.size
     is_stored, interpolates_x, taps = slots.size > 0, columns.size > 0, row_weights.shape[1]
     ring = np.empty((4, width if gathers_first else count), dtype=np.float32)
