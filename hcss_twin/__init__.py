@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from hcss_twin.cube.export.cube_export import export_cube
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
+    from hcss_twin.engine.cube_temperature import brightness_temperature
     from hcss_twin.engine.sense import sense
     from hcss_twin.engine.simulate import simulate
     from hcss_twin.engine.twin import Twin
@@ -59,6 +60,7 @@ __all__ = [
     "SweepError",
     "Twin",
     "__version__",
+    "brightness_temperature",
     "column_spectra",
     "export_cube",
     "hookimpl",
@@ -89,6 +91,7 @@ def __getattr__(name: str) -> Any:
         "SweepError": "core.errors",
         "ProviderSpec": "providers.registry.specs",
         "Twin": "engine.twin",
+        "brightness_temperature": "engine.cube_temperature",
         "column_spectra": "engine.column_spectra",
         "export_cube": "cube.export.cube_export",
         "hookimpl": "providers.registry.specs",

@@ -82,6 +82,8 @@ def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "g
             continue
         if path.exists() and not force:
             raise click.ClickException(f"{path} exists; {remedy}, or --force")
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise click.ClickException(f"cannot write {path}: it is a device, pipe or socket; {remedy}")
         folder = path.absolute().parent
         if not folder.is_dir():
             raise click.ClickException(f"cannot write {path}: there is no folder {folder}")

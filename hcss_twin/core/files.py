@@ -40,8 +40,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
     HcssError
         Of the type ``error``, with the path and the cause.
     """
-    if path.is_dir():
-        raise error(f"cannot write {path}: it is a folder")
+    require_file(path, error)
     draft = draft_of(path)
     try:
         yield draft
@@ -53,6 +52,17 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):  # it was never written: no folder, or a read-only file system
             draft.unlink()
+
+
+def require_file(path: Path, error: type[HcssError]) -> None:
+    """Raise ``error`` if a file cannot have this name: of a folder, a device such as /dev/null, a pipe or a socket.
+
+    Renaming a draft would replace a device for all processes of the machine.
+    """
+    if path.is_dir():
+        raise error(f"cannot write {path}: it is a folder")
+    if path.exists() and not path.is_file():
+        raise error(f"cannot write {path}: it is a device, pipe or socket; allowed: a new name, or that of a file")
 
 
 def draft_of(path: Path) -> Path:

@@ -112,7 +112,9 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     elif os.path.isfile(path):
         options = {"engine": "netcdf4"}
     else:
-        raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
+        folder = os.path.isdir(path)
+        why = "it is a folder; a cube is a file, or a folder NAME.zarr" if folder else "there is no such file"
+        raise CubeError(f"cannot read {os.fspath(path)}: {why}")
     try:
         # with its cache, xarray would reuse the open file after a new one has replaced it
         dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)

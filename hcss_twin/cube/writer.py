@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import flush, publish
+from hcss_twin.core.files import flush, publish, require_file
 from hcss_twin.cube.coordinates import (
     BOUND,
     GRID_MAPPING,
@@ -162,8 +162,7 @@ class CubeWriter(StreamedWriter):
         return self._dataset is not None
 
     def _require_replaceable(self) -> None:
-        if self.path.is_dir():
-            raise CubeError(f"cannot write {self.path}: it is a folder")
+        require_file(self.path, CubeError)
 
     def _create(self) -> None:
         os.close(os.open(self._partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

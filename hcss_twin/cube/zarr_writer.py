@@ -88,7 +88,7 @@ class ZarrWriter(StreamedWriter):
 
     def _require_replaceable(self) -> None:
         require_zarr(self.path)
-        if self.path.is_file():
+        if self.path.exists() and not self.path.is_dir():
             raise CubeError(f"cannot write {self.path}: it is a file, but a Zarr store is a folder")
         if self.path.is_dir() and any(self.path.iterdir()) and not (self.path / ".zgroup").is_file():
             raise CubeError(f"cannot write {self.path}: it is a folder that is not a Zarr store")

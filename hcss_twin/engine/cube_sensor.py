@@ -21,6 +21,7 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
+from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_providers
 from hcss_twin.plan.sensor import BuiltSensor
@@ -81,21 +82,16 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         raise CubeError(f"{name} is already a sensor cube; a clean cube is needed")
     if "radiance" not in dataset:
         raise CubeError(f"{name} has no radiance, which a sensor needs; request it in the scenario")
-    recorded = Recorded.of(dict(dataset.attrs), name)
-    scenario, catalog = recorded.scenario, Catalog(base=base or recorded.base)
+    scenario = Recorded.of(dict(dataset.attrs), name).scenario
+    bands = bands_of(dataset, name, base)
     try:
-        known_bands = {
-            band.name: band
-            for band in (spectral_band(each, catalog) for each in TypeAdapter(Bands).validate_python(scenario["bands"]))
-        }
-        bands = [known_bands[str(each)] for each in dataset["band"].to_numpy()]
         interval_s = float(scenario["frames"]["interval"])
         start = np.datetime64(_utc(scenario["time"]), "ns")
         seed = int(scenario["seed"])
         pixel_size_m, speed_m_s = pixel_size_and_speed(scenario)
         image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
     except (KeyError, TypeError, ValueError) as error:
-        raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) does not match this cube: {error}") from error
+        raise _contradicted(name, error) from error
     times_s = (dataset["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
     numbers = np.rint(times_s / interval_s).astype(np.int64)
     if np.any(numbers < 0) or np.any(np.abs(numbers * interval_s - times_s) > 1e-3 * interval_s):
@@ -111,6 +107,30 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         corner=_corner(dataset, image, pixel_size_m),
     )
     return CleanCube(inputs, numbers, times_s, scenario)
+
+
+def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[SpectralBand]:
+    """Return the bands of an open cube, with their spectral responses, from the scenario that it records.
+
+    Raises
+    ------
+    CubeError
+        If the cube has no scenario, or one with other bands.
+    CatalogError
+        If a band response file is missing.
+    """
+    recorded = Recorded.of(dict(dataset.attrs), name)
+    catalog = Catalog(base=base or recorded.base)
+    try:
+        given = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
+        known = {band.name: band for band in (spectral_band(each, catalog) for each in given)}
+        return [known[str(each)] for each in dataset["band"].to_numpy()]
+    except (KeyError, TypeError, ValueError) as error:
+        raise _contradicted(name, error) from error
+
+
+def _contradicted(name: str, error: Exception) -> CubeError:
+    return CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) does not match this cube: {error}")
 
 
 def _utc(text: str) -> str:

@@ -19,7 +19,7 @@ from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube, stored_arrays
-from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
+from hcss_twin.cube.sensor_cube import RADIANCE, is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attributes
@@ -35,6 +35,9 @@ from hcss_twin.scenario.sensor import SensorSection
 if TYPE_CHECKING:
     import xarray as xr
 
+
+BLIND = 0.05
+"""Distance from the range of the scene, relative to its ends, that rounding to numbers does not explain."""
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -112,7 +115,28 @@ def _write_measured(
         if progress is not None:
             frames = progress(frames, pair.frames)
         for index in frames:
-            pair.write_frame(index, measure(index, pair.radiance(index)))
+            radiance = pair.radiance(index)
+            measured = measure(index, radiance)
+            if index == 0:
+                _require_contrast(clean_path.name, sensor, radiance, measured[RADIANCE])
+            pair.write_frame(index, measured)
+
+
+def _require_contrast(name: str, sensor: BuiltSensor, radiance: NDArray[Any], measured: NDArray[Any]) -> None:
+    """Refuse a sensor that measures one value far outside the scene's in every band: nobody could use such a cube."""
+    seen = []
+    for clean, own in zip(radiance, measured, strict=True):
+        value, low, high = float(own.flat[0]), float(clean.min()), float(clean.max())
+        outside = value < (1.0 - BLIND) * low or value > (1.0 + BLIND) * high
+        seen.append(f"{value:.4g}, of {low:.4g} to {high:.4g} in the scene")
+        if not outside or low == high or np.any(own != own.flat[0]):
+            return
+    bands = ", ".join(f"'{band.name}' {each}" for band, each in zip(sensor.inputs.bands, seen, strict=True))
+    raise CubeError(
+        f"{name}: every pixel of the first frame measures the same radiance, W m-2 sr-1: band {bands}: the sensor "
+        f"{_names(sensor)} ({sensor.title}) saturates or is "
+        "made for other bands; allowed: one whose range holds the scene"
+    )
 
 
 @reads(CubeError)
@@ -258,6 +282,7 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
+    _require_contrast(name, sensor, clean.isel(time=0).to_numpy(), frames[0][RADIANCE])
     measured = dataset.drop_vars(
         [name for name, each in dataset.data_vars.items() if is_replaced(str(name), each.attrs.get(INPUTS, ""))]
     )

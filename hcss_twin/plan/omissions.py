@@ -90,7 +90,7 @@ def slant_skipped(
             f"slant.parallax is off: each cloud stands over the sea point seen through it, up to {farthest:.0f} m "
             f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
             contrast,
-            None if typical is None else _DISPLACED * typical,
+            None if typical is None else _DISPLACED * typical * math.sqrt(min(1.0, math.sqrt(2.0) * pixels)),
             "" if typical is None else "rms over many images, at most",
             _slant_needs(assembly, "slant.parallax = true"),
         )
@@ -141,7 +141,8 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
 
 _DISPLACED = math.sqrt(0.5)
 """Rms difference between two uncorrelated masks, sqrt(2 c (1 - c)), at the coverage c of 0.5 where it is greatest; the
-analysis of a scene serves all its coverages."""
+analysis of a scene serves all its coverages. Displaced by less than a pixel, along both axes by at most sqrt(2) times
+as much together, only that share of the points lies in another pixel."""
 
 
 def list_omissions(

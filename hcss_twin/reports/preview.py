@@ -18,6 +18,7 @@ from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
+from hcss_twin.engine.cube_temperature import brightness_temperature
 from hcss_twin.reports.colour_scale import MISSING, ColourScale, band_limits_um, colours_of
 from hcss_twin.reports.figures import axis_label, new_figure
 
@@ -65,7 +66,7 @@ def draw_preview(
     folder : path
         Folder of the pictures; created if missing.
     kelvin : bool
-        Show brightness temperature instead of radiance; the cube must hold it.
+        Show brightness temperature instead of radiance, computed from it if the cube does not hold it.
     frames : int
         Frames per contact sheet, spread evenly over the cube.
     animation : bool
@@ -91,6 +92,8 @@ def draw_preview(
         dataset = with_plane_axes(opened)
         if "row" in opened.dims:  # rows count downward, y upward
             dataset = dataset.isel(y=slice(None, None, -1))
+        if kelvin and "brightness_temperature" not in dataset:
+            dataset = dataset.assign(brightness_temperature=brightness_temperature(dataset))
         name = _variable(dataset, "brightness_temperature" if kelvin else variable)
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -293,7 +293,8 @@ def read_scenario_file(source: str | Path, folders: tuple[str, ...] = ("scenario
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise _bad_file(f"{path} is not a text file in UTF-8: {error}", origin) from error
+        cube = "; a cube? hcss verify and hcss report read it" if path.suffix == ".nc" else ""
+        raise _bad_file(f"{path} is not a text file in UTF-8{cube}: {error}", origin) from error
     except OSError as error:
         raise _bad_file(f"{path} cannot be read: {error}", origin) from error
     parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml

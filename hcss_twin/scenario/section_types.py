@@ -88,7 +88,11 @@ def parse_instant(value: object) -> datetime:
     if isinstance(instant, datetime):
         offset = instant.utcoffset()
         if offset is None:
-            raise _refused(value, f"has no zone; {ALLOWED}; closest valid choice is {instant.isoformat()}+00:00")
+            raise _refused(
+                value,
+                f"has no zone; {ALLOWED}; the same in UTC is {instant.isoformat()}+00:00; local time has the zone of "
+                "its place, +10:00 near 150 E",
+            )
         if offset % timedelta(minutes=1):
             raise _refused(value, f"has a zone that is not in whole minutes; {ALLOWED}")
         try:

@@ -186,6 +186,8 @@ def test_a_place_that_cannot_be_written_is_named_with_its_cause(tmp_path):
         pass
     with pytest.raises(CubeError, match="it is a folder"), CubeWriter(tmp_path, header):
         pass
+    with pytest.raises(CubeError, match="it is a device"), CubeWriter(Path(os.devnull), header):
+        pass
     with pytest.raises(CubeError, match="too long"), CubeWriter(tmp_path / ("n" * 250), header):
         pass
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcss_twin.physics.multiple_scattering.chains import chains
-from hcss_twin.physics.multiple_scattering.doubling import double_chains
+from hcss_twin.physics.multiple_scattering.doubling import solve_chains
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
@@ -71,4 +71,4 @@ def test_one_compiled_program_solves_every_kind_of_input() -> None:
             solve_layers(thickness[:, :1], albedo[:1], moments[:, :1], [], 2)
             solve_sun(thickness, albedo, moments[:, ::-1], [1.0], 0.5, [0.0], 2, 4)
             solve_sun(thickness[:, :1], albedo[:1], moments[:, :1], [1.0], 0.5, [0.0], 2, 1)
-    assert len(double_chains.signatures) == 1
+    assert len(solve_chains.signatures) == 1

@@ -47,7 +47,7 @@ LEAST_PIVOT = 1e-18
 
 
 @kernel(error_model="numpy")
-def double_chains(
+def solve_chains(
     starts: tuple[Any, Any, Any, Any],
     directions: tuple[Any, Any],
     chains: tuple[Any, Any, Any, Any],
@@ -336,7 +336,7 @@ def solve_mode(
         thin = layers.thickness[first] * 0.5**often
         of_start = same[column], other[column], thin, where.mu, where.scale, few.co_albedo[column], where.beams
         for which, reflected, transmitted in starting_layers(*of_start):
-            double_chains(
+            solve_chains(
                 (reflected, transmitted, thin[which], often[which]),
                 (where.mu, where.scale),
                 (first[which], last[which], place, layers.doublings),

@@ -26,7 +26,7 @@ KNOWN = ("313",)
 
 SET = [
     *("--set", "radiance.model=as-printed", "--set", "sea.model=cox-munk", "--set", "optics.provider=mie"),
-    *("--set", "image.rows=64", "--set", "image.columns=64", "--set", "frames.count=3", "--set", 'bands=["lwir"]'),
+    *("--set", "image.rows=64", "--set", "image.columns=64", "--set", "frames.count=3", "--set", 'bands=["mwir"]'),
     *("--set", "output.certificate=20", "--set", 'output.variables=["radiance","truth"]'),
 ]
 RUN = ["run", "stratus", *SET]
