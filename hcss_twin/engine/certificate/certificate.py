@@ -267,7 +267,7 @@ class Certificate:
         if not self.beyond:
             return sides
         effects = "one omitted effect" if len(self.beyond) == 1 else f"{len(self.beyond)} omitted effects, the largest"
-        return (*sides, f"NOT WITHIN the requested accuracy because of {effects}: {self.beyond[0]}")
+        return (*sides, f"omitted physics is NOT WITHIN the requested accuracy because of {effects}: {self.beyond[0]}")
 
     @property
     def _world(self) -> tuple[str, ...]:
