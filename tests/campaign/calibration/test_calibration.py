@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 RESULTS = Path(__file__).parent
-IMAGES = 2
+IMAGES = 4
 
 
 @pytest.mark.parametrize("name", ["results", "results-seed-1"])
