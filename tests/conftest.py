@@ -1,5 +1,6 @@
 """What every test shares: computed cloud optics are kept apart from the user's; drawn examples are always the same."""
 
+import gc
 import json
 import os
 import sys
@@ -17,6 +18,8 @@ import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
+from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: E402, F401
+
 # For what is loaded already: zarr's plugin for pytest imports numpy. Two threads in each of two workers wait for each
 # other: a reference of discrete ordinates took 28 s in place of 0.6.
 if "PYTEST_XDIST_WORKER" in os.environ:
@@ -30,6 +33,17 @@ settings.load_profile("fixed")
 
 QUICK = Path(__file__).with_name("quick.json")
 """Test files of the quick subset, chosen by ``python tests/choose_quick.py``."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Search for garbage neither while thousands of tests are collected nor, later, among them and what they import."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_addoption(parser):
@@ -48,31 +62,3 @@ def pytest_ignore_collect(collection_path, config):
         quick = json.loads(QUICK.read_text(encoding="utf-8"))
         return None if collection_path.relative_to(QUICK.parent).as_posix() in quick else True
     return None
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory):
-    before = os.environ.get("HCSS_CACHE_DIR")
-    os.environ["HCSS_CACHE_DIR"] = before or str(tmp_path_factory.mktemp("cache"))
-    yield
-    if before is None:
-        del os.environ["HCSS_CACHE_DIR"]
-
-
-@pytest.fixture(autouse=True)
-def _fresh_analysis_and_references(request, tmp_path_factory):
-    """The keys of cached scene analyses and references do not contain what a test replaces in the code."""
-    if "monkeypatch" not in request.fixturenames:
-        yield
-        return
-    test = request.getfixturevalue("monkeypatch")
-    from hcss_twin.core.cache import recall_or_compute
-
-    def recall_unless_code_is_replaced(*each):
-        return each[3]() if test._setattr else recall_or_compute(*each)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", recall_unless_code_is_replaced)
-        own = tmp_path_factory.mktemp("references").name
-        patch.setattr("hcss_twin.engine.certificate.reference_columns.REFERENCES", (own, ".npz"))
-        yield

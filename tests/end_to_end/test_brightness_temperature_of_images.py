@@ -11,6 +11,7 @@ from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import ScenarioError
 
 SIDE = 48
+PRINTED = {"radiance": {"model": "as-printed"}, "sea": {"model": "cox-munk"}, "optics": {"provider": "mie"}}
 
 
 def _image(folder, low, high, units="K"):
@@ -36,6 +37,8 @@ def _scene(folder, cloud_type="stratus", generator="imagery", **layer):
             "parameters": {"image": str(folder / "image.nc"), "method": "temperature"},
             **layer,
         },
+        # The law is the same for all models: cirrus has the default ones.
+        **({} if cloud_type == "cirrus" else PRINTED),
     }
 
 

@@ -84,7 +84,7 @@ def scene(**changes):
 
 @pytest.mark.parametrize(
     ("changes", "columns"),
-    [({}, (3, 17, 31)), ({"platform.altitude": 500e3, "bands": ["mwir"]}, (3, 31))],
+    [({}, (3, 17, 31)), ({"platform.altitude": 500e3, "bands": ["mwir"]}, (31,))],
     ids=["one view", "views over the image"],
 )
 def test_a_pixel_is_that_of_a_scene_with_its_cloud_top(changes, columns):
@@ -104,12 +104,13 @@ def test_a_pixel_is_that_of_a_scene_with_its_cloud_top(changes, columns):
 
 
 def test_windows_agree_with_the_image_and_the_file_is_verified(tmp_path):
-    whole = simulate(scene(**{"output.certificate": 0}))
+    few = {"bands": ["lwir"], "output.certificate": 0}
+    whole = simulate(scene(**few))
     window = {"rows": [3, 17], "columns": [5, 30]}
-    part = simulate(scene(**{"image.window": window, "output.certificate": 0}))
+    part = simulate(scene(**few, **{"image.window": window}))
     for name in ("radiance", "cloud_top_altitude"):
         np.testing.assert_array_equal(part[name], whole[name][..., 3:17, 5:30], err_msg=name)
-    path = run(make_plan(scene(**{"image.samples_per_pixel": 2})), tmp_path / "cube.nc")
+    path = run(make_plan(scene(**few | {"image.samples_per_pixel": 2})), tmp_path / "cube.nc")
     assert verify_cube(path).verdict is Verdict.IDENTICAL
 
 

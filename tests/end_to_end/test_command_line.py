@@ -136,8 +136,9 @@ def test_validate_accepts_what_is_shipped():
     in_process = CliRunner()
     for name in json.loads(in_process.invoke(cli, ["scenarios", "--json"]).stdout):
         Scenario.load(name)
-        # Coarse and in one thermal band, because levels are chosen anew for each accuracy and band.
-        cheap = ["--set", "accuracy=0.05", "--set", 'bands=["lwir-10.8"]']
+        # Coarse and in one thermal band, because levels are chosen anew for each accuracy and band. Scenes
+        # with models of their own are run by long tests.
+        cheap = [*CHEAP_OPTIONS, "--set", "accuracy=0.05", "--set", 'bands=["lwir-10.8"]']
         assert in_process.invoke(cli, ["validate", name, *cheap]).exit_code == 0
 
 

@@ -107,7 +107,7 @@ CASES = {
 @pytest.mark.parametrize(
     ("case", "accuracy"),
     [("day", 1e-2), *((case, 1e-3) for case in CASES)]
-    + [pytest.param(case, 1e-4, marks=pytest.mark.long) for case in CASES],
+    + [pytest.param(case, 1e-4, marks=pytest.mark.long if case == "slant" else pytest.mark.campaign) for case in CASES],
 )
 def test_tables_of_two_layers_agree_with_the_reference_path(case, accuracy):
     assert_tables_agree_with_the_reference_path({"accuracy": accuracy, **CASES[case]})

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evaluation_images import made
 
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        if "HCSS_CACHE_DIR" not in os.environ:
-            patch.setenv("HCSS_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        yield
+from hcss_twin.testing.own_cache import own_cache  # noqa: F401
 
 
 @pytest.fixture
