@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import cloud_field, rough_field
 from hcss_skies.command import skies
-from hcss_skies.detail import deviations, halve, normal_quantiles, steepness
+from hcss_skies.detail import deviations, halve, normal_quantiles
 from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.importing import import_example
 from hcss_skies.missing import filled, largest_rectangle
@@ -179,9 +179,8 @@ def test_detail_continues_the_octaves_of_the_image(density):
     assert fitted.exponent == pytest.approx(density - 1.0, abs=0.15)
     parents = height.reshape(256, 2, 256, 2).mean(axis=(1, 3))
     children = np.empty((508, 508))
-    zero, one = np.zeros(2, np.int64), np.ones(2, np.int64)
-    spread = deviations(steepness(parents), fitted.strength, fitted.exponent, 0)
-    halve(children, parents, zero, spread, one, 0, 1e9, np.uint64(7), np.nan, normal_quantiles())
+    of_halving = deviations(fitted.strength, fitted.exponent, 0)
+    halve(children, parents, np.zeros(2, np.int64), *of_halving, 1e9, np.uint64(7), np.nan, normal_quantiles())
     variance = [
         np.mean((each - np.kron(parents[1:-1, 1:-1], np.ones((2, 2)))) ** 2) for each in (children, height[2:-2, 2:-2])
     ]
