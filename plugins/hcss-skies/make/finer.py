@@ -1,10 +1,10 @@
 """Detail below the example's pixel against an image of 1 km: ``python make/finer.py GOES-ABI.nc [--figure FILE.png]``.
 
-Reflectance (0.86 um) becomes optical thickness times (1 - g), 2 R / (1 - R), and is averaged to cells of 8 km. The generator's
-detail, with strength and exponent that it finds in these cells, halves them twice, and the image averaged to 2 km is
-compared: root mean square and kurtosis of increments, increments over sides of the cells of 8 km in those inside of
-them, the three Haar coefficients of 2 by 2 pixels (1: across rows, across columns, diagonal), and AUC of a forest,
-patches of 64 pixels. The left half of the image is where the law of the detail was chosen; the right one is held out.
+Reflectance at 0.86 um becomes optical thickness times (1 - g), 2 R / (1 - R), and is averaged to cells of 8 km. The
+generator's detail, with strength and exponent that it finds in these cells, halves them twice, and the image averaged
+to 2 km is compared: root mean square and kurtosis of increments, increments over sides of cells in those inside, the
+three Haar coefficients of 2 by 2 pixels (across rows, across columns, diagonal), and AUC of a forest, patches of 64
+pixels. The left half of the image is where the law of the detail was chosen; the right one is held out.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def main() -> None:
         ]  # fmt: skip
         places = list(range(len(patches[0])))
         found = compare(
-            patches[0], [each for sky in patches[1:] for each in sky], places, places * SEEDS, classifiers=("forest",), scales=("z-scored",),
-            copies=0, blur_pixels=0.0, noise_k=0.05,
+            patches[0], [each for sky in patches[1:] for each in sky], places, places * SEEDS,
+            classifiers=("forest",), scales=("z-scored",), copies=0, blur_pixels=0.0, noise_k=0.05,
         ).scores[0]  # fmt: skip
         print(f"{name}: AUC {found.auc:.3f} ({found.low:.2f} to {found.high:.2f}), cells kept to {error:.0e}")
         print(f"    measured   {described(reflectance(truth))}")
