@@ -124,7 +124,10 @@ def capped(depth: Field, width: float) -> Field:
 
 
 def under_veil(rng: np.random.Generator, low: Field, of: dict[str, float]) -> tuple[Field, Field]:
-    """Return p and x of low cloud over the sea below a band of cirrus, fibres that the wind draws out with all else."""
+    """Return p and x of low cloud over the sea below a band of cirrus, fibres that the wind draws out with all else.
+
+    x is 0 for the cirrus, too, which covers little: a second field would double the files.
+    """
     angle = of["angle"] + 0.4
     fibres = fractal(rng, 2.8, 256.0, 2.0, angle) + 0.35 * fractal(rng, 1.9, 40.0, 3.0, angle)
     opacity = 0.9 * smoothly_above(fibres, of["veil"], 1.5) ** 1.5
@@ -132,7 +135,7 @@ def under_veil(rng: np.random.Generator, low: Field, of: dict[str, float]) -> tu
     low, opacity, height = drawn_out(rng, low, opacity, height, **_wind(of))
     opacity = np.clip(opacity, 0.0, 1.0)
     p = opacity * height + (1.0 - opacity) * (low + clear_sea(rng, **_sea(of)))
-    return p, np.where(opacity > 0.01, np.clip(height - p, 0.0, None), 0.0)
+    return p, np.zeros_like(p)
 
 
 def polygons(rng: np.random.Generator, cell: float, unequal: float) -> Field:
