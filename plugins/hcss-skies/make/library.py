@@ -84,13 +84,12 @@ SHAPES: dict[str, dict[str, float]] = {
         "pixels": 5.26, "sea": 14.9, "haze": 7.08, "ragged": 0.55, "veil": 0.0374, "height": 4540.0,
     },
     "streets": {
-        "roll": 5.81, "cover": 0.405, "width": 0.201, "rolls": 0.357, "rough": 0.801, "slope": 3.17, "tops": 0.243,
-        "grain": 0.0275, "stretch": 1.28, "pixels": 11.2, "sea": 58.2, "haze": 67.0, "ragged": 1.49, "veil": 0.159,
-        "height": 4160.0,
+        "roll": 8.0, "cover": 0.45, "width": 0.25, "rolls": 0.5, "rough": 0.7, "slope": 2.6, "tops": 0.1, "grain": 0.01,
+        "stretch": 1.2, "pixels": 6.0, "sea": 40.0, "haze": 30.0, "ragged": 0.5, "veil": 0.2, "height": 5000.0,
     },
     "trade-cumulus": {
         "clusters": 1400.0, "clustering": 1.16, "largest": 4.53, "soft": 0.574, "halo": 0.434, "rough": 0.457,
-        "least": 0.34, "width": 2.21, "small": 77.4, "stretch": 1.26, "pixels": 9.29, "sea": 15.3, "haze": 33.6,
+        "least": 0.34, "width": 2.21, "small": 77.4, "stretch": 1.6, "pixels": 6.0, "sea": 15.3, "haze": 33.6,
         "ragged": 1.31, "veil": 0.16, "height": 5800.0,
     },
     "stratus-sheet": {
@@ -115,7 +114,8 @@ SHAPES: dict[str, dict[str, float]] = {
         "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
     },
 }  # fmt: skip
-"""By kind: parameters that ``tune.py`` chose in 30 to 50 steps; some of altocumulus and open cells are by eye."""
+"""By kind: parameters that ``tune.py`` chose; those of streets and some of altocumulus and trade cumulus
+are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 """By example of a kind: the size of its organisation, its cover, and the direction of its wind."""
