@@ -1,11 +1,12 @@
 """Score shipped examples against measured blocks of their kind, and kinds against each other.
 
-    python make/kinds.py BLOCKS.nc [--kinds a,b] [--folder LIBRARY] [--measured | --pairs] [--features 3]
+    python make/kinds.py BLOCKS.nc [--kinds a,b] [--folder LIBRARY] [--side right] [--measured | --pairs] [--features 3]
 
 Skies blended from each example (its clear sky's texture included, temperature linear in height) against the blocks
 that ``block-kinds.txt`` gives this kind: AUC of the forest, z-scored, folds by block. ``--measured`` puts measured
 blocks of the kind in the place of the shipped examples, one after the other, against the other blocks of the kind:
-what an example can reach that is none of these blocks. ``--pairs`` tells the examples of kinds from each other.
+what an example can reach that is none of these blocks. ``--side right`` takes the halves of blocks that ``tune.py`` did
+not see. ``--pairs`` tells the examples of kinds from each other.
 """
 
 from __future__ import annotations
@@ -46,6 +47,14 @@ def blocks_of(path: Path) -> dict[str, list[int]]:
     with netCDF4.Dataset(path) as file:
         numbers = [int(each) for each in file["block"][:]]
     return {kind: [numbers.index(each) for each in members] for kind, members in found.items()}
+
+
+def measured(path: Path, time: int, side: str = "both") -> np.ndarray:
+    """Return brightness temperature (blocks, y, x) at 10.8 um; of the left or right halves of blocks, or of both."""
+    with netCDF4.Dataset(path) as file:
+        kelvin: np.ndarray = np.ma.filled(file["ir_108"][:, time].astype(float), np.nan)
+    half = kelvin.shape[2] // 2
+    return {"left": kelvin[:, :, :half], "right": kelvin[:, :, half:], "both": kelvin}[side]
 
 
 def blended(path: Path, seed: int, times_s: Sequence[float] = (0.0,)) -> Images:
@@ -92,6 +101,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path(library.__file__).parent, help="Of the examples.")
     parser.add_argument("--time", type=int, default=1)
     parser.add_argument("--features", type=int, default=3)
+    parser.add_argument("--side", default="both", choices=("left", "right", "both"))
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--measured", action="store_true")
     what.add_argument("--pairs", action="store_true")
@@ -106,8 +116,7 @@ def main() -> None:
             numbers = list(range(len(a))), list(range(100, 100 + len(b)))
             show(f"{first}, {second}", told(a, b, *numbers, blur=0.0), given.features)
         return
-    with netCDF4.Dataset(given.file) as file:
-        kelvin = np.ma.filled(file["ir_108"][:, given.time].astype(float), np.nan)
+    kelvin = measured(given.file, given.time, given.side)
     for kind in kinds:
         blocks = members[kind]
         if not given.measured:

@@ -29,9 +29,11 @@ MECHANISMS = {
 
 # What all mechanisms have: how the wind draws clouds out, what the clear sea looks like.
 _COMMON = {"stretch": (1.0, 4.0), "pixels": (0.0, 30.0), "sea": (10.0, 90.0), "haze": (0.0, 300.0)}
+_LOW = {**_COMMON, "ragged": (0.2, 1.5), "veil": (0.02, 0.4), "height": (3000.0, 9000.0)}
 _CELLULAR = {
-    "patchiness": (0.1, 0.6), "crack": (0.0, 0.6), "rough": (0.02, 0.5), "relief": (0.0, 0.4), "lull": (0.0, 0.6),
-    "width": (0.08, 0.8), "grain": (0.0, 0.2),
+    "patchiness": (0.1, 1.0), "front": (0.7, 4.0), "crack": (0.0, 0.6), "rough": (0.05, 0.5),
+    "unequal": (0.0, 0.5), "lull": (0.0, 0.4), "width": (0.03, 0.4), "slope": (0.0, 0.1), "grain": (0.0, 0.06),
+    **_LOW, "stretch": (1.0, 2.2), "pixels": (3.0, 14.0),
 }  # fmt: skip
 _FIBRES = {
     "length": (4.0, 24.0), "cover": (0.2, 0.95), "width": (0.3, 4.0), "power": (0.7, 3.0), "rough": (0.0, 0.6),
@@ -39,19 +41,16 @@ _FIBRES = {
 }  # fmt: skip
 
 LIMITS: dict[str, dict[str, tuple[float, float]]] = {
-    "open-cells": {"cell": (6.0, 14.0), "regime": (0.1, 0.9), **_CELLULAR, **_COMMON,
-        "pixels": (3.0, 14.0), "stretch": (1.0, 2.2),
-    },
-    "closed-cells": {"cell": (8.0, 20.0), "regime": (0.9, 1.7), **_CELLULAR, **_COMMON,
-        "pixels": (3.0, 14.0), "stretch": (1.0, 2.2),
-    },
+    "open-cells": {"cell": (5.0, 14.0), "regime": (0.1, 1.2), **_CELLULAR},
+    "closed-cells": {"cell": (7.0, 20.0), "regime": (0.7, 1.7), **_CELLULAR},
     "streets": {
-        "roll": (5.0, 14.0), "cover": (0.2, 0.8), "width": (0.2, 3.0), "rolls": (0.2, 2.0), "rough": (0.1, 1.5),
-        "slope": (2.0, 3.4), **_COMMON,
+        "roll": (5.0, 14.0), "cover": (0.2, 0.8), "width": (0.05, 1.5), "rolls": (0.2, 2.0), "rough": (0.1, 1.5),
+        "slope": (2.0, 3.4), "tops": (0.0, 0.3), "grain": (0.0, 0.06), **_LOW, "stretch": (1.0, 2.0),
     },
     "trade-cumulus": {
-        "clusters": (300.0, 3000.0), "clustering": (0.3, 2.5), "largest": (2.0, 7.0), "soft": (0.5, 1.5),
-        "halo": (0.0, 2.0), "rough": (0.1, 0.8), "least": (0.0, 1.0), **_COMMON,
+        "clusters": (300.0, 6000.0), "clustering": (0.3, 2.5), "largest": (2.0, 7.0), "soft": (0.5, 1.5),
+        "halo": (0.0, 2.0), "rough": (0.1, 0.8), "least": (0.0, 1.0), "width": (0.3, 3.0),
+        "small": (0.0, 150.0), **_LOW,
     },
     "stratus-sheet": {
         "cell": (5.0, 14.0), "cover": (0.5, 0.95), "width": (0.1, 2.0), "slope": (2.2, 3.4), "rough": (0.0, 0.6),
@@ -66,26 +65,32 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = {
         "wave": (4.0, 10.0), "slope": (2.0, 3.4), "rough": (0.0, 0.6), "rows": (0.1, 0.8), "cover": (0.2, 0.9),
         "width": (0.3, 3.0), **_COMMON,
     },
-    "multi-layer": {**_FIBRES, "rows": (0.0, 0.6), "middle": (0.1, 0.8), "low": (0.0, 2500.0), **_COMMON},
+    "multi-layer": {
+        **_FIBRES, "rows": (0.0, 0.6), "crumbs": (0.0, 0.4), "middle": (0.05, 0.8), "soft": (0.4, 3.0),
+        "low": (300.0, 2500.0), "broken": (0.1, 0.8), "sheets": (0.1, 0.8), "thin": (0.05, 0.6), **_COMMON,
+    },
 }  # fmt: skip
 """By kind: the parameters of its mechanism, and the range in which ``tune.py`` searches each."""
 
 SHAPES: dict[str, dict[str, float]] = {
     "open-cells": {
-        "cell": 6.96, "regime": 0.437, "patchiness": 0.588, "crack": 0.127, "rough": 0.2, "relief": 0.305,
-        "lull": 0.214, "width": 0.174, "grain": 0.101, "stretch": 1.2, "pixels": 6.0, "sea": 86.7, "haze": 112.0,
+        "cell": 7.8, "regime": 1.19, "patchiness": 0.652, "front": 1.46, "crack": 0.0355, "rough": 0.0741,
+        "ragged": 0.848, "unequal": 0.148, "lull": 0.238, "width": 0.0798, "slope": 0.0022, "grain": 0.00819,
+        "veil": 0.13, "height": 4310.0, "stretch": 1.24, "pixels": 9.34, "sea": 30.3, "haze": 2.69,
     },
     "closed-cells": {
-        "cell": 8.74, "regime": 1.25, "patchiness": 0.457, "crack": 0.0572, "rough": 0.158, "relief": 0.128,
-        "lull": 0.0142, "width": 0.0824, "grain": 0.0636, "stretch": 1.37, "pixels": 6.92, "sea": 53.3, "haze": 13.8,
+        "cell": 12.0, "regime": 1.26, "patchiness": 0.546, "front": 1.81, "crack": 0.0794, "rough": 0.213,
+        "unequal": 0.284, "lull": 0.0857, "width": 0.101, "slope": 0.0179, "grain": 0.014, "stretch": 1.23,
+        "pixels": 5.26, "sea": 14.9, "haze": 7.08, "ragged": 0.55, "veil": 0.0374, "height": 4540.0,
     },
     "streets": {
-        "roll": 7.49, "cover": 0.516, "width": 0.748, "rolls": 0.546, "rough": 0.654, "slope": 2.49, "stretch": 1.79,
-        "pixels": 3.66, "sea": 64.1, "haze": 120.0,
+        "roll": 8.0, "cover": 0.45, "width": 0.25, "rolls": 0.5, "rough": 0.7, "slope": 2.6, "tops": 0.1, "grain": 0.01,
+        "stretch": 1.2, "pixels": 6.0, "sea": 40.0, "haze": 30.0, "ragged": 0.5, "veil": 0.2, "height": 5000.0,
     },
     "trade-cumulus": {
-        "clusters": 1380.0, "clustering": 1.08, "largest": 4.0, "soft": 1.04, "halo": 0.728, "rough": 0.38,
-        "least": 0.27, "stretch": 2.26, "pixels": 6.47, "sea": 40.0, "haze": 149.0,
+        "clusters": 1400.0, "clustering": 1.16, "largest": 4.53, "soft": 0.574, "halo": 0.434, "rough": 0.457,
+        "least": 0.34, "width": 2.21, "small": 77.4, "stretch": 1.6, "pixels": 6.0, "sea": 15.3, "haze": 33.6,
+        "ragged": 1.31, "veil": 0.16, "height": 5800.0,
     },
     "stratus-sheet": {
         "cell": 5.67, "cover": 0.532, "width": 0.581, "slope": 2.93, "rough": 0.0416, "activity": 0.379,
@@ -104,12 +109,13 @@ SHAPES: dict[str, dict[str, float]] = {
         "pixels": 12.0, "sea": 12.0, "haze": 10.9,
     },
     "multi-layer": {
-        "length": 13.8, "cover": 0.515, "width": 2.39, "power": 1.36, "rough": 0.24, "sheet": 1.16,
-        "grouping": 0.633, "rows": 0.169, "middle": 0.443, "low": 832.0, "stretch": 2.34, "pixels": 3.53,
-        "sea": 47.1, "haze": 267.0,
+        "length": 17.8, "cover": 0.405, "width": 2.44, "power": 1.49, "rough": 0.466, "sheet": 2.59,
+        "grouping": 0.343, "rows": 0.155, "crumbs": 0.297, "middle": 0.102, "soft": 1.65, "low": 1200.0,
+        "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
     },
 }  # fmt: skip
-"""By kind: parameters that ``tune.py`` chose in 30 to 50 steps; some of altocumulus and open cells are by eye."""
+"""By kind: parameters that ``tune.py`` chose; those of streets and some of altocumulus and trade cumulus
+are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 """By example of a kind: the size of its organisation, its cover, and the direction of its wind."""

@@ -22,10 +22,16 @@ def wavenumbers() -> tuple[Field, Field]:
     return np.meshgrid(np.fft.fftfreq(SIDE), np.fft.rfftfreq(SIDE), indexing="ij")
 
 
-def fractal(rng: np.random.Generator, exponent: float, longest: float = SIDE, stretch: float = 1.0) -> Field:
-    """Return a normal field with a power spectrum k^-exponent along a line; longer than ``longest`` pixels, flat."""
+def fractal(
+    rng: np.random.Generator, exponent: float, longest: float = SIDE, stretch: float = 1.0, angle: float = 0.0
+) -> Field:
+    """Return a normal field with a power spectrum k^-exponent along a line; longer than ``longest`` pixels, flat.
+
+    It is drawn out by ``stretch`` along ``angle`` (rad, from x).
+    """
     ky, kx = wavenumbers()
-    k = np.hypot(ky, kx * stretch)
+    along, across = np.cos(angle) * kx + np.sin(angle) * ky, np.cos(angle) * ky - np.sin(angle) * kx
+    k = np.hypot(across, along * stretch)
     amplitude = np.maximum(k, 1.0 / longest) ** (-0.5 * (exponent + 1.0))
     amplitude[0, 0] = 0.0
     field = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * amplitude, (SIDE, SIDE))
@@ -88,15 +94,22 @@ def clear_sea(rng: np.random.Generator, metres: float = 40.0, haze: float = 0.0)
 
 
 def swift_hohenberg(
-    rng: np.random.Generator, cell: float, forcing: float, quadratic: float, steps: int, across: float = 0.0
+    rng: np.random.Generator,
+    cell: float,
+    forcing: float,
+    quadratic: float,
+    steps: int,
+    across: float = 0.0,
+    angle: float = 0.0,
 ) -> Field:
     """Return convection cells of ``cell`` pixels (J. Swift and P. C. Hohenberg, Phys. Rev. A 15, 319, 1977).
 
-    u_t = [r - (1 + del^2)^2] u + g u^2 - u^3 from noise; r varies slowly, ``across`` damps variation along x.
+    u_t = [r - (1 + del^2)^2] u + g u^2 - u^3 from noise; r varies slowly, ``across`` damps variation along
+    ``angle``.
     """
     ky, kx = wavenumbers()
     square = (ky**2 + kx**2) * cell**2
-    linear = -((1.0 - square) ** 2) - across * (kx * cell) ** 2
+    linear = -((1.0 - square) ** 2) - across * ((np.cos(angle) * kx + np.sin(angle) * ky) * cell) ** 2
     local = forcing * (1.0 + 0.5 * fractal(rng, 3.0, 96.0))
     u, dt = 0.3 * rng.standard_normal((SIDE, SIDE)), 0.4
     for _ in range(steps):
@@ -105,71 +118,74 @@ def swift_hohenberg(
     return u / u.std()
 
 
-def polygons(rng: np.random.Generator, cell: float) -> Field:
-    """Return distance from the walls of cells in units of the cell, which grow from random centres until they meet."""
-    centres = SIDE * rng.random((round((SIDE / cell) ** 2), 2))
-    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
-    points = np.stack([y.ravel(), x.ravel()], axis=1)
-    for _ in range(2):  # cells of equal strength push their centres apart
-        owner = cKDTree(centres, boxsize=SIDE).query(points)[1]
-        away = (points - centres[owner] + SIDE / 2) % SIDE - SIDE / 2
-        count = np.maximum(np.bincount(owner, minlength=len(centres)), 1)
-        centres += 0.7 * np.stack([np.bincount(owner, each, len(centres)) / count for each in away.T], axis=1)
-        centres %= SIDE
-    near = cKDTree(centres, boxsize=SIDE).query(points, k=2)[0]
-    return (near[:, 1] - near[:, 0]).reshape(SIDE, SIDE) / cell
+def capped(depth: Field, width: float) -> Field:
+    """Return the opacity of a layer under an inversion: cloud of any depth above ``width`` has the same top."""
+    return 1.0 - np.exp(-np.clip(depth, 0.0, None) / width)
 
 
-def cellular(
-    rng: np.random.Generator,
-    cell: float,
-    regime: float,
-    patchiness: float,
-    crack: float,
-    rough: float,
-    relief: float,
-    lull: float,
-    width: float,
-    grain: float,
-    wind: dict[str, float],
-    sea: dict[str, float],
-) -> tuple[Field, Field]:
-    """Return a marine layer: clear, open cells (cloud at walls), closed cells (cloud between cracks) or a sheet.
+def under_veil(rng: np.random.Generator, low: Field, of: dict[str, float]) -> tuple[Field, Field]:
+    """Return p and x of low cloud over the sea below a band of cirrus, fibres that the wind draws out with all else.
 
-    Moisture decides, which varies slowly around ``regime`` by ``patchiness``: below 0 clear sky, from 0 to 1 walls of
-    cumulus around clear cells, above 1 cloud with cracks that close with more.
+    x is 0 for the cirrus, too, which covers little: a second field would double the files.
     """
-    distance = gaussian_filter(bent(polygons(rng, cell), rng, 0.25 * cell, 5.0 * cell), 0.6, mode="wrap")
-    moist = regime + patchiness * fractal(rng, 2.8, 200.0)
-    texture = fractal(rng, 2.4, 1.5 * cell)
-    fine = fractal(rng, 1.3, 8.0)
-    walls = np.clip(1.0 - distance / 0.45, 0.0, 1.0)
-    inside = np.clip(distance / 0.45, 0.0, 1.0)
-    open_depth = walls - 0.6 + 0.5 * (moist - 0.5) + rough * texture
-    closed_depth = inside + 0.6 * (moist - 1.2) - crack + rough * texture
-    closed = np.clip(2.0 * (moist - 0.75), 0.0, 1.0)
-    depth = np.clip((1.0 - closed) * open_depth + closed * closed_depth, 0.0, None)
-    sheet = 1.0 - np.exp(-depth / width)
-    top = 1100.0 * (1.0 + 0.12 * fractal(rng, 3.0, 200.0) + relief * (inside - 0.5) * closed + grain * fine)
-    layer = sheet * top * (1.0 - lull * rank(fractal(rng, 3.0, 200.0)))
-    (p,) = drawn_out(rng, layer, **wind)
-    p = p + clear_sea(rng, **sea)
+    angle = of["angle"] + 0.4
+    fibres = fractal(rng, 2.8, 256.0, 2.0, angle) + 0.35 * fractal(rng, 1.9, 40.0, 3.0, angle)
+    opacity = 0.9 * smoothly_above(fibres, of["veil"], 1.5) ** 1.5
+    height = of["height"] * (1.0 + 0.06 * fractal(rng, 2.8, 160.0))
+    low, opacity, height = drawn_out(rng, low, opacity, height, **_wind(of))
+    opacity = np.clip(opacity, 0.0, 1.0)
+    p = opacity * height + (1.0 - opacity) * (low + clear_sea(rng, **_sea(of)))
     return p, np.zeros_like(p)
 
 
-def open_cells(rng: np.random.Generator, **shape: float) -> tuple[Field, Field]:
+def polygons(rng: np.random.Generator, cell: float, unequal: float) -> Field:
+    """Return distance from the walls of cells in units of the cell, which grow from random centres until they meet.
+
+    Stronger cells begin earlier: their lead has a standard deviation of ``unequal`` cells.
+    """
+    centres = SIDE * rng.random((round((SIDE / cell) ** 2), 2))
+    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
+    points = np.stack([y.ravel(), x.ravel()], axis=1)
+    owner = cKDTree(centres, boxsize=SIDE).query(points)[1]
+    # cells push their centres apart
+    away = (points - centres[owner] + SIDE / 2) % SIDE - SIDE / 2
+    count = np.maximum(np.bincount(owner, minlength=len(centres)), 1)
+    centres += 0.7 * np.stack([np.bincount(owner, each, len(centres)) / count for each in away.T], axis=1)
+    lead = unequal * cell * rng.standard_normal(len(centres))
+    far, which = cKDTree(centres % SIDE, boxsize=SIDE).query(points, k=8)
+    near = np.sort(far - lead[which], axis=1)
+    return (near[:, 1] - near[:, 0]).reshape(SIDE, SIDE) / cell
+
+
+def cellular(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
+    """Return a marine layer: clear, open cells (cloud at walls), closed cells (cloud between cracks) or a sheet.
+
+    Moisture decides, which varies around ``regime`` by ``patchiness``, at once at fronts: below 0 clear sky, from 0 to
+    1 walls of cumulus around clear cells, above 1 cloud with cracks that close with more. Tops are at the inversion.
+    """
+    cell, angle = of["cell"], of["angle"]
+    distance = bent(polygons(rng, cell, of["unequal"]), rng, 0.2 * cell, 5.0 * cell)
+    distance = bent(distance, rng, of["ragged"], 12.0, ROUGH)
+    moist = of["regime"] + of["patchiness"] * np.tanh(of["front"] * fractal(rng, 2.6, 200.0, 1.8, angle))
+    texture = of["rough"] * fractal(rng, 1.7, 1.5 * cell)
+    walls = np.clip(1.0 - distance / 0.45, 0.0, 1.0)
+    open_depth = walls - 0.6 + 0.5 * (moist - 0.5) + texture
+    closed_depth = np.clip(distance / 0.45, 0.0, 1.0) + 0.6 * (moist - 1.2) - of["crack"] + texture
+    closed = np.clip(2.0 * (moist - 0.75), 0.0, 1.0)
+    opacity = capped((1.0 - closed) * open_depth + closed * closed_depth, of["width"])
+    thin = 1.0 - of["lull"] * np.clip(fractal(rng, 2.6, 128.0, 1.8, angle), 0.0, 2.0)
+    top = 1100.0 * (1.0 + of["slope"] * fractal(rng, 3.0, 200.0) + of["grain"] * fractal(rng, 1.3, 8.0))
+    return under_veil(rng, opacity * thin * top, of)
+
+
+def open_cells(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return walls of cumulus around clear cells, as where cold pools collide, in a layer that closes elsewhere."""
-    return _cellular(rng, shape)
+    return cellular(rng, **of)
 
 
-def closed_cells(rng: np.random.Generator, **shape: float) -> tuple[Field, Field]:
+def closed_cells(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return cloud over cells, separated by cracks of sinking air that widen where the layer is thin."""
-    return _cellular(rng, shape)
-
-
-def _cellular(rng: np.random.Generator, shape: dict[str, float]) -> tuple[Field, Field]:
-    names = "cell", "regime", "patchiness", "crack", "rough", "relief", "lull", "width", "grain"
-    return cellular(rng, *(shape[name] for name in names), _wind(shape), _sea(shape))
+    return cellular(rng, **of)
 
 
 def _wind(shape: dict[str, float]) -> dict[str, float]:
@@ -181,35 +197,33 @@ def _sea(shape: dict[str, float]) -> dict[str, float]:
 
 
 def streets(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return rolls of convection along the wind with cumulus on them."""
-    rolls = bent(swift_hohenberg(rng, of["roll"], 0.3, 0.2, 60, across=0.25), rng, 0.3 * of["roll"], 48.0, ROUGH)
-    where = fractal(rng, of["slope"], 200.0, 1.5)
-    rough = of["rolls"] * rolls + of["rough"] * fractal(rng, 1.7, 12.0, 1.5) + where
-    height = smoothly_above(rough, of["cover"], of["width"])
-    p = 1500.0 * height * (1.0 + 0.15 * fractal(rng, 3.0, 128.0))
-    (p,) = drawn_out(rng, p, **_wind(of), exponent=ROUGH)
-    p = p + clear_sea(rng, **_sea(of))
-    return p, np.zeros_like(p)
+    """Return rolls of convection along the wind with cumulus on them, which spread under an inversion."""
+    angle = of["angle"]
+    rolls = bent(swift_hohenberg(rng, of["roll"], 0.3, 0.2, 60, across=0.25, angle=angle), rng, 0.25 * of["roll"])
+    where = fractal(rng, of["slope"], 200.0, 1.8, angle)
+    water = of["rolls"] * rolls + of["rough"] * fractal(rng, 1.7, 24.0, 1.6, angle) + where
+    water = bent(water, rng, of["ragged"], 12.0, ROUGH) / water.std()
+    opacity = capped(water - np.quantile(water, 1.0 - of["cover"]), of["width"])
+    top = 1500.0 * (1.0 + of["tops"] * fractal(rng, 2.6, 128.0) + of["grain"] * fractal(rng, 1.3, 8.0))
+    return under_veil(rng, opacity * top, of)
 
 
 def trade_cumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return plumes around random centres, with a power law of sizes, more of them where air converges."""
-    where = np.exp(of["clustering"] * fractal(rng, 2.6, 128.0, 1.6))
+    where = np.exp(of["clustering"] * fractal(rng, 2.6, 128.0, 1.8, of["angle"]))
     centres = rng.choice(SIDE * SIDE, round(of["clusters"]), p=(where / where.sum()).ravel())
     mask = np.zeros((SIDE, SIDE))
     sizes = np.minimum(of["largest"], 0.8 * (1.0 - rng.random(centres.size)) ** (-1.0 / 1.7))
     plumes = rng.poisson(2.0 + 1.5 * sizes**1.5)
     own, size = np.repeat(centres, plumes), np.repeat(sizes, plumes)
-    y = (own // SIDE + 1.1 * size * rng.standard_normal(own.size)).astype(int) % SIDE
-    x = (own % SIDE + 1.8 * size * rng.standard_normal(own.size)).astype(int) % SIDE
+    y = (own // SIDE + 1.2 * size * rng.standard_normal(own.size)).astype(int) % SIDE
+    x = (own % SIDE + 1.4 * size * rng.standard_normal(own.size)).astype(int) % SIDE
     np.add.at(mask, (y, x), rng.gamma(2.0, 0.5 + 0.25 * size))
-    spread = gaussian_filter(mask, 2.2, mode="wrap")
-    soft = gaussian_filter(mask, of["soft"], mode="wrap") + of["halo"] * spread
-    rough = bent(soft, rng, 1.0, 12.0, ROUGH) * np.exp(of["rough"] * fractal(rng, 1.8, 16.0))
-    p = 2200.0 * (1.0 - np.exp(-np.clip(rough - of["least"], 0.0, None) * 0.9))
-    (p,) = drawn_out(rng, p, **_wind(of), exponent=ROUGH)
-    p = p + clear_sea(rng, **_sea(of))
-    return p, np.zeros_like(p)
+    soft = gaussian_filter(mask, of["soft"], mode="wrap") + of["halo"] * gaussian_filter(mask, 2.2, mode="wrap")
+    rough = bent(soft, rng, of["ragged"], 12.0, ROUGH) * np.exp(of["rough"] * fractal(rng, 1.8, 16.0))
+    # clouds far smaller than a pixel, in rows
+    small = of["small"] * np.exp(0.8 * fractal(rng, 1.6, 48.0, 1.8, of["angle"]))
+    return under_veil(rng, 2200.0 * capped(rough - of["least"], of["width"]) + small, of)
 
 
 def stratus_sheet(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
@@ -229,8 +243,8 @@ def stratus_sheet(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     return p, np.zeros_like(p)
 
 
-def cirrus_fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return fall streaks: ice from random heads falls through sheared wind, which draws it out into fibres."""
+def fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
+    """Return opacity and top of fall streaks: ice from random heads falls through sheared wind, which draws it out."""
     heads = np.clip(fractal(rng, 1.2, 8.0) + of["grouping"] * fractal(rng, 2.8, 128.0) - 0.6, 0.0, None) ** 1.5
     streak, spectrum = np.zeros((SIDE, SIDE)), np.fft.rfft2(heads)
     ky, kx = wavenumbers()
@@ -238,10 +252,14 @@ def cirrus_fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     for t in np.linspace(0.0, 3.0, 40):
         along, across = of["length"] * (0.35 * t + 0.2 * t**2), of["length"] * 0.1 * t**1.5
         streak += np.exp(-t) * np.fft.irfft2(spectrum * np.exp(-2j * np.pi * (kx * along + ky * across)), (SIDE, SIDE))
-    fibres = bent(streak / streak.std(), rng, 4.0, 80.0) + of["rough"] * fractal(rng, 1.9, 30.0, 3.0)
+    lines = bent(streak / streak.std(), rng, 4.0, 80.0) + of["rough"] * fractal(rng, 1.9, 30.0, 3.0)
     sheet = of["sheet"] * fractal(rng, 3.0, 200.0, 1.8)
-    depth = smoothly_above(fibres + sheet, of["cover"], of["width"])
-    top = 10_500.0 + 500.0 * fractal(rng, 3.0, 160.0)
+    return smoothly_above(lines + sheet, of["cover"], of["width"]), 10_500.0 + 500.0 * fractal(rng, 3.0, 160.0)
+
+
+def cirrus_fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
+    """Return fall streaks above broken low cloud."""
+    depth, top = fibres(rng, **of)
     low = of["low"] * smoothly_above(fractal(rng, 2.2, 96.0) + 0.3 * fractal(rng, 1.5, 10.0), 0.5, 0.6)
     depth, top, low = drawn_out(rng, depth, top, low, **_wind(of))
     opacity = np.clip(depth, 0.0, 1.0) ** of["power"]
@@ -301,17 +319,17 @@ def altocumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
 
 
 def multi_layer(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return cirrus above broken low cloud, and altocumulus between them, each with its own wind."""
-    fibres = {each: of[each] for each in ("length", "cover", "width", "power", "rough", "sheet", "grouping")}
-    wind = {**_wind(of), "sea": of["sea"], "haze": of["haze"]}
-    high, excess = cirrus_fibres(rng, **fibres, **wind, low=0.0)
+    """Return cirrus above sheets of low cloud, and altocumulus between them, each with its own wind."""
+    wind = _wind(of)
+    depth, top = drawn_out(rng, *fibres(rng, **of), **wind)
+    opacity = np.clip(depth, 0.0, 1.0) ** of["power"]
     other = {**wind, "angle": of["angle"] + 0.6}
     middle, _ = altocumulus(
-        rng, wave=7.0, slope=2.7, rough=0.3, rows=of["rows"], cover=of["middle"], width=0.7, **other
-    )
-    low = of["low"] * smoothly_above(fractal(rng, 2.2, 96.0, 1.5) + 0.5 * fractal(rng, 1.5, 10.0), 0.5, 0.6)
-    below = np.maximum(*drawn_out(rng, low, **_wind(other)), middle)
-    # thin cirrus lets the warmth below through
-    through = np.clip(1.0 - high / np.maximum(high + excess, 1.0), 0.0, 1.0)
-    p = high + through * np.clip(below, 0.0, None)
-    return p, np.where(high > 300.0, np.clip(high + excess - p, 0.0, None), 0.0)
+        rng, wave=7.0, slope=2.7, rough=of["crumbs"], rows=of["rows"], cover=of["middle"], width=of["soft"], **other,
+        sea=0.0, haze=0.0,
+    )  # fmt: skip
+    water = fractal(rng, 2.2, 96.0, 1.8, other["angle"]) + of["broken"] * fractal(rng, 1.7, 12.0)
+    low = of["low"] * capped(water - np.quantile(water, 1.0 - of["sheets"]), of["thin"])
+    (low,) = drawn_out(rng, low, **other)
+    p = opacity * top + (1.0 - opacity) * (np.maximum(low, middle) + clear_sea(rng, **_sea(of)))
+    return p, np.where(opacity > 0.01, np.clip(top - p, 0.0, None), 0.0)

@@ -3,8 +3,9 @@
     python make/tune.py BLOCKS.nc KIND [STEPS]
 
 An evolution strategy of one parent changes the parameters at random; a change stays if skies blended from three
-examples of the mechanism come closer to the blocks in the features of the realism test: the mean over features of
-(2 AUC - 1)^2, and that of the eight that tell most. The forest that scores kinds is not asked.
+examples of the mechanism come closer to the left halves of the blocks in the features of the realism test: the mean
+over features of (2 AUC - 1)^2, and that of the eight that tell most. The forest that scores kinds is not asked, and
+right halves are held out (``kinds.py --side right``).
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from pathlib import Path
 
 import kinds
 import library
-import netCDF4
 import numpy as np
 from hcss_evaluate.realism.classifiers import auc
 from hcss_evaluate.realism.features import all_features
@@ -55,8 +55,7 @@ def main() -> None:
     """Search and print the best parameters."""
     source, kind = Path(sys.argv[1]), sys.argv[2]
     steps = int(sys.argv[3]) if len(sys.argv) > 3 else 150
-    with netCDF4.Dataset(source) as file:
-        kelvin = np.ma.filled(file["ir_108"][:, 1].astype(float), np.nan)
+    kelvin = kinds.measured(source, 1, "left")
     measured = features([kelvin[block] for block in kinds.blocks_of(source)[kind]], 0.0)
     rng, limits = np.random.default_rng(7), library.LIMITS[kind]
     names = list(limits)

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from hcss_skies.detail import deviations, halve, normal_quantiles, steepness
+from hcss_skies.detail import deviations, halve, normal_quantiles
 from hcss_skies.example import DETAIL_STRENGTHS, Detail
 from hcss_twin.providers import Array
 
@@ -36,10 +36,6 @@ would get .9 and more for a spectrum without a step, which looks like grain."""
 
 _BISECTIONS = 12
 
-_OF_SKY = 1.2
-"""Blended skies have more edges than their example: their octave of 1 to 2 pixels has about .8 dB more variance
-relative to the first halving with the same strength (measured in four SEVIRI blocks)."""
-
 
 def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     """Return the detail of a field (rows, columns), 0 where clear; None with too little cloud or too few pixels.
@@ -56,7 +52,7 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
         return None
     own = 1.0 - math.log2(octaves[1] / octaves[0])
     exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
-    wanted = _OF_SKY * _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
+    wanted = _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
     low, high = DETAIL_STRENGTHS[0], STRONGEST
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)
@@ -94,10 +90,9 @@ def described(detail: Detail | None) -> str:
 def _first_halving(level: Array, strength: float, exponent: float) -> float:
     """Return the variance of the halves of pixels about the pixels."""
     children = np.empty((2 * level.shape[0] - 4, 2 * level.shape[1] - 4))
-    spread = deviations(steepness(level), strength, exponent, 0)
-    zero, one = np.zeros(2, np.int64), np.ones(2, np.int64)
+    first = np.zeros(2, np.int64)
     most = float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example
-    halve(children, level, zero, spread, one, 0, most, np.uint64(1), math.nan, normal_quantiles())
+    halve(children, level, first, *deviations(strength, exponent, 0), most, np.uint64(1), math.nan, normal_quantiles())
     return _octave(level[1:-1, 1:-1], children)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_skies.blending import blend, put_in_layer
-from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, normal_quantiles, steepness
+from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, normal_quantiles
 from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
@@ -318,8 +318,6 @@ class ExampleClouds:
 
     def _detailed(self, cells: Array, first: list[int], edges: list[Array], time_s: float) -> tuple[Array, list[int]]:
         """Halve cells until they are no larger than pixels; returns them and the index of the first."""
-        steep = steepness(cells)
-        root = np.array(first) + 1
         most = self._inputs.layer.thickness_max_m
         for halving in range(self._halvings):
             # Only what the window needs of the next halvings: one cell around it.
@@ -334,8 +332,8 @@ class ExampleClouds:
             )
             children = np.empty((2 * part.shape[0] - 4, 2 * part.shape[1] - 4))
             halve(
-                children, part, np.array(low), deviations(steep, self._detail.strength, self._detail.exponent, halving),
-                root, halving, most, np.uint64(self._key(halving)), age, self._normals,
+                children, part, np.array(low), *deviations(self._detail.strength, self._detail.exponent, halving),
+                most, np.uint64(self._key(halving)), age, self._normals,
             )  # fmt: skip
             cells, first = children, [2 * (each + 1) for each in low]
         return cells, first
