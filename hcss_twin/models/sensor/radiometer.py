@@ -55,8 +55,7 @@ class Radiometer:
             return self._by_rows(np.ascontiguousarray(radiance, dtype=np.float32), frame)
         clean = np.asarray(radiance, dtype=np.float64)
         readings = [
-            channel.measure(self.blur(clean[index], channel.band), frame)
-            for index, channel in enumerate(self.channels)
+            channel.measure(self.blur(clean[index], channel.band), frame) for index, channel in enumerate(self.channels)
         ]
         measured, rates, numbers, flags = zip(*readings, strict=True)
         return Measured(

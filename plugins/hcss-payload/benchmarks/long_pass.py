@@ -5,9 +5,9 @@
 
 Fewer frames than 6000 are spread over the same pass: tables and certificate are those of the whole, and the time of a
 frame is what a longer run costs more. Memory is that of the process (Linux) when a twentieth of the file was written,
-a half, and nearly all: clouds keep up to 256 MiB of their lattice, which the first frames fill. Geolocation compares latitude and
-longitude of random pixels of the cube with PROJ (which the extra ``test`` installs), along lines of sight from the
-position and quaternion in the cube. Jitter is compared with its spectrum in each octave.
+a half, and nearly all: clouds keep up to 256 MiB of their lattice, which the first frames fill. Geolocation compares
+latitude and longitude of random pixels of the cube with PROJ (which the extra ``test`` installs), along lines of sight
+from the position and quaternion in the cube. Jitter is compared with its spectrum in each octave.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def geolocation_m(cube: xarray.Dataset, pixels: int) -> float:
 
 
 class Progress(threading.Thread):
-    """Notes memory (GB), processor time (s) and size of a file (GB) every half second, until stopped."""
+    """Notes memory (GB), processor time (s) and what is written of a file (GB) every half second, until stopped."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(daemon=True)
@@ -100,7 +100,8 @@ class Progress(threading.Thread):
         """Take notes."""
         page = resource.getpagesize() / 1e9
         while not self._end.wait(0.5):
-            if written := [each.stat().st_size for each in self._path.parent.iterdir() if each.is_file()]:
+            # A file has its final size from the beginning; blocks of 512 bytes tell what is written.
+            if written := [512 * each.stat().st_blocks for each in self._path.parent.iterdir() if each.is_file()]:
                 memory = page * int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
                 self.notes.append((memory, time.process_time(), max(written) / 1e9))
 
@@ -112,7 +113,9 @@ class Progress(threading.Thread):
         at = [int(np.argmax(size >= share * size[-1])) for share in (0.05, 0.5, 0.98)]
         rest = (spent[at[2]] - spent[at[0]]) / (size[at[2]] - size[at[0]]) if size[at[2]] > size[at[0]] else np.nan
         each = ", ".join(f"{memory[number]:.3f}" for number in at)
-        print(f"memory {each} GB after 5, 50 and 98 % of {size[-1]:.2f} GB; {rest:.1f} s of processor time a GB between")
+        print(
+            f"memory {each} GB after 5, 50 and 98 % of {size[-1]:.2f} GB; {rest:.1f} s of processor time a GB between"
+        )
 
 
 def octaves_off(jitter: Jitter) -> Array:

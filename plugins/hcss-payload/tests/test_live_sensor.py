@@ -55,7 +55,8 @@ def test_live_rows_measure_as_the_sensor_of_cubes(taps, converter):
     image = (5.0 + rng.standard_normal((40, 70))).astype(np.float32)
     kernel = rng.uniform(0.0, 2.0 / max(taps, 1), (1, taps)).astype(np.float32)
     own = np.pad(kernel, ((0, 0), (0, -taps % 4)))[: 1 if taps else 0]
-    weights = Weights(own, np.ascontiguousarray(own[:, ::-1]) if taps == 15 else own, (taps // 2, max(0, taps // 2 - 1)))
+    across = np.ascontiguousarray(own[:, ::-1]) if taps == 15 else own
+    weights = Weights(own, across, (taps // 2, max(0, taps // 2 - 1)))
     gain, offset = (0.01 * rng.standard_normal((40, size)).astype(np.float32) for size in (70, 1))
     detector = Detector(5e4, 300.0, 1.0, 1.0, 50.0, 5e5, 60.0 if converter else 0.0, 3.0, 16383.0)
     keys, none = (np.uint64(11), np.uint64(12)), np.empty((0, 0), np.float32)

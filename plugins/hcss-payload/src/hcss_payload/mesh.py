@@ -189,7 +189,7 @@ def _with_middles(nodes: NDArray[np.int64]) -> Array:
 
 @kernel()
 def _interpolate(nodes, up, down, y, left, right, x, result):  # type: ignore[no-untyped-def]
-    """Write values (y, x, K) between nodes (n, m, K), by the node before and after each row and column, and its place."""
+    """Write values (y, x, K) between nodes (n, m, K), by the nodes before and after rows and columns."""
     width, size = nodes.shape[1], nodes.shape[2]
     line = np.empty((width, size))
     for i in range(up.size):

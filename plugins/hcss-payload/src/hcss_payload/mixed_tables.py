@@ -18,7 +18,6 @@ from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 
-
 MOST_NODES = 2**12
 """Thicknesses up to which tables are mixed."""
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.models.sensor.blur import Weights

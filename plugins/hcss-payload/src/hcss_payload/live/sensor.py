@@ -112,19 +112,12 @@ class LiveSensor:
         def part(own: tuple[int, int, int]) -> None:
             (band, *lines), channel = own, channels[own[0]]
             kernels, detector = self._kernels[band], channel.detector
-            counted = detector.shot and not detector.deviation  # whole electrons
-            if kernels is None or counted or not measure_rows(
-                self.scene[band],
-                kernels.down,
-                kernels.across,
-                kernels.reach,
-                *channel.pattern.arrays,
-                detector,
-                keys[band],
-                tuple(lines),
-                radiance[band],
-                self._none if written is None else written[band],
-            ):
+            counts = detector.shot and not detector.deviation  # whole electrons
+            drawn = kernels is not None and not counts and measure_rows(
+                self.scene[band], kernels.down, kernels.across, kernels.reach, *channel.pattern.arrays, detector,
+                keys[band], tuple(lines), radiance[band], self._none if written is None else written[band],
+            )  # fmt: skip
+            if not drawn:
                 self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), tuple(lines))
 
         each(part, self._parts)
