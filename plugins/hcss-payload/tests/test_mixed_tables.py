@@ -49,3 +49,13 @@ def test_single_tables_and_those_of_two_layers_stay():
     both = np.zeros((20, 20, 2), np.float32)
     two = DenseTable(table.clear, table.nodes_m * 2, table.alone * 2, both)
     assert mixed_tables([two, two], (1, 0), 1e-5) is None
+
+
+def test_layers_without_cloud_have_no_nodes():
+    tables = [DenseTable(each.clear, (np.zeros(0),), (np.zeros((0, 2)),), None) for each in tables_of((2, 1))]
+    mixed = mixed_tables(tables, (2, 1), 1e-6)
+    found = np.empty((2 * mixed.weights.shape[2], 4, 4), np.float32)
+    mixed.look_up.fill(found, [np.zeros((4, 4), np.float32)])
+    radiance = np.empty((2, 4, 4), np.float32)
+    mix(np.ones((4, 4)), np.ones((4, 4)), *mixed.nodes, mixed.weights, found, radiance)
+    assert radiance[:, 0, 0] == pytest.approx(tables[-1].clear, rel=1e-6)

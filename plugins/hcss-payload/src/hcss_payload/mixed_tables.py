@@ -65,7 +65,9 @@ def mixed_tables(tables: Sequence[DenseTable], orders: tuple[int, int], lost: fl
     ends = np.cumsum([channels, *(nodes.size * channels for nodes in nodes_m)])
     clear, *parts = np.split(own, ends[:-1], axis=1)
     mixed = tuple(
-        np.ascontiguousarray(each.reshape(count, nodes.size, channels).swapaxes(0, 1)).reshape(nodes.size, -1)
+        np.ascontiguousarray(each.reshape(count, nodes.size, channels).swapaxes(0, 1)).reshape(
+            nodes.size, count * channels
+        )
         for each, nodes in zip(parts, nodes_m, strict=True)
     )
     at = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
