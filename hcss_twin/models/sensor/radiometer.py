@@ -32,12 +32,12 @@ class Radiometer:
 
     def __init__(self, inputs: SensorInputs, parameters: RadiometerParameters) -> None:
         self.blur = Blur(inputs, parameters)
-        self._channels = tuple(_Channel(inputs, parameters, band) for band in inputs.bands)
+        self.channels = tuple(_Channel(inputs, parameters, band) for band in inputs.bands)
         photons = parameters.aperture_diameter is not None and parameters.pixel_angle is not None
         self.variables = (
             *(("photon_rate",) if photons else ()),
             *(("digital_number",) if parameters.bits is not None else ()),
-            *(("saturated",) if any(each.can_saturate for each in self._channels) else ()),
+            *(("saturated",) if any(each.can_saturate for each in self.channels) else ()),
         )
         self.single_precision = parameters.method == "rows"
         self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels)
@@ -45,7 +45,7 @@ class Radiometer:
             **self.blur.worked_out,
             "bands": {
                 channel.band.name: {**self.blur.worked_out_of(channel.band), **channel.worked_out()}
-                for channel in self._channels
+                for channel in self.channels
             },
         }
 
@@ -55,8 +55,7 @@ class Radiometer:
             return self._by_rows(np.ascontiguousarray(radiance, dtype=np.float32), frame)
         clean = np.asarray(radiance, dtype=np.float64)
         readings = [
-            channel.measure(self.blur(clean[index], channel.band), frame)
-            for index, channel in enumerate(self._channels)
+            channel.measure(self.blur(clean[index], channel.band), frame) for index, channel in enumerate(self.channels)
         ]
         measured, rates, numbers, flags = zip(*readings, strict=True)
         return Measured(
@@ -90,8 +89,8 @@ class Radiometer:
     ) -> None:
         """Write the measurement by rows of ``clean`` (B, y, x), or of some bands and rows, into :meth:`arrays`."""
         none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
-        for index in range(len(self._channels))[bands]:
-            channel = self._channels[index]
+        for index in range(len(self.channels))[bands]:
+            channel = self.channels[index]
             image, weights = self.blur.by_rows(clean[index], channel.band)
             results = {name: each[index] for name, each in found.items()}
             channel.measure_rows(image, weights, frame, lines or (0, len(image)), {**none, **results})

@@ -4,9 +4,10 @@
     python plugins/hcss-payload/benchmarks/long_pass.py --frames 6000    # all of it, about 100 GB of radiance alone
 
 Fewer frames than 6000 are spread over the same pass: tables and certificate are those of the whole, and the time of a
-frame is what a longer run costs more. Memory of two runs tells whether it is flat. Geolocation compares latitude and
-longitude of random pixels of the cube with PROJ (which the extra ``test`` installs), along lines of sight from the
-position and quaternion in the cube. Jitter is compared with its spectrum in each octave.
+frame is what a longer run costs more. Memory is that of the process (Linux) when a twentieth of the file was written,
+a half, and nearly all: clouds keep up to 256 MiB of their lattice, which the first frames fill. Geolocation compares
+latitude and longitude of random pixels of the cube with PROJ (which the extra ``test`` installs), along lines of sight
+from the position and quaternion in the cube. Jitter is compared with its spectrum in each octave.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import argparse
 import resource
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -87,6 +89,35 @@ def geolocation_m(cube: xarray.Dataset, pixels: int) -> float:
     return worst
 
 
+class Progress(threading.Thread):
+    """Notes memory (GB), processor time (s) and what is written of a file (GB) every half second, until stopped."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(daemon=True)
+        self._path, self._end, self.notes = path, threading.Event(), [(0.0, 0.0, 0.0)]
+
+    def run(self) -> None:
+        """Take notes."""
+        page = resource.getpagesize() / 1e9
+        while not self._end.wait(0.5):
+            # A file has its final size from the beginning; blocks of 512 bytes tell what is written.
+            if written := [512 * each.stat().st_blocks for each in self._path.parent.iterdir() if each.is_file()]:
+                memory = page * int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+                self.notes.append((memory, time.process_time(), max(written) / 1e9))
+
+    def stop(self) -> None:
+        """End, and print memory over the file, and the time of what was written between a twentieth and nearly all."""
+        self._end.set()
+        self.join()
+        memory, spent, size = np.array(self.notes).T
+        at = [int(np.argmax(size >= share * size[-1])) for share in (0.05, 0.5, 0.98)]
+        rest = (spent[at[2]] - spent[at[0]]) / (size[at[2]] - size[at[0]]) if size[at[2]] > size[at[0]] else np.nan
+        each = ", ".join(f"{memory[number]:.3f}" for number in at)
+        print(
+            f"memory {each} GB after 5, 50 and 98 % of {size[-1]:.2f} GB; {rest:.1f} s of processor time a GB between"
+        )
+
+
 def octaves_off(jitter: Jitter) -> Array:
     """Return the largest relative error of the power of each octave from 0.1 Hz on, over the axes."""
     rate, count = 400.0, 2**18
@@ -114,7 +145,10 @@ def main(options: argparse.Namespace) -> None:
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pass.nc"
+        progress = Progress(path)
+        progress.start()
         with hcss_twin.simulate(scenario, path) as cube:
+            progress.stop()
             spent = time.process_time() - began - planned
             zenith = cube["pixel_view_zenith"].values[[0, options.frames // 2, -1], 0, 0]
             memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6

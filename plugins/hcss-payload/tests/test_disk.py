@@ -102,6 +102,10 @@ def test_a_disk_by_day_has_suns_of_its_places():
                     "above": [0.0, 140.7]},
           "frames": {"count": 2, "interval": 600.0}, "camera": {"climate": "latitude"}, "sea": {"temperature": None}},
          r"camera.climate: 'latitude' without a full disk"),
+        ({"orbit": {"provider": "circular", "altitude": 3.4e7, "inclination": 0.0, "longitude": None,
+                    "above": [0.0, 140.7]},
+          "frames": {"count": 2, "interval": 600.0}, "time": "2024-04-20T02:30:00Z"},
+         r"orbit: moves, and the camera sees the Earth up to the limb by day, .* allowed: a camera that stands still"),
     ],
 )  # fmt: skip
 def test_what_a_disk_cannot_show_is_refused_by_name(parts, message):

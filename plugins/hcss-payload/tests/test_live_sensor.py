@@ -1,11 +1,13 @@
-"""Blur of live frames: short kernels against those of cubes."""
+"""Sensor of live frames: short blurs, and rows, against those of cubes."""
 
 import numpy as np
 import pytest
+from hcss_payload.live.measure import Kernels, measure_rows
 from hcss_payload.live.sensor import BLUR_LEFT_OUT, shortened
 
 from hcss_twin.models.sensor.blur import Weights
 from hcss_twin.models.sensor.point_spread import gaussian_mtf, line_kernel
+from hcss_twin.models.sensor.rows import Detector, measure
 
 
 def blur_of(sigma):
@@ -44,3 +46,36 @@ def test_blurs_of_two_terms_that_end_by_themselves_and_none_stay():
     two = Weights(np.ones((2, 4), np.float32), np.ones((2, 4), np.float32), (1, 1))
     assert shortened(two, 0.5) == (two, 0.0)
     assert shortened(None, 0.5) == (None, 0.0)
+
+
+@pytest.mark.parametrize("converter", [True, False])
+@pytest.mark.parametrize("taps", [0, 7, 15])
+def test_live_rows_measure_as_the_sensor_of_cubes(taps, converter):
+    rng = np.random.default_rng(2)
+    image = (5.0 + rng.standard_normal((40, 70))).astype(np.float32)
+    kernel = rng.uniform(0.0, 2.0 / max(taps, 1), (1, taps)).astype(np.float32)
+    own = np.pad(kernel, ((0, 0), (0, -taps % 4)))[: 1 if taps else 0]
+    across = np.ascontiguousarray(own[:, ::-1]) if taps == 15 else own
+    weights = Weights(own, across, (taps // 2, max(0, taps // 2 - 1)))
+    gain, offset = (0.01 * rng.standard_normal((40, size)).astype(np.float32) for size in (70, 1))
+    detector = Detector(5e4, 300.0, 1.0, 1.0, 50.0, 5e5, 60.0 if converter else 0.0, 3.0, 16383.0)
+    keys, none = (np.uint64(11), np.uint64(12)), np.empty((0, 0), np.float32)
+    shape = (40, 70) if converter else (0, 0)
+    expected, found = np.zeros((40, 70), np.float32), np.zeros((40, 70), np.float32)
+    numbers, mine = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
+    flags = np.zeros((40, 70), np.uint8)
+    measure(image, *weights, gain, offset, detector, keys, (0, 0), (0, 40), expected, none, numbers, flags)
+    kernels = Kernels.of(weights)
+    for lines in ((0, 9), (9, 40)):
+        assert measure_rows(
+            image, kernels.down, kernels.across, kernels.reach, gain, offset, detector, keys[0], lines, found, mine
+        )
+    assert found.std() > 0.01 * found.mean()
+    # Rounding moves few numbers to the next.
+    assert np.abs(mine - numbers).max(initial=0) <= 1
+    assert np.mean(found != expected) < 0.02 or not converter
+    assert np.allclose(found, expected, rtol=2e-6, atol=0.0 if not converter else 1.01 * 60.0 / 5e4)
+    few = detector._replace(per_radiance=1.0, dark=0.0)
+    assert not measure_rows(
+        image, kernels.down, kernels.across, kernels.reach, none, none, few, keys[0], (0, 40), found, mine
+    )

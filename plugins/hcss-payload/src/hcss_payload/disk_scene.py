@@ -72,7 +72,8 @@ def whole_disk(
     Raises
     ------
     ScenarioError
-        If places cannot differ, but ``camera.climate`` asks for it; names the field.
+        If places cannot differ, but ``camera.climate`` asks for it, or a moving camera sees a sunlit disk; names the
+        field.
     """
     positions = np.array([trajectory.at(time_s) for time_s in (times_s[0], times_s[times_s.size // 2], times_s[-1])])
     camera = positions[0]
@@ -81,6 +82,8 @@ def whole_disk(
         if climate:
             message = "'latitude' without a full disk from a camera that stands still above the Earth; allowed: 'place'"
             raise ScenarioError([Problem("camera.climate", message)])
+        if not still and isinstance(views, Hemisphere) and seen.limit_deg is not None:
+            _require_night(scenario, seen, times_s)
         return None
     instants = np.unique(times_s[[0, times_s.size // 2, -1]])
     below = tuple(float(each) for each in surface_place(camera))
@@ -104,6 +107,21 @@ def whole_disk(
         raise ScenarioError([Problem("place", message)])
     bands = [spectral_band(band, catalog) for band in scenario.bands]
     return with_glint(disk) if lit and any(band.lower_um < SUNLIT_UM for band in bands) else disk
+
+
+def _require_night(scenario: Scenario, seen: SampledPass, times_s: Array) -> None:
+    """Raise a :class:`ScenarioError` if a moving camera sees a disk up to the limb where the sun is up."""
+    # Directions of a moving camera do not tell places, so that tables toward them have one sun; over a disk it differs
+    # by as much as the horizon is wide.
+    instants = times_s[[0, times_s.size // 2, -1]].tolist()
+    step = max(1, len(seen.place_deg) // 64)
+    tracks = [SunTrack(scenario.time, latitude, longitude) for latitude, longitude in seen.place_deg[::step].tolist()]
+    if any(track.at(time_s).is_up for track in tracks for time_s in instants):
+        message = (
+            "moves, and the camera sees the Earth up to the limb by day, where each pixel would need its own sun; "
+            "allowed: a camera that stands still above the Earth (geostationary), night, or a field without the limb"
+        )
+        raise ScenarioError([Problem("orbit", message)])
 
 
 def disk_notes(climate: bool) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_payload.shutter import LinePoses
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 
 STEP, TOLERANCE_PX = 8, 0.02
 
@@ -155,9 +156,8 @@ class MeshValues:
         of_rows, of_columns = mesh._nodes
         up, down, y = (each[rows] for each in _weights(of_rows, height))
         left, right, x = (each[columns] for each in _weights(of_columns, width))
-        nodes = self.at_nodes
-        lines = nodes[up] + y[:, None, None] * (nodes[down] - nodes[up])
-        result: Array = lines[:, left] + x[:, None] * (lines[:, right] - lines[:, left])
+        result = np.empty((up.size, left.size, self.at_nodes.shape[2]))
+        _interpolate(self.at_nodes, up, down, y, left, right, x, result)
         row, column = np.nonzero(mesh._exact[np.ix_(up // 2, left // 2)])
         if row.size:
             exact = mesh.exact_m((row + rows.start).astype(np.float64), (column + columns.start).astype(np.float64))
@@ -185,3 +185,19 @@ def _with_middles(nodes: NDArray[np.int64]) -> Array:
     result = np.empty(2 * nodes.size - 1)
     result[::2], result[1::2] = nodes, 0.5 * (nodes[1:] + nodes[:-1])
     return result
+
+
+@kernel()
+def _interpolate(nodes, up, down, y, left, right, x, result):  # type: ignore[no-untyped-def]
+    """Write values (y, x, K) between nodes (n, m, K), by the nodes before and after rows and columns."""
+    width, size = nodes.shape[1], nodes.shape[2]
+    line = np.empty((width, size))
+    for i in range(up.size):
+        above, below = nodes[up[i]], nodes[down[i]]
+        for j in range(left[0], right[left.size - 1] + 1):
+            for k in range(size):
+                line[j, k] = above[j, k] + y[i] * (below[j, k] - above[j, k])
+        for j in range(left.size):
+            first, last = left[j], right[j]
+            for k in range(size):
+                result[i, j, k] = line[first, k] + x[j] * (line[last, k] - line[first, k])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
-from hcss_payload.mesh import Mesh, MeshValues
+from hcss_payload.mesh import STEP, Mesh, MeshValues
 from hcss_payload.scene_plane import surface_place, to_scene
 from hcss_payload.shutter import Exposure
 from hcss_twin.core.arrays import Array
@@ -53,7 +53,7 @@ class ScenePoints:
             return np.stack((x, y), axis=-1)
 
         self._instants = [
-            MeshValues(Mesh(camera, pose, altitude_m, per_pixel, lines=lines), in_plane)
+            MeshValues(Mesh(camera, pose, altitude_m, per_pixel, STEP * per_pixel, lines=lines), in_plane)
             for pose, lines in exposure.instants
         ]
         self._which = exposure.shutter.which(per_pixel) if len(self._instants) > 1 else None

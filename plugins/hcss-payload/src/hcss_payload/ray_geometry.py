@@ -14,6 +14,7 @@ from hcss_payload.rays import meet
 from hcss_payload.scene_plane import surface_place, toward_camera
 from hcss_payload.shutter import LinePoses
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
 from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED
 
 LARGEST_ZENITH_DEG, LARGEST_WITH_LIMB_DEG = 75.0, 85.0
@@ -100,19 +101,10 @@ class FrameGeometry:
 
     def angles_deg(self, rays: PixelRays) -> tuple[Array, Array]:
         """Return zenith and azimuth (clockwise from north) of the camera."""
-        x, y, z = np.moveaxis(rays.position_m, -1, 0)
-        up = np.stack((x, y, z / (1.0 - ECCENTRICITY_SQUARED)), axis=-1)
-        up /= np.linalg.norm(up, axis=-1, keepdims=True)
-        ray = self.pose.position_m - rays.position_m
-        across = np.maximum(np.hypot(x, y), 1e-9)  # at a pole, the meridian of Greenwich is north
-        east = (ray[..., 1] * x - ray[..., 0] * y) / across
-        height = np.sum(ray * up, axis=-1)
-        flat = ray - height[..., None] * up
-        north = (flat[..., 2] * across - (flat[..., 0] * x + flat[..., 1] * y) / across * z) / np.hypot(across, z)
-        # The axis toward north lies in the meridian: its component here is that of the horizontal part.
-        ahead = np.copysign(np.sqrt(np.maximum(np.sum(flat * flat, axis=-1) - east**2, 0.0)), north)
-        zenith = np.degrees(np.arctan2(np.hypot(east, ahead), height))
-        return zenith, np.degrees(np.arctan2(east, ahead)) % 360.0
+        shape = rays.position_m.shape[:-1]
+        zenith, azimuth = np.empty(shape), np.empty(shape)
+        _angles(rays.position_m.reshape(-1, 3), self.pose.position_m, zenith.reshape(-1), azimuth.reshape(-1))
+        return zenith, azimuth
 
     def _of(self, position_m: Array) -> Array:
         return np.concatenate((position_m, toward_camera(position_m, self.pose.position_m, self._centre)), axis=-1)
@@ -135,3 +127,24 @@ class FrameGeometry:
         latitude, longitude = surface_place(rays.position_m)
         middle = self._centre[1]
         return latitude, middle + (longitude - middle + 180.0) % 360.0 - 180.0
+
+
+@kernel(error_model="numpy")
+def _angles(position_m, camera_m, zenith, azimuth):  # type: ignore[no-untyped-def]
+    """Write zenith and azimuth (N,), in degrees, of a camera (3,) at positions (N, 3) on the ellipsoid."""
+    for n in range(zenith.size):
+        x, y, z = position_m[n, 0], position_m[n, 1], position_m[n, 2]
+        ray_x, ray_y, ray_z = camera_m[0] - x, camera_m[1] - y, camera_m[2] - z
+        up_z = z / (1.0 - ECCENTRICITY_SQUARED)
+        size = np.sqrt(x * x + y * y + up_z * up_z)
+        up_x, up_y, up_z = x / size, y / size, up_z / size
+        across = max(np.hypot(x, y), 1e-9)  # at a pole, the meridian of Greenwich is north
+        east = (ray_y * x - ray_x * y) / across
+        height = ray_x * up_x + ray_y * up_y + ray_z * up_z
+        flat_x, flat_y, flat_z = ray_x - height * up_x, ray_y - height * up_y, ray_z - height * up_z
+        north = (flat_z * across - (flat_x * x + flat_y * y) / across * z) / np.hypot(across, z)
+        # The axis toward north lies in the meridian: its component here is that of the horizontal part.
+        flat = flat_x * flat_x + flat_y * flat_y + flat_z * flat_z
+        ahead = np.copysign(np.sqrt(max(flat - east * east, 0.0)), north)
+        zenith[n] = np.degrees(np.arctan2(np.hypot(east, ahead), height))
+        azimuth[n] = np.degrees(np.arctan2(east, ahead)) % 360.0

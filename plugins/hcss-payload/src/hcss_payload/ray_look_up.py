@@ -1,7 +1,8 @@
 """Radiance of the pixels of a frame, each toward its own direction, from tables toward few directions.
 
 The tables of a pass lie at the nodes of polynomials over its rectangle of directions. A frame covers a small part of
-the rectangle, where polynomials of lower order do: their tables are combinations of those of the pass.
+the rectangle, where polynomials of lower order do: their tables are combinations of those of the pass. These in turn
+are combinations of still fewer (:mod:`hcss_payload.mixed_tables`), which are looked up together.
 """
 
 from __future__ import annotations
@@ -11,16 +12,18 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_payload.directions import Directions, require_inside
+from hcss_payload.mixed_tables import mix, mixed_tables, on_common_nodes
 from hcss_payload.ray_geometry import GROUND, FrameGeometry
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.over_views import VALUES_AT_ONCE, Thickness, ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 from hcss_twin.plan.views import ViewAxis
-from hcss_twin.plan.windows import Window, length
+from hcss_twin.plan.windows import Window, length, points_of
 
 LOST = 1e-5
 """Largest relative error of the polynomials of a frame, relative to those of the pass."""
@@ -47,9 +50,16 @@ class FrameViews:
 
     def weights(self, x: Array, y: Array) -> Array:
         """Return the weights (N, n) of the nodes at positions x and y (n,) of the pass."""
+        return self.weights_at(*self.within(x, y))
+
+    def within(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return positions in the frame's rectangle, -1 to 1, of those of the pass."""
         (at_x, at_y), (half_x, half_y) = self.middle, self.half
-        across = quadrature.weights(self.orders[0], (x - at_x) / half_x)
-        up = quadrature.weights(self.orders[1], (y - at_y) / half_y)
+        return (x - at_x) / half_x, (y - at_y) / half_y
+
+    def weights_at(self, x: Array, y: Array) -> Array:
+        """Return the weights (N, n) of the nodes at positions x and y (n,) in the frame's rectangle."""
+        across, up = quadrature.weights(self.orders[0], x), quadrature.weights(self.orders[1], y)
         product: Array = (up[:, :, None] * across[:, None, :]).reshape(x.size, -1).T
         return product
 
@@ -58,12 +68,7 @@ class FrameViews:
         if self.of_pass is None:
             return list(of_pass)
         tables = [each.table for each in of_pass]
-        # Between the nodes of all of them every table is linear.
-        nodes = tuple(_union([table.nodes_m[layer] for table in tables]) for layer in range(len(tables[0].nodes_m)))
-        alone = [
-            np.stack([_at(nodes[layer], table.nodes_m[layer], table.alone[layer]) for table in tables])
-            for layer in range(len(nodes))
-        ]
+        nodes, alone = on_common_nodes(tables)
         clear = np.stack([table.clear for table in tables])
         made: list[LookUp] = []
         for weight in self.of_pass:
@@ -119,6 +124,7 @@ class RayLookUp(ViewedLookUp):
         self, views: FrameViews, look_ups: Sequence[LookUp], directions: Directions, geometry: FrameGeometry
     ) -> None:
         self._views, self._look_ups = views, views.look_ups(look_ups)
+        self._mixed = mixed_tables([each.table for each in self._look_ups], views.orders, LOST)
         self._directions, self._geometry = directions, geometry
         self._rows, self._columns = slice(0, geometry.camera.rows), slice(0, geometry.camera.columns)
 
@@ -128,21 +134,60 @@ class RayLookUp(ViewedLookUp):
         part._rows, part._columns = extent
         return part
 
+    def fill(
+        self,
+        radiance: NDArray[np.float32],
+        thickness_m: Sequence[Thickness],
+        samples: int = 1,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Write the radiance of a window of the image like :meth:`LookUp.fill`; without layers, of the whole image."""
+        if self._mixed is None:
+            super().fill(radiance, thickness_m, samples, corner)
+            return
+        (rows, columns), channels = self._shape, self._mixed.look_up.table.clear.size
+        if thickness_m:
+            rows, columns = (size // samples for size in thickness_m[0].shape)
+        else:
+            corner = (0, 0)
+        step = max(1, VALUES_AT_ONCE // (channels * columns))
+        part = np.empty((channels, min(step, rows), columns), dtype=np.float32)
+        x = slice(corner[1], corner[1] + columns)
+        for first in range(0, rows, step):
+            strip = slice(first, min(first + step, rows))
+            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
+            own = part[:, : length(strip)]
+            self._mixed.look_up.fill(own, [each[points_of(strip, samples)] for each in thickness_m], samples)
+            at = self._positions(y, x)
+            mix(*at, *self._mixed.nodes, self._mixed.weights, own, radiance[:, y, x])
+
     @property
     def _shape(self) -> tuple[int, int]:
         return length(self._rows), length(self._columns)
 
     def _weights(self, y: slice, x: slice) -> Iterator[Array]:
+        across, up = self._positions(y, x)
+        of_pixels = self._views.weights_at(across.ravel(), up.ravel())
+        yield from of_pixels.reshape(-1, length(y), length(x))
+
+    def _positions(self, y: slice, x: slice) -> tuple[Array, Array]:
+        """Return the positions x and y (y, x) of pixels between the nodes, -1 to 1."""
         rows, columns = (
             slice(each.start + whole.start, each.stop + whole.start)
             for each, whole in ((y, self._rows), (x, self._columns))
         )
-        of_pixels = pixel_weights(self._views, self._directions, self._geometry, (rows, columns))
-        yield from of_pixels.reshape(-1, length(y), length(x))
+        return _pixel_positions(self._views, self._directions, self._geometry, (rows, columns))
 
 
 def pixel_weights(views: FrameViews, directions: Directions, geometry: FrameGeometry, window: Window) -> Array:
     """Return the weights (N, pixels) of the nodes for the pixels of a window; those of the middle off the ground."""
+    x, y = _pixel_positions(views, directions, geometry, window)
+    return views.weights_at(x.ravel(), y.ravel())
+
+
+def _pixel_positions(
+    views: FrameViews, directions: Directions, geometry: FrameGeometry, window: Window
+) -> tuple[Array, Array]:
     rays = geometry.window(*window)
     ground = rays.kind == GROUND
     x, y = (
@@ -152,21 +197,4 @@ def pixel_weights(views: FrameViews, directions: Directions, geometry: FrameGeom
         )
     )
     require_inside(x, y)
-    return views.weights(x.ravel(), y.ravel())
-
-
-def _union(nodes: Sequence[Array]) -> Array:
-    first = nodes[0]
-    if all(each.size == first.size and np.array_equal(each, first) for each in nodes):
-        return first
-    return np.unique(np.concatenate(nodes))
-
-
-def _at(nodes: Array, own: Array, values: Array) -> Array:
-    """Return values (N, C), linear between their own nodes, at others."""
-    if nodes is own or nodes.size == 0:
-        return values
-    place = np.clip(np.searchsorted(own, nodes, side="right") - 1, 0, own.size - 2)
-    share = np.clip((nodes - own[place]) / (own[place + 1] - own[place]), 0.0, 1.0)
-    result: Array = values[place] + share[:, None] * (values[place + 1] - values[place])
-    return result
+    return views.within(x, y)

@@ -16,10 +16,6 @@ WIDE = TILE + BORDER
 VALUE_STEP = np.float32(2e-4)
 """Step of the field in a tile of 16 bits, which ends 6.55 standard deviations from 0."""
 
-
-_TOUCHED = 2
-"""Pixels of a row for which memory is loaded in advance: each so many."""
-
 CHUNK_PIXELS = 512
 """Neighbouring pixels that are computed together; a multiple of any step of the mesh."""
 
@@ -187,27 +183,30 @@ def _place_points(
 
 
 @inner(error_model="numpy")
-def _touch(pool: Any, places: Any) -> Any:
-    """Load the memory of a row: nothing waits for these loads, so that many are under way at once."""
-    seen, line = np.int32(0), np.uint32(WIDE)
-    for x in range(0, places.size, _TOUCHED):
-        seen ^= pool[places[x]] ^ pool[places[x] + line]
-    return seen
+def _gather_points(pool: Any, places: Any, around: Any) -> None:
+    """Write the four points (4, X) of the pool around each pixel of a row: at its place, beside, below and across.
+
+    Nothing waits for these loads, so that many are under way at once; arithmetic between them would take twice as long.
+    """
+    one, line, both = np.uint32(1), np.uint32(WIDE), np.uint32(WIDE + 1)
+    beside, below, across = around[1], around[2], around[3]
+    here = around[0]
+    for x in range(places.size):
+        k = places[x]
+        here[x], beside[x], below[x], across[x] = pool[k], pool[k + one], pool[k + line], pool[k + both]
 
 
 @inner(error_model="numpy")
-def _look_up_points(pool: Any, places: Any, across: Any, down: Any, later: Any, field: Any) -> None:
-    """Write the field, in steps, between four points of the pool for each pixel of a row.
+def _look_up_points(around: Any, across: Any, down: Any, later: Any, field: Any) -> None:
+    """Write the field, in steps, between the four points of each pixel of a row.
 
-    ``places`` are those of the upper left points; a number of the pool holds both keyframes, the first in its lower
-    half.
+    A number of the pool holds both keyframes, the first in its lower half.
     """
     f, i = np.float32, np.int32
     low = np.int32(16)
-    one, line, both = np.uint32(1), np.uint32(WIDE), np.uint32(WIDE + 1)
+    here, beside, below, opposite = around[0], around[1], around[2], around[3]
     for x in range(field.size):
-        k = places[x]
-        p, q, r, s = pool[k], pool[k + one], pool[k + line], pool[k + both]
+        p, q, r, s = here[x], beside[x], below[x], opposite[x]
         a, b = f(i(p << low) >> low), f(i(q << low) >> low)
         c, d = f(i(r << low) >> low), f(i(s << low) >> low)
         a += later * (f(p >> low) - a)
@@ -220,18 +219,26 @@ def _look_up_points(pool: Any, places: Any, across: Any, down: Any, later: Any, 
 
 
 @inner(error_model="numpy")
-def _look_up_radiance(
-    field: Any, table: Any, per: Any, middle: Any, most: Any, band: Any, bands: Any, row: Any
-) -> None:
-    """Write the radiance of a band of a row; ``table`` is flat."""
-    f, two, step = np.float32, np.uint32(2 * band), np.uint32(2 * bands)
+def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part: Any, places: Any) -> None:
+    """Write where the values of a row are in a flat table with ``step`` numbers in an interval, and the parts of it."""
+    f = np.float32
     for x in range(field.size):
         at = field[x] * per + middle
         at = at if at > f(0.0) else f(0.0)
         at = at if at < most else most
-        interval = np.uint32(np.int32(at))
-        k = interval * step + two
-        row[x] = table[k] + (at - f(np.int32(interval))) * table[k + np.uint32(1)]
+        interval = np.int32(at)
+        part[x], places[x] = at - f(interval), np.uint32(interval) * step
+
+
+@inner(error_model="numpy")
+def _look_up_radiance(table: Any, places: Any, part: Any, band: Any, start: Any, change: Any, row: Any) -> None:
+    """Write the radiance of a band of a row; ``start`` and ``change`` are overwritten."""
+    first, second = np.uint32(2 * band), np.uint32(2 * band + 1)
+    for x in range(row.size):
+        k = places[x]
+        start[x], change[x] = table[k + first], table[k + second]
+    for x in range(row.size):
+        row[x] = start[x] + part[x] * change[x]
 
 
 @kernel(error_model="numpy")
@@ -246,8 +253,8 @@ def sky_rows(
     table: Any,
     middle: Any,
     radiance: Any,
-) -> Any:
-    """Write the radiance of the rows of a strip of blocks; the number that it returns has no meaning.
+) -> None:
+    """Write the radiance of the rows of a strip of blocks.
 
     Parameters
     ----------
@@ -279,8 +286,8 @@ def sky_rows(
     chunk = CHUNK_PIXELS // step
     places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
     across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
+    around, values = np.empty((4, chunk * step), np.int32), np.empty((2, chunk * step), np.float32)
     corners, of_blocks = np.empty((chunk, 8)), np.empty((chunk, 5), np.int64)
-    seen = np.int32(0)
     for by in range(rows[0], rows[1]):
         for left in range(0, blocks, chunk):
             right = min(left + chunk, blocks)
@@ -292,9 +299,9 @@ def sky_rows(
                 for b in range(right - left):
                     own, block = corners[b], of_blocks[b]
                     _place_points(own, block, part, step, slots, first, b * step, places, across, down)
-                seen ^= _touch(pool, places[:count])
-                _look_up_points(pool, places[:count], across[:count], down[:count], later, field[:count])
+                _gather_points(pool, places[:count], around)
+                _look_up_points(around, across, down, later, field[:count])
+                _place_values(field[:count], per, middle, most, np.uint32(2 * bands), across, places)
                 for c in range(bands):
                     row = radiance[c, y, left * step : left * step + count]
-                    _look_up_radiance(field[:count], table, per, middle, most, c, bands, row)
-    return seen
+                    _look_up_radiance(table, places, across, c, values[0], values[1], row)

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
+from hcss_payload.live.measure import Kernels, measure_rows
 from hcss_twin.models.sensor.blur import Weights
+from hcss_twin.models.sensor.noise import key_of
 from hcss_twin.models.sensor.point_spread import LEAST
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
@@ -78,12 +80,15 @@ class LiveSensor:
         cut = {name: shortened(each, BLUR_LEFT_OUT) for name, each in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
         self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
+        self._seed = plan.scenario.seed
+        self._kernels = [Kernels.of(weights) for weights in sensor.blur.weights.values()]
         self.scene = np.zeros((len(plan.bands), camera.rows, camera.columns), np.float32)
         # Parts of the frame, by band and row, that threads may measure at once.
         ends = range(0, camera.rows, _LINES) if sensor.any_rows else (0,)
         step = _LINES if sensor.any_rows else camera.rows
         self._parts = [(band, first, first + step) for band in range(len(plan.bands)) for first in ends]
         self._results = {name: each for name, each in sensor.arrays(self.scene.shape).items() if name != "radiance"}
+        self._none = np.empty((0, 0), np.int32)
 
     @property
     def has_numbers(self) -> bool:
@@ -100,13 +105,23 @@ class LiveSensor:
         """
         number = round(time_s * TICKS_PER_S)
         results = {**self._results, "radiance": radiance}
+        written = results.get("digital_number")
+        channels = self._sensor.channels
+        keys = [np.uint64(key_of(self._seed, "rows", channel.band.name, number)) for channel in channels]
 
         def part(own: tuple[int, int, int]) -> None:
-            band, first, last = own
-            self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), (first, last))
+            (band, *lines), channel = own, channels[own[0]]
+            kernels, detector = self._kernels[band], channel.detector
+            counts = detector.shot and not detector.deviation  # whole electrons
+            drawn = kernels is not None and not counts and measure_rows(
+                self.scene[band], kernels.down, kernels.across, kernels.reach, *channel.pattern.arrays, detector,
+                keys[band], tuple(lines), radiance[band], self._none if written is None else written[band],
+            )  # fmt: skip
+            if not drawn:
+                self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), tuple(lines))
 
         each(part, self._parts)
-        return results.get("digital_number")
+        return written
 
 
 def shortened(weights: Weights | None, share: float) -> tuple[Weights | None, float]:
