@@ -95,9 +95,10 @@ class ReliefClouds(FractalClouds):
             self._octaves.append((cell_m, separate_octaves(lumps, inputs.grid, inputs.motion, False)))
         self._soft_m = max(SOFT * self._octaves[-1][0], inputs.grid.pixel_size_m)
         # The value of V' at the outline, and how fast that of eqs 5 and 7 grows with thickness, between its quartiles.
-        lowest, rest = ndtri(1.0 - inputs.layer.coverage), math.sqrt(max(1.0 - variance, 0.0))
+        coverage = min(max(inputs.layer.coverage, 1e-4), 1.0 - 1e-4)
+        lowest, rest = ndtri(1.0 - coverage), math.sqrt(max(1.0 - variance, 0.0))
         self._edge = float(lowest + WITHIN * rest) / math.sqrt(variance)
-        self._growth = float(np.diff(ndtri(1.0 - inputs.layer.coverage * np.array([0.75, 0.25])))[0] / (0.5 * thickest))
+        self._growth = float(np.diff(ndtri(1.0 - coverage * np.array([0.75, 0.25])))[0] / (0.5 * thickest))
         self._shape = tuple(body), variance
         self._plane = lru_cache(maxsize=512)(self._new_plane)
 
