@@ -55,11 +55,11 @@ def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
 
 
 def test_clouds_do_not_shade_sunlight_that_the_air_above_them_scatters():
-    """At 2.7-3.0 um it is a quarter of the radiance; gas hides the clouds."""
+    """At 2.7-3.0 um it is a quarter of the radiance; the least of columns falls by 7 % with sides, by 27 % with shade."""
     image = {"rows": 12, "columns": 12, "pixel_size": 200.0}
     both = {"time": DAY, "bands": [[2.7, 3.0]], "clouds": {"type": "cumulus", "coverage": 0.5}, "image": image}
     columns, source = (simulate(scene(light, **both)).radiance.values for light in ("columns", "source"))
-    assert source.min() > 0.93 * columns.min()
+    assert source.min() > 0.85 * columns.min()
 
 
 def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
