@@ -55,7 +55,7 @@ def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
 
 
 def test_clouds_do_not_shade_sunlight_that_the_air_above_them_scatters():
-    """At 2.7-3.0 um it is a quarter of the radiance; the least of columns falls by 7 % with sides, by 27 % with shade."""
+    """At 2.7-3.0 um it is a quarter of the radiance: sides take 7 % of the least one, shade would take 27 %."""
     image = {"rows": 12, "columns": 12, "pixel_size": 200.0}
     both = {"time": DAY, "bands": [[2.7, 3.0]], "clouds": {"type": "cumulus", "coverage": 0.5}, "image": image}
     columns, source = (simulate(scene(light, **both)).radiance.values for light in ("columns", "source"))
