@@ -3,6 +3,7 @@
     python plugins/hcss-light/benchmarks/tiers.py
     python plugins/hcss-light/benchmarks/tiers.py --table grazing.csv --views 60 --types cumulus --cases grazing
     python plugins/hcss-light/benchmarks/tiers.py --table 50m.csv --views 0 60 --pixel-size 50
+    python plugins/hcss-light/benchmarks/tiers.py --table h2o.csv --views 0 60 --bands h2o
 
 Each case is a scene of 96 x 96 pixels of 100 m at 20 N, seen from azimuth 20, coverage .45. Cases that the table
 already has are not computed again; delete it to start afresh.
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 from hcss_light.comparison import compare
@@ -23,11 +25,13 @@ TIMES = {"night": "2024-04-20T23:30:00+10:00", "day": "2024-04-20T14:30:00+10:00
 GRAZING = "2024-04-20T16:00:00+10:00"
 """The sun is at 60 deg, opposite to views from east-southeast."""
 
-BANDS = {"lwir": [10.3, 11.3], "mwir": [3.6, 3.9]}
+BANDS = {"lwir": [10.3, 11.3], "mwir": [3.6, 3.9], "h2o": [2.7, 3.0]}
 COLUMNS = ["type", "view_deg", "sun", "band", "tier", "bias", "rms", "bias_K", "rms_K", "noise"]
 
 
-def scene(kind: str, view: float, sun: str, pixel_m: float = 100.0) -> Scenario:
+def scene(
+    kind: str, view: float, sun: str, pixel_m: float = 100.0, bands: Sequence[str] = ("lwir", "mwir")
+) -> Scenario:
     """Return the scenario of a case."""
     azimuth, time = (97.0, GRAZING) if sun == "grazing" else (20.0, TIMES[sun])
     return Scenario.from_dict(
@@ -38,7 +42,7 @@ def scene(kind: str, view: float, sun: str, pixel_m: float = 100.0) -> Scenario:
             "image": {"rows": 96, "columns": 96, "pixel_size": pixel_m},
             "frames": {"count": 1},
             "accuracy": 0.01,
-            "bands": list(BANDS.values()),
+            "bands": [BANDS[name] for name in bands],
             "clouds": {"type": kind, "coverage": 0.45},
             "output": {"variables": ["radiance"], "certificate": 0},
         }
@@ -52,6 +56,8 @@ def main() -> None:
     options.add_argument("--views", nargs="+", type=float, default=[0.0, 45.0, 60.0, 75.0])
     options.add_argument("--cases", nargs="+", default=list(TIMES), choices=[*TIMES, "grazing"])
     options.add_argument("--pixel-size", type=float, default=100.0)
+    options.add_argument("--bands", nargs="+", default=["lwir", "mwir"], choices=list(BANDS))
+    options.add_argument("--seed", type=int, default=1, help="of the pixels and photons")
     options.add_argument("--pixels", type=int, default=48)
     options.add_argument("--photons", type=int, default=2000)
     options.add_argument("--table", type=Path, default=TABLE)
@@ -67,11 +73,10 @@ def main() -> None:
             for sun in given.cases:
                 if (kind, view, sun) in known:
                     continue
-                found = compare(
-                    scene(kind, view, sun, given.pixel_size), given.pixels, given.photons, 0, 1, ("slant", "source")
-                )
+                own_scene = scene(kind, view, sun, given.pixel_size, given.bands)
+                found = compare(own_scene, given.pixels, given.photons, 0, given.seed, ("slant", "source"))
                 with given.table.open("a", encoding="utf-8") as file:
-                    for name, band in zip(BANDS, found["bands"], strict=True):
+                    for name, band in zip(given.bands, found["bands"], strict=True):
                         for tier in ("columns", "slant", "source"):
                             own = band["errors"][tier]
                             figures = (own["bias"], own["rms"], own["bias_K"], own["rms_K"], band["noise"])

@@ -54,6 +54,14 @@ def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
         np.testing.assert_allclose(share, 1.0, atol=5e-3)
 
 
+def test_clouds_do_not_shade_sunlight_that_the_air_above_them_scatters():
+    """At 2.7-3.0 um it is a quarter of the radiance: sides take 7 % of the least one, shade would take 27 %."""
+    image = {"rows": 12, "columns": 12, "pixel_size": 200.0}
+    both = {"time": DAY, "bands": [[2.7, 3.0]], "clouds": {"type": "cumulus", "coverage": 0.5}, "image": image}
+    columns, source = (simulate(scene(light, **both)).radiance.values for light in ("columns", "source"))
+    assert source.min() > 0.85 * columns.min()
+
+
 def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
     plan = make_plan(scene("columns", view={"zenith": 0.0}))
     tables = tables_of(plan)

@@ -146,6 +146,15 @@ def sky_radiance(inputs: LightInputs, wavenumber: Array, altitude_m: float, zeni
     return result
 
 
+def sunlight_of_air(inputs: LightInputs, sun: Sun | None) -> Array:
+    """Return the sunlight (B,) that the air scatters toward the sensor; where gas absorbs, from above the clouds."""
+    if sun is None:
+        return np.zeros(inputs.weights_cm1.shape[0])
+    scattered = inputs.clear(sun) - inputs.clear(None) - inputs.sea_sun(sun)
+    result: Array = inputs.weights_cm1 @ np.maximum(scattered, 0.0)
+    return result
+
+
 def _grouped(places: NDArray[np.intp], signal: Array, albedo: Array) -> list[NDArray[np.intp]]:
     """Divide wavenumbers into groups of similar albedo and equal signal."""
     total = float(np.sum(signal))

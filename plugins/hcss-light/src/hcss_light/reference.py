@@ -159,6 +159,9 @@ def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> It
     own = np.sum(black * -np.expm1(-depth) * np.exp(-passed), axis=0)
     open_share = np.exp(-np.sum(depth, axis=0))
     clear = inputs.clear(sun)[used]
+    if sun is not None:
+        # Sunlight that the air scatters counts as scattered above the clouds: it matters where gas hides what is below.
+        above = above + np.maximum(clear - inputs.clear(None)[used] - inputs.sea_sun(sun)[used], 0.0)
     seen = through * open_share > OPAQUE
     below = np.where(
         seen, ((clear - above) / np.where(seen, through, 1.0) - own) / np.where(seen, open_share, 1.0), black[0]

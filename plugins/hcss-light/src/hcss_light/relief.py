@@ -2,15 +2,16 @@
 
 Thickness is that of the generator ``fractal``, so that columns keep their optical thickness. Columns of thickness alone
 would stand as needles side by side, because neighbours differ at all scales: seen aslant, their sides are streaks.
-Here the coarse octaves V' of the same field give a smooth body, cloudy where V' exceeds the value whose thickness is
+Here the coarse octaves V' of the same field give a smooth body, cloudy where V' exceeds a threshold that grows with
 the height above the base; V(x, y, z, t) of eqs 2-4 of the HCSS paper, with z as the other axes, gives it lumps.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.special import ndtr, ndtri
 
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.octaves import separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Array, CloudInputs
 
 SMOOTHEST = 20.0
@@ -32,6 +35,16 @@ OCTAVES, FINEST_PIXELS = 4, 1.5
 
 SOFT = 0.25
 """Depth below the surface at which the extinction is full, in cells of the finest octave (at least a pixel)."""
+
+
+LEVELS, SAMPLES = 97, 8192
+"""Heights whose threshold is found, and random columns from which it is."""
+
+HIGHEST = 9.0
+"""Value that no field reaches."""
+
+WITHIN = 1.0
+"""Standard deviations of the fine octaves by which the body stays inside the outline of the clouds."""
 
 
 class ReliefParameters(FractalParameters):
@@ -49,8 +62,9 @@ class ReliefClouds(FractalClouds):
     """The generator ``fractal-relief``; see :class:`hcss_twin.providers.clouds.CloudGeneratorOptions`.
 
     A point lies (V' - threshold of its height) / |gradient| below the surface of the smooth body, to which the lumps
-    are added. The extinction grows over a soft edge, and as the power 2/3 of the height above the base. A column that
-    the body leaves empty is cloudy where it comes nearest to it.
+    are added, and within its outline. Thresholds are such that tops are as high as columns are thick, in the mean over
+    the sky and in their distribution; single tops differ. The extinction grows over a soft edge, and as the power 2/3
+    of the height above the base. A column that the body leaves empty is cloudy up to its thickness at most.
     """
 
     def __init__(self, inputs: CloudInputs, parameters: ReliefParameters) -> None:
@@ -80,6 +94,12 @@ class ReliefClouds(FractalClouds):
             lumps = own.model_copy(update={"L": (own.L[0] * cells, own.L[1] * cells), "k": (0, 0)})
             self._octaves.append((cell_m, separate_octaves(lumps, inputs.grid, inputs.motion, False)))
         self._soft_m = max(SOFT * self._octaves[-1][0], inputs.grid.pixel_size_m)
+        # The value of V' at the outline, and how fast that of eqs 5 and 7 grows with thickness, between its quartiles.
+        coverage = min(max(inputs.layer.coverage, 1e-4), 1.0 - 1e-4)
+        lowest, rest = ndtri(1.0 - coverage), math.sqrt(max(1.0 - variance, 0.0))
+        self._edge = float(lowest + WITHIN * rest) / math.sqrt(variance)
+        self._growth = float(np.diff(ndtri(1.0 - coverage * np.array([0.75, 0.25])))[0] / (0.5 * thickest))
+        self._shape = tuple(body), variance
         self._plane = lru_cache(maxsize=512)(self._new_plane)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -93,6 +113,39 @@ class ReliefClouds(FractalClouds):
         seed = np.random.SeedSequence([self._seed, octave, number + 2**20]).generate_state(1, np.uint64)
         return FractalField(int(seed[0]) >> 1, self._octaves[octave][1])
 
+    @cached_property
+    def _threshold(self) -> Array:
+        """Value (N,) of V' at the surface at even heights, with which tops are as high as columns are thick.
+
+        Lumps above the surface hide those below it: with the value whose thickness is the height, tops of cumulus
+        would be 600 m too high. From the top down, the value is what as many of some random columns reach for the
+        first time as have that thickness.
+        """
+        layer, draw, (body, explained) = self._layer, np.random.default_rng(22), self._shape
+        coarse = ndtri((draw.permutation(SAMPLES) + 0.5) / SAMPLES)
+        field = math.sqrt(explained) * coarse + math.sqrt(max(1.0 - explained, 0.0)) * draw.standard_normal(SAMPLES)
+        exponent = self.parameters.brightness_exponent
+        (thickness,) = field_thickness(field.astype(np.float32)[None], layer, exponent, in_place=True)
+        coarse, thickness = coarse[thickness > 0.0], thickness[thickness > 0.0]
+        # Differences over two pixels, as of windows.
+        steps, share = np.array([[each.y.step, each.x.step] for each in body]), [each.variance for each in body]
+        spread = np.sqrt(2.0 * np.array(share) @ (1.0 - KernelCorrelation.tabulate()(2.0 * steps)))
+        steep = np.hypot(*(spread[:, None] * draw.standard_normal((2, coarse.size)))) / (2.0 * self._grid.pixel_size_m)
+        height = np.linspace(0.0, layer.thickness_max_m, LEVELS)
+        lumps = self._spread_lumps(height, lambda octave, number: draw.standard_normal(coarse.size))
+        slope, result = np.hypot(steep, self._growth), np.empty(LEVELS)
+        value, hidden = np.inf, np.zeros(coarse.size, dtype=bool)
+        for level in range(LEVELS - 1, -1, -1):
+            reached = coarse + slope * lumps[level]
+            within = coarse + slope * np.minimum(lumps[level], 0.0) > self._edge
+            first = np.sort(reached[within & ~hidden])[::-1]
+            wanted = np.count_nonzero(thickness > height[level]) - np.count_nonzero(hidden)
+            if first.size:
+                value = min(value, float(first[int(np.clip(wanted, 0, first.size - 1))]))
+            result[level] = min(value, HIGHEST)
+            hidden |= within & (reached > result[level])
+        return result
+
     def _lumps(self, time_s: float, rows: slice, columns: slice, altitude_m: Array) -> NDArray[np.float32]:
         """Return the height of lumps (Z, y, x), m: V between planes of the lattice with unit variance, as in x and y.
 
@@ -100,19 +153,26 @@ class ReliefClouds(FractalClouds):
         """
         x = self._pixels("columns", columns, self._grid.columns, self._speed_x, time_s)
         y = self._pixels("rows", rows, self._grid.rows, self._speed_y, time_s)
-        result = np.zeros((altitude_m.size, y.count, x.count), dtype=np.float32)
+        return self._spread_lumps(altitude_m, lambda *plane: self._plane(*plane).window(time_s, y, x))
+
+    def _spread_lumps(self, altitude_m: Array, field_of: Callable[[int, int], Any]) -> NDArray[np.float32]:
+        """Return the same from the fields of planes, by octave and number."""
+        result: Any = np.float32(0.0)
         for octave, (cell_m, _) in enumerate(self._octaves):
             place = altitude_m / cell_m + 0.37 * octave
-            own = np.zeros_like(result)
+            levels: list[Any] = [np.float32(0.0)] * place.size
             for plane in range(math.floor(place[0]), math.floor(place[-1]) + 2):
                 away = np.abs(place - plane)
-                near = np.flatnonzero(away < 1.0)
-                if near.size:
-                    field = self._plane(octave, plane).window(time_s, y, x)
-                    own[near] += np.cos(0.5 * math.pi * away[near]).astype(np.float32)[:, None, None] * field
+                field: Any = field_of(octave, plane) if np.any(away < 1.0) else None
+                for level in np.flatnonzero(away < 1.0).tolist():
+                    levels[level] = levels[level] + np.float32(math.cos(0.5 * math.pi * away[level])) * field
+            own = np.stack(levels)
             # The coarsest octave bends the body, the others give it lumps.
-            result += np.float32(self._roughness * cell_m) * (own if octave == 0 else np.abs(own) - np.float32(0.8))
-        return result
+            result = result + np.float32(self._roughness * cell_m) * (
+                own if octave == 0 else np.abs(own) - np.float32(0.8)
+            )
+        lumps: NDArray[np.float32] = result
+        return lumps
 
     def height_shares(
         self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
@@ -128,25 +188,23 @@ class ReliefClouds(FractalClouds):
         body = body[1:-1, 1:-1]
         free = np.maximum(layer.thickness_max_m - thickness_m, 0.0)
         moved = self._relief * free * ndtr(self._plane(0, -1000).window(time_s, y, x)[1:-1, 1:-1]).astype(np.float32)
+        moved = np.minimum(moved, np.float32(0.5) * thickness_m)
         middle = 0.5 * (edges[:-1] + edges[1:])
         height = middle - layer.base_m if layer.anchor == "base" else layer.base_m + layer.thickness_max_m - middle
         above = (height.astype(np.float32)[:, None, None] - moved).clip(0.0)
         below_base = height.astype(np.float32)[:, None, None] < moved
-        # The value of V' whose thickness is the height, and how fast it grows with it.
-        span = max(layer.thickness_max_m - layer.thickness_min_m, 1.0)
-        grid = np.linspace(0.0, 1.0, 513)
-        chance = 1.0 - layer.coverage * (1.0 - grid ** (1.0 / self.parameters.brightness_exponent))
-        threshold = ndtri(np.clip(chance, 1e-6, 1.0 - 1e-4))
-        growth = np.gradient(threshold, grid) / span
-        part = np.clip((above - layer.thickness_min_m) / span, 0.0, 1.0)
-        depth = body - np.interp(part, grid, threshold).astype(np.float32)
-        depth /= np.hypot(steep, np.interp(part, grid, growth).astype(np.float32)) + np.float32(1e-9)
-        depth += self._lumps(time_s, rows, columns, middle)
+        # Lumps that stand out of the outline would be cut along it.
+        slope, lumps = np.hypot(steep, np.float32(self._growth)), self._lumps(time_s, rows, columns, middle)
+        threshold = np.interp(height, np.linspace(0.0, layer.thickness_max_m, LEVELS), self._threshold)
+        depth = (body - threshold.astype(np.float32)[:, None, None]) / slope + lumps
+        np.minimum(depth, (body - np.float32(self._edge)) / slope + np.minimum(lumps, np.float32(0.0)), out=depth)
         depth[below_base] = -1e4
-        # Columns that are left empty.
-        nearest = np.max(depth, axis=0)
-        depth -= np.minimum(nearest - np.float32(self._soft_m), 0.0)
-        shares = np.clip(depth / np.float32(self._soft_m), 0.0, 1.0)
+        # Columns that are left empty are cloudy where the body comes nearest below their own top.
+        low, soft = height[:, None, None] <= np.maximum(thickness_m, np.max(np.diff(edges))), np.float32(self._soft_m)
+        lacking = soft - np.max(np.where(low, depth, np.float32(-1e4)), axis=0)
+        lacking[np.max(depth, axis=0) >= 0.5 * soft] = 0.0
+        depth += np.where(low, lacking.clip(0.0), np.float32(0.0))
+        shares = np.clip(depth / soft, 0.0, 1.0)
         if layer.anchor == "base":
             shares *= (above + np.float32(0.02 * layer.thickness_max_m)) ** np.float32(2.0 / 3.0)
         shares *= np.diff(edges).astype(np.float32)[:, None, None]

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hcss_light.bands import Group, groups_of_bands
+from hcss_light.bands import Group, groups_of_bands, sunlight_of_air
 from hcss_light.kept import KeptSource
 from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import Sea, SeaPaths
@@ -152,7 +152,7 @@ class SourceLight:
         if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
             sun = None
         groups = groups_of_bands(self._inputs, self.slices.middle_m, sun)
-        return InstantLight(self.tier, self._inputs, self.slices, groups, sun)
+        return InstantLight(self.tier, self._inputs, self.slices, groups, sun, sunlight_of_air(self._inputs, sun))
 
 
 class SlantLight(SourceLight):
@@ -166,9 +166,9 @@ class InstantLight:
     """Light at one instant; see :class:`hcss_twin.providers.light.InstantLight`."""
 
     def __init__(
-        self, tier: str, inputs: LightInputs, slices: Slices, groups: list[list[Group]], sun: Sun | None
+        self, tier: str, inputs: LightInputs, slices: Slices, groups: list[list[Group]], sun: Sun | None, air: Array
     ) -> None:
-        layer = inputs.layer
+        layer, self._air = inputs.layer, air
         view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
         to_sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
         self._sea = Sea(slices, view, to_sun, inputs.reference_m)
@@ -199,8 +199,9 @@ class InstantLight:
         return [each.over_sea(self._sea, paths, thickness_m.shape) for own in self._lights for each in own]
 
     def uniform(self, amount_m: Array | Field) -> Array:
-        """Return the radiance (B, y, x) of uniform cloud by this tier."""
-        return np.array([np.interp(amount_m, self._nodes_m, each) for each in self._uniform])
+        """Return the radiance (B, y, x) of uniform cloud by this tier, and of the air."""
+        own = [np.interp(amount_m, self._nodes_m, each) for each in self._uniform]
+        return np.array([each + air for each, air in zip(own, self._air, strict=True)])
 
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
@@ -242,7 +243,8 @@ class InstantLight:
             sunlight = uniform - dark
             lit = sunlight > FAINT * uniform
             share[band] = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
-            change[band] = total - share[band] * uniform
+            # Sunlight that the air scatters is part of the tables, and is not shaded.
+            change[band] = total - share[band] * uniform + (1.0 - share[band]) * self._air[band]
         return amount, share, change
 
 
