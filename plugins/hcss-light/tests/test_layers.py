@@ -22,8 +22,8 @@ WATER, ICE = Particles(0.03, 0.8, np.array([1.0, 0.85])), Particles(0.002, 0.6, 
 LOWER, UPPER = Slices(100.0, 700.0, 20, "base", 100.0), Slices(1500.0, 2500.0, 16, "top", 100.0)
 
 
-def stack(view=Direction(0.0, 0.0)):
-    return Stack((LOWER, UPPER), (100.0, 2500.0), view)
+def stack(view=None):
+    return Stack((LOWER, UPPER), (100.0, 2500.0), view or Direction(0.0, 0.0))
 
 
 def densities(rows=12, columns=10):

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_light.bands import sky_radiance
 from hcss_light.monte_carlo import Sunlight, radiance
@@ -86,7 +87,7 @@ def reference_radiance(
     inputs: LightInputs,
     slices: Slices,
     thickness_m: Field,
-    points: Array,
+    points: Array | NDArray[np.intp],
     sun: Sun | None,
     photons: int,
     seed: int = 0,
@@ -115,7 +116,7 @@ def reference_radiance(
 def radiance_of_layers(
     inputs: LightInputs,
     layers: Sequence[tuple[Slices, Field]],
-    points: Array,
+    points: Array | NDArray[np.intp],
     sun: Sun | None,
     photons: int,
     seed: int = 0,
@@ -234,7 +235,7 @@ def _downward(cosine: Array, depth: Array, black: Array, sky: float) -> Array:
 
 
 def _of_wavenumber(
-    inputs: LightInputs, edges_m: Array, densities: Sequence[tuple[slice, Array]], air: Air, points: Array,
+    inputs: LightInputs, edges_m: Array, densities: Sequence[tuple[slice, Array]], air: Air, points: Array | NDArray[np.intp],
     sun: Sun | None, photons: int, seed: int,
 ) -> tuple[Array, Array]:  # fmt: skip
     view, count = inputs.view, edges_m.size - 1

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_light.photons import PILOT, highest_sun, photons_of
 from hcss_light.reference import levels_of, radiance_of_layers
@@ -72,7 +73,7 @@ class StackedPhotons:
         self._inputs, self._sun, self._photons = inputs, sun, photons
 
     def radiance(
-        self, thickness_m: Field, shares: Sequence[Field | None] | None, points: Array, seed: int
+        self, thickness_m: Field, shares: Sequence[Field | None] | None, points: NDArray[np.intp], seed: int
     ) -> tuple[Array, Array]:
         """Return the radiance (N, B) of points among clouds (L, y, x), and its standard error."""
         given = zip(self._layers, thickness_m, shares or [None] * len(thickness_m), strict=True)

@@ -73,6 +73,7 @@ class StackedSea:
             march(depth, nothing, mirrored, 1.0, 1.0, across, shifts[::-1] / self._step, 0.0, seen)
             if self._step == 1:
                 return result + seen
-            rows, columns = (between(count, size) for count, size in zip(seen.shape, shape, strict=True))
+            count = seen.shape
+            rows, columns = between(count[0], shape[0]), between(count[1], shape[1])
             result += rows @ seen @ columns.T
         return result
