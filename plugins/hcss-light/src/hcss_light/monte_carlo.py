@@ -104,7 +104,16 @@ def radiance(
     assert voxels.kind is not None
     if len(tables) <= np.max(voxels.kind) or len({each.cosine.size for each in tables}) > 1:
         raise LightError(f"scattering: {len(tables)} tables; allowed: one for each kind, all of the same size")
-    air = voxels.extinction, voxels.gas, voxels.source, voxels.edges_m, voxels.moved_m, *voxels.size_m, voxels.albedo
+    air = (
+        voxels.extinction,
+        voxels.per,
+        voxels.gas,
+        voxels.source,
+        voxels.edges_m,
+        voxels.moved_m,
+        *voxels.size_m,
+        voxels.albedo,
+    )
     borders = voxels.surface_albedo, voxels.surface_source, voxels.sky_source
     of_kinds = zip(*((own.cosine, own.phase, own.cumulative) for own in tables), strict=True)
     angles = voxels.kind, *(np.stack(each) for each in of_kinds)
@@ -125,8 +134,9 @@ def _direction(name: str, zenith_deg: float, azimuth_deg: float) -> Array:
 
 @inner()
 def _cross(
-    at: Any, along: Any, depth: float, extinction: Any, gas: Any, edges: Any, moved: Any, side_x: float, side_y: float
-) -> Any:
+    at: Any, along: Any, depth: float, extinction: Any, per: Any, gas: Any, edges: Any, moved: Any, side_x: float,
+    side_y: float,
+) -> Any:  # fmt: skip
     """Move ``at``, counted from the columns of its level, until an optical thickness is reached or the layer ends.
 
     Returns which of both, the level, its extinction by particles, and the optical thickness on the way.
@@ -152,7 +162,7 @@ def _cross(
         elif along[2] < 0.0:
             to_z = (edges[k] - at[2]) / along[2]
         step = max(min(to_x, to_y, to_z), 0.0)
-        own = extinction[i % count_x, j % count_y, k]
+        own = extinction[i % count_x, j % count_y, k] * per[k]
         total = own + gas[k]
         if passed + total * step >= depth:
             for axis in range(3):
@@ -213,12 +223,13 @@ def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
 
 @kernel()
 def _trace_all(
-    mean: Any, error: Any, starts: Any, extinction: Any, gas: Any, source: Any, edges: Any, moved: Any, side_x: float,
-    side_y: float, albedo: Any, surface_albedo: float, surface_source: float, sky_source: float, slopes: float,
-    index: float, strengthened: float, kind: Any, cosine: Any, phase: Any, cumulative: Any, toward: Any,
-    by_lambert: bool, to_sun: Any, irradiance: float, photons: int, draw: Any,
+    mean: Any, error: Any, starts: Any, extinction: Any, per: Any, gas: Any, source: Any, edges: Any, moved: Any,
+    side_x: float, side_y: float, albedo: Any, surface_albedo: float, surface_source: float, sky_source: float,
+    slopes: float, index: float, strengthened: float, kind: Any, cosine: Any, phase: Any, cumulative: Any,
+    toward: Any, by_lambert: bool, to_sun: Any, irradiance: float, photons: int, draw: Any,
 ) -> None:  # fmt: skip
     at, along, shadow = np.empty(3), np.empty(3), np.empty(3)
+    air = extinction, per, gas, edges, moved, side_x, side_y
     for n in range(mean.size):
         total = squares = 0.0
         for _ in range(photons):
@@ -232,7 +243,7 @@ def _trace_all(
                 along[:] = -toward
             while True:
                 depth = -np.log(1.0 - draw.random())
-                event, k, own, _ = _cross(at, along, depth, extinction, gas, edges, moved, side_x, side_y)
+                event, k, own, _ = _cross(at, along, depth, *air)
                 if event == _TOP:
                     seen += weight * sky_source
                     break
@@ -240,7 +251,7 @@ def _trace_all(
                     if irradiance > 0.0:
                         sunlit = weight * strengthened * irradiance * glint(-along, to_sun, slopes, index)
                         shadow[:] = at
-                        _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, moved, side_x, side_y)
+                        _, _, _, depth = _cross(shadow, to_sun, np.inf, *air)
                         seen += sunlit * np.exp(-depth)
                     area, reflected = mirror(along, slopes, index, draw)
                     if along[2] <= 1e-6:
@@ -263,7 +274,7 @@ def _trace_all(
                     break
                 if irradiance > 0.0 and strength > 0.0:
                     shadow[:] = at
-                    _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, moved, side_x, side_y)
+                    _, _, _, depth = _cross(shadow, to_sun, np.inf, *air)
                     seen += weight * strength * irradiance * np.exp(-depth)
                 if weight < _FAINT:
                     if draw.random() >= _SURVIVAL:

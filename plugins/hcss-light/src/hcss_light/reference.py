@@ -122,19 +122,21 @@ def radiance_of_layers(
     seed: int = 0,
 ) -> tuple[Array, Array]:
     """Return the same among the clouds of one layer or more: levels, and densities (Z, y, x) on them, of each."""
-    edges_m, densities = _edges([each for each, _ in layers]), []
-    for slices, density in layers:
+    edges_m = _edges([each for each, _ in layers])
+    density, parts = np.zeros((*layers[0][1].shape[1:], edges_m.size - 1)), []
+    for slices, own in layers:
         first = int(np.searchsorted(edges_m, slices.base_m))
-        densities.append((slice(first, first + slices.count), np.moveaxis(density, 0, 2).astype(np.float64)))
+        parts.append(slice(first, first + slices.count))
+        density[:, :, parts[-1]] = np.moveaxis(own, 0, 2)
     bands = inputs.weights_cm1.shape[0]
     result = np.zeros((2, len(points), bands))
     for band in range(bands):
         airs = list(_airs(inputs, edges_m, sun, band))
         total = sum(each.signal for each in airs)
         for number, air in enumerate(airs):
-            own = max(round(photons * air.signal / total), LEAST_PHOTONS)
+            photons_of = max(round(photons * air.signal / total), LEAST_PHOTONS)
             draws = seed + 1000 * band + number
-            mean, error = _of_wavenumber(inputs, edges_m, densities, air, points, sun, own, draws)
+            mean, error = _of_wavenumber(inputs, edges_m, density, parts, air, points, sun, photons_of, draws)
             result[0, :, band] += air.weight * (air.through * mean + air.above)
             result[1, :, band] += (air.weight * air.through * error) ** 2
     return result[0], np.sqrt(result[1])
@@ -235,23 +237,20 @@ def _downward(cosine: Array, depth: Array, black: Array, sky: float) -> Array:
 
 
 def _of_wavenumber(
-    inputs: LightInputs, edges_m: Array, densities: Sequence[tuple[slice, Array]], air: Air, points: Array | NDArray[np.intp],
-    sun: Sun | None, photons: int, seed: int,
+    inputs: LightInputs, edges_m: Array, density: Array, parts: Sequence[slice], air: Air,
+    points: Array | NDArray[np.intp], sun: Sun | None, photons: int, seed: int,
 ) -> tuple[Array, Array]:  # fmt: skip
     view, count = inputs.view, edges_m.size - 1
     up = Direction(view.zenith_deg, view.azimuth_deg).vector
     slope = up[:2] / up[2]
-    extinction = np.zeros((*densities[0][1].shape[:2], count))
-    albedo, kind, moved = np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros((count, 2))
-    for number, (own, particles, (part, density)) in enumerate(
-        zip(inputs.stack, air.particles, densities, strict=True)
-    ):
-        extinction[:, :, part] = density * particles.extinction_m1
-        albedo[part], kind[part] = particles.albedo, number
+    per, albedo = np.zeros((2, count))
+    kind, moved = np.zeros(count, dtype=np.int64), np.zeros((count, 2))
+    for number, (own, particles, part) in enumerate(zip(inputs.stack, air.particles, parts, strict=True)):
+        per[part], albedo[part], kind[part] = particles.extinction_m1, particles.albedo, number
         # Lines of sight meet the columns of each layer at its own altitude; those of the lowest stand where they are.
         moved[part.start :] = (own.reference_m - inputs.reference_m) * slope
     voxels = Voxels(
-        extinction,
+        density,
         edges_m,
         (inputs.point_m, inputs.point_m),
         albedo,
@@ -261,6 +260,7 @@ def _of_wavenumber(
         sky_source=air.sky,
         kind=kind,
         moved_m=moved,
+        per=per,
     )
     lit = sun is not None and air.sunlight > 0.0
     away = (float(edges_m[-1]) - inputs.stack[-1].reference_m) * slope

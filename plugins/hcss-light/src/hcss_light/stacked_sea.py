@@ -73,7 +73,6 @@ class StackedSea:
             march(depth, nothing, mirrored, 1.0, 1.0, across, shifts[::-1] / self._step, 0.0, seen)
             if self._step == 1:
                 return result + seen
-            count = seen.shape
-            rows, columns = between(count[0], shape[0]), between(count[1], shape[1])
+            rows, columns = between(depth.shape[1], shape[0]), between(depth.shape[2], shape[1])
             result += rows @ seen @ columns.T
         return result

@@ -41,6 +41,8 @@ class Voxels:
         Number of the particles of each level among the phase functions; 0 by default.
     moved_m : array_like (Z, 2), optional
         Displacement of the columns of each level along x and y from those of their number; none by default.
+    per : array_like (Z,), optional
+        By what the extinction of each level is multiplied; 1 by default. Wavenumbers then share their voxels.
     """
 
     extinction: Array
@@ -54,6 +56,7 @@ class Voxels:
     sky_source: float = 0.0
     kind: NDArray[np.int64] | None = None
     moved_m: Array | None = None
+    per: Array | None = None
 
     def __post_init__(self) -> None:
         extinction = _array("extinction", self.extinction, 3)
@@ -73,8 +76,11 @@ class Voxels:
         object.__setattr__(self, "albedo", np.array(np.broadcast_to(self.albedo, levels), dtype=np.float64))
         kind = np.zeros(levels, dtype=np.int64) if self.kind is None else np.asarray(self.kind, dtype=np.int64)
         moved = np.zeros((levels, 2)) if self.moved_m is None else _array("moved_m", self.moved_m, 2, -np.inf)
-        if kind.shape != (levels,) or np.any(kind < 0) or moved.shape != (levels, 2):
-            raise LightError(f"kind, moved_m: shapes {kind.shape}, {moved.shape}; allowed: ({levels},), ({levels}, 2)")
+        per = np.ones(levels) if self.per is None else _array("per", self.per, 1)
+        if kind.shape != (levels,) or np.any(kind < 0) or moved.shape != (levels, 2) or per.shape != (levels,):
+            shapes = f"{kind.shape}, {moved.shape}, {per.shape}"
+            raise LightError(f"kind, moved_m, per: shapes {shapes}; allowed: ({levels},), ({levels}, 2), ({levels},)")
+        object.__setattr__(self, "per", per)
         object.__setattr__(self, "kind", kind)
         object.__setattr__(self, "moved_m", moved)
         for name in ("surface_source", "sky_source"):
@@ -143,6 +149,7 @@ def _array(name: str, value: ArrayLike, dimensions: int, least: float = 0.0) -> 
     array = np.ascontiguousarray(value, dtype=np.float64)
     if array.ndim != dimensions or array.size == 0:
         raise LightError(f"{name}: {array.ndim} dimensions, shape {array.shape}; allowed: {dimensions}")
-    if not (np.all(np.isfinite(array)) and np.all(array >= least)):
+    # Not a number compares as false.
+    if not (array.min() >= least and array.max() < np.inf):
         raise LightError(f"{name}: {array.min()} to {array.max()}; allowed: finite, from {least:g} on")
     return array
