@@ -182,6 +182,7 @@ def successive_orders(
     mean = np.empty((DIRECTIONS, cloudy), dtype=np.float32)
     lit, voxel = sunlight.shape[0] > 0, 0
     for s in range(count):
+        own_sun = of_sun[kind[s]]
         for y in range(rows):
             for x in range(columns):
                 own = density[s, y, x]
@@ -196,7 +197,7 @@ def successive_orders(
                 fixed[voxel] = sunlight[s, y, x] if lit else 0.0
                 number[s, y, x] = voxel
                 for d in range(DIRECTIONS):
-                    source[d, voxel] = of_sun[kind[s], d] * fixed[voxel]
+                    source[d, voxel] = own_sun[d] * fixed[voxel]
                     if start.shape[1] > 0:
                         source[d, voxel] += emission[s] + start[d, started[s // high, y // wide, x // wide]]
                     else:
@@ -232,22 +233,29 @@ def successive_orders(
                             excess = along[at] - ours[n]
                             along[at] = ours[n] + excess * through[n]
                             light[n] = ours[n] + excess * within[n]
-        for k in range(coupled.shape[0]):
-            mix(mean, coupled[k], turn, first_of_kind[k], first_of_kind[k + 1], source)
+        mix_kinds(mean, coupled, turn, first_of_kind, source)
         if order < displaced.shape[0] - 1:
             for s in range(count):
-                low, end = first_of_row[s, 0], first_of_row[s, rows]
+                low, end, own_sun = first_of_row[s, 0], first_of_row[s, rows], of_sun[kind[s]]
                 for d in range(DIRECTIONS):
                     ours, sun = source[d, low:end], fixed[low:end]
                     for n in range(sun.size):
-                        ours[n] += np.float32(emission[s]) + np.float32(of_sun[kind[s], d]) * sun[n]
+                        ours[n] += np.float32(emission[s]) + np.float32(own_sun[d]) * sun[n]
     result = np.zeros((count, rows, columns), dtype=np.float32)
     for s in range(count):
+        shares = toward[kind[s]]
         for y in range(rows):
             for voxel in range(first_of_row[s, y], first_of_row[s, y + 1]):
                 for d in range(DIRECTIONS):
-                    result[s, y, place[voxel]] += toward[kind[s], d] * mean[d, voxel]
+                    result[s, y, place[voxel]] += shares[d] * mean[d, voxel]
     return result, source, number
+
+
+@kernel()
+def mix_kinds(light: Any, coupled: Any, turn: Any, first: Any, scattered: Any) -> None:
+    """Write the light (D, N) that all voxels scatter; those of each kind of particles follow each other."""
+    for k in range(coupled.shape[0]):
+        mix(light, coupled[k], turn, first[k], first[k + 1], scattered)
 
 
 @kernel()
