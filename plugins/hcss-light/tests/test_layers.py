@@ -170,3 +170,9 @@ def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_t
 def test_lights_that_know_one_layer_are_refused_by_name():
     with pytest.raises(ScenarioError, match=r"radiance.light.*'slant' computes one layer.*'source'"):
         make_plan(scene("slant"))
+
+
+def test_monte_carlo_as_a_tier_knows_both_layers():
+    image = {"rows": 4, "columns": 4, "pixel_size": 1000.0}
+    reference, source = (simulate(scene(light, image=image)).radiance.values for light in ("reference", "source"))
+    assert np.mean(reference) == pytest.approx(np.mean(source), rel=0.01)
