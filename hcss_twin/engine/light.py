@@ -34,10 +34,10 @@ class LightStage:
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         assert plan.light is not None
         self._plan, self._name = plan, plan.light.name
-        self._transport: LightTransport = plan.light.transport(light_inputs(plan, tables.spectrum.nodes))
-        samples, (layer,) = plan.samples_per_pixel, plan.layers
+        inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
+        self._transport: LightTransport = plan.light.transport(inputs)
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
-        self._pixels, self._layer = pixels, layer
+        self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
         self._instant: tuple[float, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
@@ -73,13 +73,14 @@ class LightStage:
         """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
         samples, (amount, share, change) = self._plan.samples_per_pixel, square
         inner, outer = [], []
-        for start, points, wanted, where in zip(first, amount.shape, window, place, strict=True):
+        for start, points, wanted, where in zip(first, amount.shape[-2:], window, place, strict=True):
             low, high = max(start, wanted.start), min(start + points // samples, wanted.stop)
             inner.append(slice((low - start) * samples, (high - start) * samples))
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
         if not isinstance(look_up, LookUp):
             look_up = look_up.of_points((outer[0], outer[1]), samples)
-        values = self._looked_up(look_up, amount[*inner], bands)
+        rows, columns = inner
+        values = self._looked_up(look_up, amount[..., rows, columns], bands)
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
         return outer, [own if samples == 1 else pixel_sums(own, samples) / samples**2 for own in values]
 
@@ -91,7 +92,7 @@ class LightStage:
             slice(start - before, start + side + after)
             for start, (before, after) in zip(first, self._reach, strict=True)
         ]
-        (thickness,) = clouds.thickness_m((wide[0], wide[1]))
+        thickness = clouds.thickness_m((wide[0], wide[1]))[self._number]
         amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
         shape = tuple(length(each) * samples for each in wide)
         bands = (len(self._plan.bands),)
@@ -106,8 +107,10 @@ class LightStage:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""
         least, most = self._layer.thickness_min_m, self._layer.thickness_max_m
         cloudy, clear = (np.empty((channels, *amount_m.shape), dtype=np.float32) for _ in range(2))
-        look_up.fill(cloudy, [np.clip(amount_m, least, most).astype(np.float32)])
-        look_up.fill(clear, [np.zeros(amount_m.shape, dtype=np.float32)])
+        none = [np.zeros(amount_m.shape, dtype=np.float32)] * len(self._plan.layers)
+        some = [*none[: self._number], np.clip(amount_m, least, most).astype(np.float32), *none[self._number + 1 :]]
+        look_up.fill(cloudy, some)
+        look_up.fill(clear, none)
         share = np.minimum(amount_m / least, 1.0)
         values: Array = share * cloudy + (1.0 - share) * clear
         return values

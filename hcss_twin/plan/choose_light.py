@@ -26,6 +26,9 @@ from hcss_twin.providers.light import LightInputs, LightTransport
 GROUP = "hcss_twin.light"
 """Entry point group of classes of light transport; the name of an entry point is the value of ``radiance.light``."""
 
+GROUP_OF_LAYERS = "hcss_twin.light_of_layers"
+"""The same for scenes with several layers of cloud."""
+
 AUTO, COLUMNS, _FIELD = "auto", "columns", "radiance.light"
 
 
@@ -38,7 +41,11 @@ def with_light(plan: Plan) -> Plan:
         If no installed package has it, it cannot compute the scene, or none is as accurate as the scene requires.
     """
     section, name = plan.scenario.radiance, plan.scenario.radiance.light
-    offered = {each.name: (origin, each) for origin, each in installed(GROUP) if not isinstance(each, BaseException)}
+    several = len(cloudy_layers(plan)) > 1
+    of_one, offered = (
+        {each.name: (origin, each) for origin, each in installed(group) if not isinstance(each, BaseException)}
+        for group in (GROUP, GROUP_OF_LAYERS if several else GROUP)
+    )
     unsupported, cloudy = list(_unsupported(plan)), plan.needs_radiance and plan.assembly.has_cloud
     errors: dict[str, float] = {}
     if name == AUTO:
@@ -53,6 +60,10 @@ def with_light(plan: Plan) -> Plan:
         within = [f"independent columns are within radiance.light_accuracy: {_percent(errors)}"]
         notes = within if errors else _notes_of_columns(plan, section.light_accuracy)
         return replace(plan, notes=(*plan.notes, *notes))
+    if name in of_one and name not in offered:
+        choice = "".join(f"'{each}', " for each in offered)
+        message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
+        raise ScenarioError([Problem(_FIELD, message)])
     if name not in offered:
         hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
         message = f"'{name}' is not installed{hint}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
@@ -144,9 +155,16 @@ def _notes_of_columns(plan: Plan, allowed: float | None) -> Iterator[str]:
         yield f"radiance.light_accuracy: the error of independent columns is larger: {_percent(beyond)}; {needs}"
 
 
-def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
-    """Return the inputs of a light transport for a scene with one cloud layer."""
-    assembly, (layer,) = plan.assembly, plan.layers
+def cloudy_layers(plan: Plan) -> list[int]:
+    """Return the numbers of the layers that have cloud at some time; the lowest if none has."""
+    return [number for number, cloudy in enumerate(plan.assembly.cloudy_layers) if cloudy] or [0]
+
+
+def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) -> LightInputs:
+    """Return the inputs of a light transport for a layer with cloud, by default the lowest, and for those above it."""
+    assembly, numbers = plan.assembly, cloudy_layers(plan)
+    number = numbers[0] if number is None else number
+    layer, higher = plan.layers[number], [each for each in numbers if each > number]
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
     def clear(sun: Sun | None, names: Collection[str] = assembly.model.terms) -> Array:
@@ -157,7 +175,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         return total
 
     def clouds(rows: slice, columns: slice, edges_m: Array) -> tuple[Any, Any]:
-        generator: Any = assembly.generators[0]
+        generator: Any = assembly.generators[number]
         time_s, shares = float(plan.frame_times_s[0]), getattr(generator, "height_shares", None)
         summary = None if generator.declares.tileable else generator.frame_summary(time_s)
         thickness = generator.thickness_around_m(time_s, rows, columns, summary)
@@ -184,6 +202,8 @@ def light_inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
         sea=assembly.sea,
         image=(plan.grid.rows * plan.samples_per_pixel, plan.grid.columns * plan.samples_per_pixel),
         clouds=clouds,
+        number=number,
+        above=light_inputs(plan, nodes, higher[0]) if higher else None,
     )
 
 
@@ -196,10 +216,9 @@ def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
         for each, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
     )
     for present, field, what, allowed in (
-        (len(plan.layers) > 1, "clouds.layers", "more than one cloud layer", "one layer"),
         (plan.imager is not None, _FIELD, "an image that is no grid on the ground", "no camera"),
         (plan.surfaces is not None, "surfaces", "a map of the ground", "sea everywhere"),
-        (plan.tops is not None, "clouds.generator", "cloud with tops of its own", "another generator"),
+        (plan.tops is not None, "clouds.generator", "cloud with tops of its own", "the tops of the layer"),
         (ends, "clouds.generator", "cloud that ends with the image", "a generator that continues it, as 'fractal'"),
         (bool(assembly.elements), "elements", "an element among broken cloud", "no elements"),
         (plan.waves is not None, "sea.waves", "a sea of resolved waves", "'averaged'"),

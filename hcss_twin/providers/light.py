@@ -2,7 +2,8 @@
 
 A package names a class in the entry point group ``hcss_twin.light``; the name of the entry point is the value of
 ``radiance.light`` that selects it. The class is called with :class:`LightInputs` and has the members of
-:class:`LightTransport`.
+:class:`LightTransport`. Scenes with several layers of cloud take the class of the same name in the group
+``hcss_twin.light_of_layers``, which has a ``stage`` of its own.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class LightInputs:
     Attributes
     ----------
     layer : CloudLayer
-        The only layer; columns of cloud extend from its anchor by their thickness.
+        The lowest layer with cloud; columns of cloud extend from its anchor by their thickness.
     shape : {"uniform", "adiabatic"}
         Extinction within a column: the same at all heights, or growing as the power 2/3 of the height above its base.
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
@@ -53,6 +54,10 @@ class LightInputs:
     clouds : callable
         Returns the thickness (y, x) of a window of points in or around the first frame, and the shares (Z, y, x) of
         heights between altitudes (Z + 1,), None if the generator has none.
+    number : int
+        Of the layer among all of the scene, from the lowest on.
+    above : LightInputs, optional
+        The same of the next layer with cloud above it.
     """
 
     layer: CloudLayer
@@ -75,6 +80,13 @@ class LightInputs:
     sea: SeaModel
     image: tuple[int, int]
     clouds: Callable[[slice, slice, Array], tuple[NDArray[np.float32], NDArray[np.float32] | None]]
+    number: int = 0
+    above: LightInputs | None = None
+
+    @property
+    def stack(self) -> tuple[LightInputs, ...]:
+        """Return the inputs of this layer and of all above it."""
+        return (self, *(() if self.above is None else self.above.stack))
 
 
 class InstantLight(Protocol):

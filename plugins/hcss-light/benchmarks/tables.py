@@ -1,4 +1,4 @@
-"""Tables of errors in the README and in docs/how-to/clouds-with-sides.md, from the table that the tiers state.
+"""Tables of errors in the README and in docs/how-to/clouds-with-sides.md, from those of tiers.py and layers.py.
 
 python plugins/hcss-light/benchmarks/tables.py [--check]
 """
@@ -36,6 +36,23 @@ def markdown() -> str:
     return "\n".join(lines)
 
 
+def of_layers() -> str:
+    """Return the table of two layers."""
+    with (PLUGIN / "benchmarks" / "errors-layers.csv").open(encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["band"] == "mwir" or row["sun"] == "night"]
+    cases: dict[tuple[str, float, str, str], dict[str, dict[str, str]]] = {}
+    for row in rows:
+        key = f"{row['lower']} under {row['upper']}", float(row["view_deg"]), row["band"], row["sun"]
+        cases.setdefault(key, {})[row["tier"]] = row
+    lines = ["| layers | view | band | columns | source |", "|---|---|---|---|---|"]
+    for key in sorted(cases, key=lambda key: (*key[:3], key[3] == "day")):
+        layers, view, band, sun = key
+        name = "10.8 um" if band == "lwir" else f"3.75 um, {sun}"
+        cells = " | ".join(_cell(cases[key][tier], sun) for tier in ("columns", "source"))
+        lines.append(f"| {layers} | {view:g} | {name} | {cells} |")
+    return "\n".join(lines)
+
+
 def _cell(row: dict[str, str], sun: str) -> str:
     if sun == "night":
         return f"{float(row['bias_K']):+.2f} / {float(row['rms_K']):.2f} K"
@@ -45,17 +62,20 @@ def _cell(row: dict[str, str], sun: str) -> str:
 
 def main() -> int:
     """Write the tables; with ``--check`` tell pages whose table is another."""
-    table = f"<!-- table -->\n{markdown()}\n<!-- end -->"
+    tables = {"table": markdown(), "layers": of_layers()}
     stale = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        own = re.sub(r"<!-- table -->.*?<!-- end -->", lambda _: table, text, flags=re.DOTALL)
+        own = text
+        for name, table in tables.items():
+            whole = f"<!-- {name} -->\n{table}\n<!-- end -->"
+            own = re.sub(f"<!-- {name} -->.*?<!-- end -->", lambda _, whole=whole: whole, own, flags=re.DOTALL)
         if own != text:
             stale.append(page.name)
             if "--check" not in sys.argv[1:]:
                 page.write_text(own, encoding="utf-8")
     if stale and "--check" in sys.argv[1:]:
-        print(f"other tables than those of errors.csv: {', '.join(stale)}")
+        print(f"other tables than those of the measurements: {', '.join(stale)}")
         return 1
     return 0
 

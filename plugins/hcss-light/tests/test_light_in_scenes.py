@@ -96,7 +96,6 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
     ("changes", "message"),
     [
         ({"output": {"variables": ["radiance", "terms"]}}, "output.variables"),
-        ({"clouds": {"layers": [{"type": "stratocumulus"}, {"type": "cirrus"}]}}, "clouds.layers"),
         ({"image": {"rows": 4, "columns": 4, "pixel_size": 1.0}, "view": {"zenith": 75.0}}, "needs .* slices"),
     ],
 )

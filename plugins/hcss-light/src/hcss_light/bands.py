@@ -7,6 +7,7 @@ nothing; along other directions it draws them toward those of a black body (:mod
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,14 +45,25 @@ class Group:
         Means over the wavenumbers.
     around : Surroundings
         Integrals over the band's share.
+    places : ndarray of int
+        The wavenumbers, by their numbers among all.
     """
 
     particles: Particles
     around: Surroundings
+    places: NDArray[np.intp]
 
 
-def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> list[list[Group]]:
-    """Return the groups of each band, at the altitudes (Z,) of the slices."""
+def groups_of_bands(
+    inputs: LightInputs, altitude_m: Array, sun: Sun | None, divided: Sequence[Sequence[Group]] | None = None
+) -> list[list[Group]]:
+    """Return the groups of each band, at the altitudes (Z,) of the slices.
+
+    Parameters
+    ----------
+    divided : sequence of sequences of Group, optional
+        Groups with the same wavenumbers; by default those with similar clouds.
+    """
     wavenumber, layer = inputs.wavenumber_cm1, inputs.layer
     cloud = inputs.optics.single_scattering(layer.microphysics, wavenumber)
     heights = np.linspace(layer.base_m, layer.top_m, HEIGHTS)
@@ -77,10 +89,15 @@ def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> 
         glint = inputs.sea_sun(sun)
     signal = (black * gas + SUN_SHARE * sunlight)[HEIGHTS // 2]
     result = []
-    for weights in inputs.weights_cm1:
+    for band, weights in enumerate(inputs.weights_cm1):
         own = np.flatnonzero(weights > 0.0)
         groups = []
-        for some in _grouped(own, (weights * signal)[own], cloud.albedo[own]):
+        parts = (
+            _grouped(own, (weights * signal)[own], cloud.albedo[own])
+            if divided is None
+            else [each.places for each in divided[band]]
+        )
+        for some in parts:
             share, extinction = (weights * signal)[some], cloud.extinction_m1[some]
             if not np.any(share > 0.0):
                 share = weights[some]
@@ -104,7 +121,7 @@ def groups_of_bands(inputs: LightInputs, altitude_m: Array, sun: Sun | None) -> 
                 float(np.sum(glint[some] * weights[some])),
                 integral(mirrored),
             )
-            groups.append(Group(particles, around))
+            groups.append(Group(particles, around, some))
         result.append(groups)
     return result
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_light.reference import levels_of, reference_radiance
-from hcss_light.stage import shares_of
+from hcss_light.sampled_clouds import SampledClouds
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario
 from hcss_twin.engine.compile import tables_of
@@ -19,7 +18,7 @@ from hcss_twin.engine.light import LARGEST_SQUARE
 from hcss_twin.engine.stream import FrameClouds, PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.choose_light import light_inputs
+from hcss_twin.plan.choose_light import cloudy_layers, light_inputs
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import ImageViews, views_over_image
@@ -42,7 +41,7 @@ def compare(
     Raises
     ------
     LightError
-        If the scene has not one layer of cloud, several points for each pixel, or no radiance.
+        If the scene has no cloud, several points for each pixel, or no radiance.
     """
     plan = make_plan(scenario)
     if reason := _not_comparable(plan):
@@ -98,9 +97,9 @@ def summary(result: dict[str, Any]) -> dict[str, Any]:
 
 def _not_comparable(plan: Plan) -> str:
     """Return why Monte Carlo cannot compute a plan; empty if it can."""
-    if len(plan.layers) != 1 or not plan.assembly.has_cloud or not plan.needs_radiance:
-        return "scenario: Monte Carlo needs radiance and one layer of cloud; allowed: clouds.layers with one"
-    if not hasattr(plan.assembly.generators[0], "thickness_around_m"):
+    if not plan.assembly.has_cloud or not plan.needs_radiance:
+        return "scenario: Monte Carlo needs radiance and cloud; allowed: clouds.layers with cloud"
+    if not all(hasattr(plan.assembly.generators[each], "thickness_around_m") for each in cloudy_layers(plan)):
         return "clouds.generator: its clouds end with the image; allowed: one that continues them"
     if TOTAL not in {spec.name for spec in plan.variables}:
         return f"output.variables: without '{TOTAL}'; allowed: with it"
@@ -114,10 +113,8 @@ def _compared(
     frame: int, seed: int,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the result of :func:`compare` for pixels at some rows and columns."""
-    from hcss_light.transport import SourceLight
-
     inputs, time_s = light_inputs(plan, tables.spectrum.nodes), float(plan.frame_times_s[frame])
-    transport, views = SourceLight(inputs), views_over_image(plan.assembly)
+    sampled, views = SampledClouds(plan, inputs), views_over_image(plan.assembly)
     sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
     mean, error = np.empty((2, len(places), len(plan.bands)))
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
@@ -125,17 +122,8 @@ def _compared(
         if plan.views is not None and isinstance(views, ImageViews):
             toward = plan.toward(views.of_pixels([row], [column])[0])
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
-            transport = SourceLight(inputs)
-        around = [
-            slice(at - before, at + 1 + after)
-            for at, (before, after) in zip((row, column), transport.sea_reach, strict=True)
-        ]
-        (thickness,) = clouds.thickness_m((around[0], around[1]))
-        shares = shares_of(plan, time_s, (around[0], around[1]), thickness, levels_of(transport.slices).edges_m)
-        inside = np.array([[each[0] for each in transport.sea_reach]])
-        found = reference_radiance(
-            inputs, transport.slices, thickness, inside, sun, photons, seed + 7919 * number, shares
-        )
+            sampled = SampledClouds(plan, inputs)
+        found = sampled.radiance((row, column), time_s, clouds, sun, photons, seed + 7919 * number)
         mean[number], error[number] = (each[0] for each in found)
         for name, maker in makers.items():
             part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))

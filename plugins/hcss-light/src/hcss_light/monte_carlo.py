@@ -11,6 +11,7 @@ Method: A. Marshak and A. Davis (ed.), "3D Radiative Transfer in Cloudy Atmosphe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,7 +52,7 @@ class Sunlight:
 
 def radiance(
     voxels: Voxels,
-    scattering: ScatteringTable,
+    scattering: ScatteringTable | Sequence[ScatteringTable],
     *,
     view_zenith_deg: float | None,
     view_azimuth_deg: float = 0.0,
@@ -66,6 +67,8 @@ def radiance(
 
     Parameters
     ----------
+    scattering : ScatteringTable or sequence of ScatteringTable
+        By the kind of the voxels' levels, all with as many points.
     view_zenith_deg : float or None
         Of the sensor, seen from the clouds. None: random directions by Lambert's law, whose mean times pi is the flux.
     view_azimuth_deg : float
@@ -75,7 +78,7 @@ def radiance(
     columns : ndarray of int (N, 2), optional
         Which columns; all by default.
     displaced_m : (float, float)
-        By how much the areas at the top are displaced along x and y from the columns.
+        By how much the areas at the top are displaced along x and y from the columns of the highest level.
     sea : RoughSea, optional
         Below, instead of the Lambertian surface; it has the same Planck radiance.
 
@@ -97,9 +100,23 @@ def radiance(
     shape = voxels.extinction.shape[:2]
     places = np.stack(np.unravel_index(np.arange(shape[0] * shape[1]), shape), axis=1) if columns is None else columns
     mean, error = np.empty(len(places)), np.empty(len(places))
-    air = voxels.extinction, voxels.gas, voxels.source, voxels.edges_m, *voxels.size_m, voxels.albedo
+    tables = [scattering] if isinstance(scattering, ScatteringTable) else list(scattering)
+    assert voxels.kind is not None
+    if len(tables) <= np.max(voxels.kind) or len({each.cosine.size for each in tables}) > 1:
+        raise LightError(f"scattering: {len(tables)} tables; allowed: one for each kind, all of the same size")
+    air = (
+        voxels.extinction,
+        voxels.per,
+        voxels.gas,
+        voxels.source,
+        voxels.edges_m,
+        voxels.moved_m,
+        *voxels.size_m,
+        voxels.albedo,
+    )
     borders = voxels.surface_albedo, voxels.surface_source, voxels.sky_source
-    angles = scattering.cosine, scattering.phase, scattering.cumulative
+    of_kinds = zip(*((own.cosine, own.phase, own.cumulative) for own in tables), strict=True)
+    angles = voxels.kind, *(np.stack(each) for each in of_kinds)
     light = toward, view_zenith_deg is None, to_sun, float(irradiance)
     waves = (0.0, 2.0, 0.0) if sea is None else (0.5 * sea.mean_square_slope, sea.index, sea.strength)
     starts = (places + np.array(displaced_m) / np.array(voxels.size_m)).astype(np.float64)
@@ -117,9 +134,10 @@ def _direction(name: str, zenith_deg: float, azimuth_deg: float) -> Array:
 
 @inner()
 def _cross(
-    at: Any, along: Any, depth: float, extinction: Any, gas: Any, edges: Any, side_x: float, side_y: float
-) -> Any:
-    """Move ``at`` until an optical thickness is reached or the layer ends.
+    at: Any, along: Any, depth: float, extinction: Any, per: Any, gas: Any, edges: Any, moved: Any, side_x: float,
+    side_y: float,
+) -> Any:  # fmt: skip
+    """Move ``at``, counted from the columns of its level, until an optical thickness is reached or the layer ends.
 
     Returns which of both, the level, its extinction by particles, and the optical thickness on the way.
     """
@@ -144,7 +162,7 @@ def _cross(
         elif along[2] < 0.0:
             to_z = (edges[k] - at[2]) / along[2]
         step = max(min(to_x, to_y, to_z), 0.0)
-        own = extinction[i % count_x, j % count_y, k]
+        own = extinction[i % count_x, j % count_y, k] * per[k]
         total = own + gas[k]
         if passed + total * step >= depth:
             for axis in range(3):
@@ -159,6 +177,11 @@ def _cross(
                 at[2] = edges[0] if k < 0 else edges[levels]
                 return (_SURFACE if k < 0 else _TOP), k, own, passed
             at[2] = edges[k] if along[2] > 0.0 else edges[k + 1]
+            left = k - 1 if along[2] > 0.0 else k + 1
+            if moved[k, 0] != moved[left, 0] or moved[k, 1] != moved[left, 1]:
+                at[0] += moved[left, 0] - moved[k, 0]
+                at[1] += moved[left, 1] - moved[k, 1]
+                i, j = int(np.floor(at[0] / side_x)), int(np.floor(at[1] / side_y))
         elif to_x <= to_y:
             i += 1 if along[0] > 0.0 else -1
             at[0] = i * side_x if along[0] > 0.0 else (i + 1) * side_x
@@ -200,12 +223,13 @@ def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
 
 @kernel()
 def _trace_all(
-    mean: Any, error: Any, starts: Any, extinction: Any, gas: Any, source: Any, edges: Any, side_x: float,
-    side_y: float, albedo: float, surface_albedo: float, surface_source: float, sky_source: float, slopes: float,
-    index: float, strengthened: float, cosine: Any, phase: Any, cumulative: Any, toward: Any, by_lambert: bool,
-    to_sun: Any, irradiance: float, photons: int, draw: Any,
+    mean: Any, error: Any, starts: Any, extinction: Any, per: Any, gas: Any, source: Any, edges: Any, moved: Any,
+    side_x: float, side_y: float, albedo: Any, surface_albedo: float, surface_source: float, sky_source: float,
+    slopes: float, index: float, strengthened: float, kind: Any, cosine: Any, phase: Any, cumulative: Any,
+    toward: Any, by_lambert: bool, to_sun: Any, irradiance: float, photons: int, draw: Any,
 ) -> None:  # fmt: skip
     at, along, shadow = np.empty(3), np.empty(3), np.empty(3)
+    air = extinction, per, gas, edges, moved, side_x, side_y
     for n in range(mean.size):
         total = squares = 0.0
         for _ in range(photons):
@@ -219,7 +243,7 @@ def _trace_all(
                 along[:] = -toward
             while True:
                 depth = -np.log(1.0 - draw.random())
-                event, k, own, _ = _cross(at, along, depth, extinction, gas, edges, side_x, side_y)
+                event, k, own, _ = _cross(at, along, depth, *air)
                 if event == _TOP:
                     seen += weight * sky_source
                     break
@@ -227,7 +251,7 @@ def _trace_all(
                     if irradiance > 0.0:
                         sunlit = weight * strengthened * irradiance * glint(-along, to_sun, slopes, index)
                         shadow[:] = at
-                        _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, side_x, side_y)
+                        _, _, _, depth = _cross(shadow, to_sun, np.inf, *air)
                         seen += sunlit * np.exp(-depth)
                     area, reflected = mirror(along, slopes, index, draw)
                     if along[2] <= 1e-6:
@@ -240,17 +264,17 @@ def _trace_all(
                     weight *= surface_albedo
                     strength = to_sun[2] / np.pi
                 else:
-                    scattered = albedo * own / (own + gas[k])
+                    scattered = albedo[k] * own / (own + gas[k])
                     seen += weight * (1.0 - scattered) * source[k]
                     weight *= scattered
                     # Backward: the angle between the photon's way to the sensor and the sun's rays.
                     angle = along[0] * to_sun[0] + along[1] * to_sun[1] + along[2] * to_sun[2]
-                    strength = np.interp(angle, cosine, phase) / (4.0 * np.pi)
+                    strength = np.interp(angle, cosine[kind[k]], phase[kind[k]]) / (4.0 * np.pi)
                 if weight <= 0.0:
                     break
                 if irradiance > 0.0 and strength > 0.0:
                     shadow[:] = at
-                    _, _, _, depth = _cross(shadow, to_sun, np.inf, extinction, gas, edges, side_x, side_y)
+                    _, _, _, depth = _cross(shadow, to_sun, np.inf, *air)
                     seen += weight * strength * irradiance * np.exp(-depth)
                 if weight < _FAINT:
                     if draw.random() >= _SURVIVAL:
@@ -263,7 +287,7 @@ def _trace_all(
                     across = np.sqrt(max(0.0, 1.0 - up * up))
                     along[0], along[1], along[2] = across * np.cos(turned), across * np.sin(turned), max(up, 1e-9)
                 else:
-                    _turn(along, _draw_cosine(cosine, phase, cumulative, draw), draw)
+                    _turn(along, _draw_cosine(cosine[kind[k]], phase[kind[k]], cumulative[kind[k]], draw), draw)
             total += seen
             squares += seen * seen
         mean[n] = total / photons

@@ -122,24 +122,26 @@ def block_means(density: Any, sunlight: Any, high: int, wide: int) -> Any:
 
 @kernel()
 def successive_orders(
-    density: Any, depths: Any, coupled: Any, turn: Any, toward: Any, emission: Any, opaque: Any, of_sun: Any,
-    sunlight: Any, displaced: Any, in_gas: Any, sky: float, below: float, start: Any, started: Any, high: int,
-    wide: int,
+    density: Any, kind: Any, depths: Any, coupled: Any, turn: Any, toward: Any, emission: Any, opaque: Any,
+    of_sun: Any, sunlight: Any, displaced: Any, in_gas: Any, sky: float, below: float, start: Any, started: Any,
+    high: int, wide: int,
 ) -> Any:  # fmt: skip
     """Sweep the slices along all directions, once for each order.
 
     Parameters
     ----------
     density : ndarray (Z, y, x)
+    kind : ndarray of int (Z,)
+        Number of the particles of each slice, 0 to K - 1, ascending.
     depths : ndarray (D,)
         Optical thickness of a slice of density 1.
-    coupled, turn : ndarray
-        Exchange between directions, times the albedo; see :func:`coupling`.
-    toward : ndarray (D,)
+    coupled, turn : ndarray (K, 4, R, R), (R, 2)
+        Exchange between directions, times the albedo, by particles; see :func:`coupling`.
+    toward : ndarray (K, D)
         Share of the light from each direction that is scattered toward the view.
     emission, opaque : ndarray (Z,)
         Source function of each slice by emission alone, and of opaque cloud.
-    of_sun : ndarray (D,)
+    of_sun : ndarray (K, D)
         Source function along each direction for sunlight 1.
     sunlight : ndarray (Z, y, x)
         Empty: none.
@@ -164,6 +166,7 @@ def successive_orders(
     half = DIRECTIONS // 2
     # Cloudy voxels alone are stored, one row of a slice after the other.
     first_of_row, cloudy = np.empty((count, rows + 1), dtype=np.int64), 0
+    first_of_kind = np.zeros(coupled.shape[0] + 1, dtype=np.int64)
     for s in range(count):
         for y in range(rows):
             first_of_row[s, y] = cloudy
@@ -171,6 +174,7 @@ def successive_orders(
                 if density[s, y, x] > 0.0:
                     cloudy += 1
         first_of_row[s, rows] = cloudy
+        first_of_kind[kind[s] + 1 :] = cloudy
     number = np.empty((count, rows, columns), dtype=np.int32)
     place, fixed = np.empty(cloudy, dtype=np.int32), np.empty(cloudy, dtype=np.float32)
     kept, inside = np.empty((2, cloudy), dtype=np.float32), np.empty((2, cloudy), dtype=np.float32)
@@ -178,6 +182,7 @@ def successive_orders(
     mean = np.empty((DIRECTIONS, cloudy), dtype=np.float32)
     lit, voxel = sunlight.shape[0] > 0, 0
     for s in range(count):
+        own_sun = of_sun[kind[s]]
         for y in range(rows):
             for x in range(columns):
                 own = density[s, y, x]
@@ -192,7 +197,7 @@ def successive_orders(
                 fixed[voxel] = sunlight[s, y, x] if lit else 0.0
                 number[s, y, x] = voxel
                 for d in range(DIRECTIONS):
-                    source[d, voxel] = of_sun[d] * fixed[voxel]
+                    source[d, voxel] = own_sun[d] * fixed[voxel]
                     if start.shape[1] > 0:
                         source[d, voxel] += emission[s] + start[d, started[s // high, y // wide, x // wide]]
                     else:
@@ -228,30 +233,38 @@ def successive_orders(
                             excess = along[at] - ours[n]
                             along[at] = ours[n] + excess * through[n]
                             light[n] = ours[n] + excess * within[n]
-        mix(mean, coupled, turn, source)
+        mix_kinds(mean, coupled, turn, first_of_kind, source)
         if order < displaced.shape[0] - 1:
             for s in range(count):
-                low, end = first_of_row[s, 0], first_of_row[s, rows]
+                low, end, own_sun = first_of_row[s, 0], first_of_row[s, rows], of_sun[kind[s]]
                 for d in range(DIRECTIONS):
                     ours, sun = source[d, low:end], fixed[low:end]
                     for n in range(sun.size):
-                        ours[n] += np.float32(emission[s]) + np.float32(of_sun[d]) * sun[n]
+                        ours[n] += np.float32(emission[s]) + np.float32(own_sun[d]) * sun[n]
     result = np.zeros((count, rows, columns), dtype=np.float32)
     for s in range(count):
+        shares = toward[kind[s]]
         for y in range(rows):
             for voxel in range(first_of_row[s, y], first_of_row[s, y + 1]):
                 for d in range(DIRECTIONS):
-                    result[s, y, place[voxel]] += toward[d] * mean[d, voxel]
+                    result[s, y, place[voxel]] += shares[d] * mean[d, voxel]
     return result, source, number
 
 
 @kernel()
-def mix(light: Any, coupled: Any, turn: Any, scattered: Any) -> None:
-    """Write the light (D, N) that is scattered along each direction; see :func:`coupling`."""
+def mix_kinds(light: Any, coupled: Any, turn: Any, first: Any, scattered: Any) -> None:
+    """Write the light (D, N) that all voxels scatter; those of each kind of particles follow each other."""
+    for k in range(coupled.shape[0]):
+        mix(light, coupled[k], turn, first[k], first[k + 1], scattered)
+
+
+@kernel()
+def mix(light: Any, coupled: Any, turn: Any, first_of_all: int, end: int, scattered: Any) -> None:
+    """Write the light (D, N) that some voxels scatter along each direction; see :func:`coupling`."""
     harmonics = np.empty((4, RINGS, BLOCK), dtype=np.float32)
     mixed = np.empty((4, BLOCK), dtype=np.float32)
-    for start in range(0, light.shape[1], BLOCK):
-        size = min(BLOCK, light.shape[1] - start)
+    for start in range(first_of_all, end, BLOCK):
+        size = min(BLOCK, end - start)
         for ring in range(RINGS):
             first, second = light[4 * ring, start : start + size], light[4 * ring + 1, start : start + size]
             third, fourth = light[4 * ring + 2, start : start + size], light[4 * ring + 3, start : start + size]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -33,6 +33,41 @@ ACCURACY, PILOT = 0.01, 400
 MOST_PHOTONS = 1_000_000
 
 
+def photons_of(inputs: LightInputs, noise_of_one: Callable[[], Array]) -> tuple[int, Array]:
+    """Return the photons of each point that the scene's accuracy needs, and their noise (B,).
+
+    Raises
+    ------
+    LightError
+        If the image has more than :data:`MOST_POINTS` points, or photons for its accuracy would be too many.
+    """
+    if inputs.points > MOST_POINTS:
+        raise LightError(
+            f"Monte Carlo of {inputs.points} points (pixels, their points and frames); allowed: {MOST_POINTS}; "
+            "closest is 'source'"
+        )
+    noise = noise_of_one()
+    allowed = ACCURACY if inputs.accuracy is None else inputs.accuracy
+    needed = math.ceil((float(np.max(noise)) / allowed) ** 2)
+    if needed > MOST_PHOTONS:
+        least = float(np.max(noise)) / math.sqrt(MOST_PHOTONS)
+        raise LightError(
+            f"radiance.light_accuracy = {allowed:g} needs {needed} photons for each point; allowed: "
+            f"{MOST_PHOTONS}, which reach {least:.2g}"
+        )
+    photons = max(needed, PILOT)
+    return photons, noise / math.sqrt(photons)
+
+
+def highest_sun(inputs: LightInputs) -> Sun | None:
+    """Return the highest sun of all frames; None without one."""
+    shone = np.flatnonzero(inputs.sun_zenith_deg <= LOWEST_SUN_DEG)
+    if not shone.size:
+        return None
+    highest = shone[np.argmin(inputs.sun_zenith_deg[shone])]
+    return Sun(float(inputs.sun_zenith_deg[highest]), float(inputs.sun_azimuth_deg[highest]), 1.0)
+
+
 class ReferenceLight(SourceLight):
     """Light in broken clouds, tier ``reference``; see :class:`hcss_twin.providers.light.LightTransport`.
 
@@ -47,22 +82,7 @@ class ReferenceLight(SourceLight):
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
         self.reach = self.sea_reach
-        if inputs.points > MOST_POINTS:
-            raise LightError(
-                f"Monte Carlo of {inputs.points} points (pixels, their points and frames); allowed: {MOST_POINTS}; "
-                "closest is 'source'"
-            )
-        noise = self._noise_of_one_photon()
-        allowed = ACCURACY if inputs.accuracy is None else inputs.accuracy
-        needed = math.ceil((float(np.max(noise)) / allowed) ** 2)
-        if needed > MOST_PHOTONS:
-            least = float(np.max(noise)) / math.sqrt(MOST_PHOTONS)
-            raise LightError(
-                f"radiance.light_accuracy = {allowed:g} needs {needed} photons for each point; allowed: "
-                f"{MOST_PHOTONS}, which reach {least:.2g}"
-            )
-        self._photons = max(needed, PILOT)
-        self._noise = noise / math.sqrt(self._photons)
+        self._photons, self._noise = photons_of(inputs, self._noise_of_one_photon)
 
     def expected_errors(self) -> list[float]:
         """Return the noise (B,), rms over pixels relative to the mean radiance."""
@@ -90,11 +110,7 @@ class ReferenceLight(SourceLight):
     def _noise_of_one_photon(self) -> Array:
         """Return the standard deviation (B,) of photons over their mean, among clouds of all thicknesses."""
         inputs = self._inputs
-        shone = np.flatnonzero(inputs.sun_zenith_deg <= LOWEST_SUN_DEG)
-        sun = None
-        if shone.size:
-            highest = shone[np.argmin(inputs.sun_zenith_deg[shone])]
-            sun = Sun(float(inputs.sun_zenith_deg[highest]), float(inputs.sun_azimuth_deg[highest]), 1.0)
+        sun = highest_sun(inputs)
         draw = np.random.default_rng(22)
         thickness = draw.uniform(0.0, inputs.layer.thickness_max_m, (8, 8)) * (draw.random((8, 8)) < 0.5)
         points = np.argwhere(np.ones((4, 4))).astype(np.float64)

@@ -8,10 +8,11 @@ sky has the radiance of the scene's radiance model, and facets mirror what is ab
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_light.bands import sky_radiance
 from hcss_light.monte_carlo import Sunlight, radiance
@@ -53,9 +54,10 @@ class Air:
     ----------
     weight : float
         Of the wavenumber in the band, cm-1.
-    particles : Particles
+    particles : tuple of Particles
+        Of each cloud layer.
     gas_m1, emitted : ndarray (Z,)
-        Absorption and Planck radiance of each level of the cloud layer.
+        Absorption and Planck radiance of each level, from the sea to the highest cloud.
     sky, below, sunlight : float
         Radiance of the sky above the layer and of the water, and the sun's irradiance above the layer.
     sea : RoughSea
@@ -64,7 +66,7 @@ class Air:
     """
 
     weight: float
-    particles: Particles
+    particles: tuple[Particles, ...]
     gas_m1: Array
     emitted: Array
     sky: float
@@ -85,7 +87,7 @@ def reference_radiance(
     inputs: LightInputs,
     slices: Slices,
     thickness_m: Field,
-    points: Array,
+    points: Array | NDArray[np.intp],
     sun: Sun | None,
     photons: int,
     seed: int = 0,
@@ -107,17 +109,34 @@ def reference_radiance(
         Of each column in each level.
     """
     fine = levels_of(slices)
-    density = np.moveaxis(fine.density(thickness_m, inputs.shape, shares), 0, 2).astype(np.float64)
-    density = np.pad(density, ((0, 0), (0, 0), (_edges(fine).size - 1 - fine.count, 0)))
+    layers = [(fine, fine.density(thickness_m, inputs.shape, shares))]
+    return radiance_of_layers(inputs, layers, points, sun, photons, seed)
+
+
+def radiance_of_layers(
+    inputs: LightInputs,
+    layers: Sequence[tuple[Slices, Field]],
+    points: Array | NDArray[np.intp],
+    sun: Sun | None,
+    photons: int,
+    seed: int = 0,
+) -> tuple[Array, Array]:
+    """Return the same among the clouds of one layer or more: levels, and densities (Z, y, x) on them, of each."""
+    edges_m = _edges([each for each, _ in layers])
+    density, parts = np.zeros((*layers[0][1].shape[1:], edges_m.size - 1)), []
+    for slices, own in layers:
+        first = int(np.searchsorted(edges_m, slices.base_m))
+        parts.append(slice(first, first + slices.count))
+        density[:, :, parts[-1]] = np.moveaxis(own, 0, 2)
     bands = inputs.weights_cm1.shape[0]
     result = np.zeros((2, len(points), bands))
     for band in range(bands):
-        airs = list(_airs(inputs, fine, sun, band))
+        airs = list(_airs(inputs, edges_m, sun, band))
         total = sum(each.signal for each in airs)
         for number, air in enumerate(airs):
-            own = max(round(photons * air.signal / total), LEAST_PHOTONS)
+            photons_of = max(round(photons * air.signal / total), LEAST_PHOTONS)
             draws = seed + 1000 * band + number
-            mean, error = _of_wavenumber(inputs, fine, density, air, points, sun, own, draws)
+            mean, error = _of_wavenumber(inputs, edges_m, density, parts, air, points, sun, photons_of, draws)
             result[0, :, band] += air.weight * (air.through * mean + air.above)
             result[1, :, band] += (air.weight * air.through * error) ** 2
     return result[0], np.sqrt(result[1])
@@ -128,29 +147,33 @@ def levels_of(slices: Slices) -> Slices:
     return replace(slices, count=slices.count * math.ceil(LEAST_LEVELS / slices.count))
 
 
-def _edges(slices: Slices) -> Array:
+def _edges(layers: Sequence[Slices]) -> Array:
     """Return the altitudes between the levels, from the sea on."""
-    below = np.linspace(0.0, slices.base_m, LEVELS_BELOW + 1)[:-1] if slices.base_m > 0.0 else np.zeros(0)
-    return np.concatenate((below, slices.edges_m))
+    edges, top = [np.zeros(1)], 0.0
+    for each in layers:
+        if each.base_m > top:
+            edges.append(np.linspace(top, each.base_m, LEVELS_BELOW + 1)[1:])
+        edges.append(each.edges_m[1:])
+        top = each.top_m
+    return np.concatenate(edges)
 
 
 def scattering_table(particles: Particles) -> ScatteringTable:
     """Return the phase function on points that are dense in its forward peak."""
     cosine = np.concatenate((np.linspace(-1.0, 0.9, 400), 1.0 - np.geomspace(0.1, 1e-7, 1500)[1:], [1.0]))
-    return ScatteringTable(cosine, np.array([particles.phase(float(each)) for each in cosine]))
+    return ScatteringTable(cosine, particles.phases(cosine))
 
 
-def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> Iterator[Air]:
+def _airs(inputs: LightInputs, edges: Array, sun: Sun | None, band: int) -> Iterator[Air]:
     used = np.flatnonzero(inputs.weights_cm1[band] > 0.0)
-    wavenumber, layer, view = inputs.wavenumber_cm1[used], inputs.layer, inputs.view
-    cloud = inputs.optics.single_scattering(layer.microphysics, wavenumber)
-    edges = _edges(slices)
+    wavenumber, view, top_m = inputs.wavenumber_cm1[used], inputs.view, float(edges[-1])
+    clouds = [each.optics.single_scattering(each.layer.microphysics, wavenumber) for each in inputs.stack]
     height_m, middle_m = np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])
     up = [to_space(float(edge), view.zenith_deg) for edge in edges]
     gas = np.maximum(inputs.transmittance.transmittance(wavenumber, up), 1e-30)
     across = math.cos(math.radians(view.zenith_deg))
     absorption = np.maximum(np.diff(np.log(gas), axis=0), 0.0) * across / height_m
-    (above,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [slices.top_m], view.zenith_deg)
+    (above,) = path_radiance(inputs.transmittance, inputs.profile, wavenumber, [top_m], view.zenith_deg)
     kelvin = inputs.profile.temperature_at(middle_m)
     black = planck(wavenumber[None], kelvin[:, None])
     through = gas[-1]
@@ -166,16 +189,17 @@ def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> It
     below = np.where(
         seen, ((clear - above) / np.where(seen, through, 1.0) - own) / np.where(seen, open_share, 1.0), black[0]
     )
-    sky = sky_radiance(inputs, wavenumber, slices.top_m)
+    sky = sky_radiance(inputs, wavenumber, top_m)
     sunlight = np.zeros_like(wavenumber)
     if sun is not None:
-        (both,) = inputs.transmittance.transmittance(wavenumber, [up[-1] + to_space(slices.top_m, sun.zenith_deg)])
+        (both,) = inputs.transmittance.transmittance(wavenumber, [up[-1] + to_space(top_m, sun.zenith_deg)])
         sunlight = inputs.solar_irradiance(wavenumber) / sun.distance_au**2 * both / through
     glint = np.zeros_like(wavenumber) if sun is None else inputs.sea_sun(sun)[used] / np.where(seen, through, 1.0)
     glint = np.where(seen, glint / np.where(seen, open_share, 1.0), 0.0)
     emitted = black.copy()
-    if layer.temperature_K is not None:
-        emitted[middle_m > slices.base_m] = planck(wavenumber, layer.temperature_K)
+    for layer in (each.layer for each in inputs.stack):
+        if layer.temperature_K is not None:
+            emitted[(middle_m > layer.base_m) & (middle_m < layer.top_m)] = planck(wavenumber, layer.temperature_K)
     upright = 1.0 - inputs.sea.emissivity(wavenumber, np.ones(1))[0]
     slopes = float(getattr(inputs.sea, "mean_square_slope", MEAN_SQUARE_SLOPE))
     for place, node in enumerate(used.tolist()):
@@ -191,7 +215,10 @@ def _airs(inputs: LightInputs, slices: Slices, sun: Sun | None, band: int) -> It
             sea = replace(sea, strength=min(float(glint[place]) / max(own, 1e-300), MOST_STRENGTH))
         yield Air(
             float(inputs.weights_cm1[band, node]),
-            Particles(float(cloud.extinction_m1[place]), float(cloud.albedo[place]), cloud.moments[:, place]),
+            tuple(
+                Particles(float(own.extinction_m1[place]), float(own.albedo[place]), own.moments[:, place])
+                for own in clouds
+            ),
             absorption[:, place],
             emitted[:, place],
             float(sky[place]),
@@ -213,26 +240,36 @@ def _downward(cosine: Array, depth: Array, black: Array, sky: float) -> Array:
 
 
 def _of_wavenumber(
-    inputs: LightInputs, slices: Slices, density: Array, air: Air, points: Array, sun: Sun | None, photons: int,
-    seed: int,
+    inputs: LightInputs, edges_m: Array, density: Array, parts: Sequence[slice], air: Air,
+    points: Array | NDArray[np.intp], sun: Sun | None, photons: int, seed: int,
 ) -> tuple[Array, Array]:  # fmt: skip
-    view = inputs.view
+    view, count = inputs.view, edges_m.size - 1
+    up = Direction(view.zenith_deg, view.azimuth_deg).vector
+    slope = up[:2] / up[2]
+    per, albedo = np.zeros((2, count))
+    kind, moved = np.zeros(count, dtype=np.int64), np.zeros((count, 2))
+    for number, (own, particles, part) in enumerate(zip(inputs.stack, air.particles, parts, strict=True)):
+        per[part], albedo[part], kind[part] = particles.extinction_m1, particles.albedo, number
+        # Lines of sight meet the columns of each layer at its own altitude; those of the lowest stand where they are.
+        moved[part.start :] = (own.reference_m - inputs.reference_m) * slope
     voxels = Voxels(
-        density * air.particles.extinction_m1,
-        _edges(slices),
+        density,
+        edges_m,
         (inputs.point_m, inputs.point_m),
-        air.particles.albedo,
+        albedo,
         air.gas_m1,
         air.emitted,
         surface_source=air.below,
         sky_source=air.sky,
+        kind=kind,
+        moved_m=moved,
+        per=per,
     )
     lit = sun is not None and air.sunlight > 0.0
-    up = Direction(view.zenith_deg, view.azimuth_deg).vector
-    away = (slices.top_m - inputs.reference_m) * up[:2] / up[2]
+    away = (float(edges_m[-1]) - inputs.stack[-1].reference_m) * slope
     return radiance(
         voxels,
-        scattering_table(air.particles),
+        [scattering_table(own) for own in air.particles],
         view_zenith_deg=view.zenith_deg,
         view_azimuth_deg=view.azimuth_deg,
         sun=Sunlight(sun.zenith_deg, sun.azimuth_deg, air.sunlight) if lit and sun is not None else None,

@@ -66,6 +66,11 @@ class Sea:
         self._mirrored = point - slices.shifts(view.zenith_deg, view.azimuth_deg, 0.0)
 
     @property
+    def to_sun(self) -> Array | None:
+        """Rows and columns (Z, 2) from points to the columns on the sun's path to their sea point; None: too far."""
+        return self._to_sun
+
+    @property
     def reach(self) -> tuple[tuple[int, int], ...]:
         """Rows, and columns, of points before and after others whose clouds matter to them."""
         moves = [self._mirrored, *([] if self._to_sun is None else [self._to_sun])]
@@ -81,7 +86,7 @@ class Sea:
         to_sun = None
         if shaded and self._to_sun is not None:
             to_sun = np.zeros((RAYS, *density.shape[1:]), dtype=np.float32)
-            _add_paths(density, self._to_sun, to_sun)
+            add_paths(density, self._to_sun, to_sun)
             to_sun *= np.float32(self._slices.height_m)
         return SeaPaths(to_sun, np.ascontiguousarray(density[::-1, ::STEP, ::STEP]))
 
@@ -99,7 +104,7 @@ class Sea:
                 float(self._view.vector[2]), self._mirrored[::-1] / STEP, 0.0, seen,
             )  # fmt: skip
             count = paths.mirrored.shape[1:]
-            rows, columns = _between(count[0], shape[0]), _between(count[1], shape[1])
+            rows, columns = between(count[0], shape[0]), between(count[1], shape[1])
             result += rows @ seen @ columns.T
         return result
 
@@ -109,7 +114,7 @@ def _away(slices: Slices, height_m: float, toward: Direction) -> Array:
     return np.asarray(height_m * toward.vector[:2] / toward.vector[2] / slices.point_m)
 
 
-def _between(columns: int, points: int) -> Array:
+def between(columns: int, points: int) -> Array:
     """Return weights (points, columns) for linear interpolation between every second point."""
     place = np.minimum(np.arange(points) / STEP, columns - 1.0)
     weights: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(columns)), 0.0)
@@ -117,7 +122,7 @@ def _between(columns: int, points: int) -> Array:
 
 
 @kernel()
-def _add_paths(density: Any, shifts: Any, paths: Any) -> None:
+def add_paths(density: Any, shifts: Any, paths: Any) -> None:
     """Add the density of the points that rays to parts of each point cross."""
     count, rows, columns = density.shape
     for s in range(count):

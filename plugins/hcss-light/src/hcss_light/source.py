@@ -71,11 +71,15 @@ class Particles:
 
     def phase(self, cosine: float) -> float:
         """Return the phase function, whose mean over the sphere is 1, at the cosine of a scattering angle."""
+        return float(self.phases(np.array(cosine)))
+
+    def phases(self, cosine: Array) -> Array:
+        """Return the phase function at cosines of any shape."""
         if self.moments.size == 2:
-            return float(henyey_greenstein_at(np.array(cosine), self.asymmetry))
+            return henyey_greenstein_at(cosine, self.asymmetry)
         degrees = 2.0 * np.arange(self.moments.size) + 1.0
         # The last moments of a truncated series would leave ripples that are negative behind narrow peaks.
-        return max(float(np.polynomial.legendre.legval(cosine, degrees * self.moments)), 0.0)
+        return np.maximum(np.polynomial.legendre.legval(cosine, degrees * self.moments), 0.0)
 
     @property
     def absorbing_m1(self) -> float:
@@ -196,16 +200,19 @@ def scattered_source(
     for high, wide, count in sizes:
         coarse, lit = (density, sunlight) if (high, wide) == (1, 1) else block_means(density, sunlight, high, wide)
         height_m = high * slices.height_m
-        opaque, gas_m1 = (_means(each, high) for each in (around.emitted, around.gas_m1))
+        opaque, gas_m1 = (means(each, high) for each in (around.emitted, around.gas_m1))
         step = height_m / (np.abs(flight[:, 2]) * slices.point_m * wide)
+        coupled, turn = particles.exchanged
         result, start, number = successive_orders(
             coarse,
+            np.zeros(coarse.shape[0], dtype=np.int64),
             extinction * height_m / np.abs(flight[:, 2]),
-            *particles.exchanged,
-            toward,
+            coupled[None],
+            turn,
+            toward[None],
             (1.0 - albedo) * opaque,
             opaque,
-            of_sun,
+            of_sun[None],
             lit,
             displacements(flight[:, :2] * step[:, None], coarse.shape, count),
             np.exp(-gas_m1 * height_m * slant[:, None]).astype(np.float32),
@@ -217,7 +224,7 @@ def scattered_source(
         )
         before = high, wide
     source, depth = np.empty_like(density), extinction * slices.height_m
-    _fine_source(
+    fine_source(
         density, sunlight, result, *before, (1.0 - albedo) * around.emitted, once, depth / view.vector[2],
         depth / up, source,
     )  # fmt: skip
@@ -231,7 +238,7 @@ def _sizes(slices: Slices, extinction: float, albedo: float) -> list[tuple[int, 
     return [blocks] if albedo < LOW_ALBEDO else [blocks, (1, 1, FINE_ORDERS)]
 
 
-def _means(values: Array, high: int) -> Array:
+def means(values: Array, high: int) -> Array:
     """Return means over so many slices each."""
     starts = np.arange(0, values.size, high)
     result: Array = np.add.reduceat(values, starts) / np.minimum(high, values.size - starts)
@@ -239,7 +246,7 @@ def _means(values: Array, high: int) -> Array:
 
 
 @kernel()
-def _fine_source(
+def fine_source(
     density: Any, sunlight: Any, scattered: Any, high: int, wide: int, emission: Any, once: float, to_view: float,
     to_sun: float, source: Any,
 ) -> None:  # fmt: skip

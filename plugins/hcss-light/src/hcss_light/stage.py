@@ -55,12 +55,28 @@ def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
     return DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
 
 
-def shares_of(plan: Plan, time_s: float, window: Window, thickness_m: Field, edges_m: Array) -> Field | None:
-    """Return how the cloud of points is spread over heights, if its generator says so."""
-    shares = getattr(plan.assembly.generators[0], "height_shares", None)
+def shares_of(
+    plan: Plan, number: int, time_s: float, window: Window, thickness_m: Field, edges_m: Array
+) -> Field | None:
+    """Return how the cloud of points of a layer is spread over heights, if its generator says so."""
+    shares = getattr(plan.assembly.generators[number], "height_shares", None)
     rows, columns = (points_of(each, plan.samples_per_pixel) for each in window)
     result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
     return result
+
+
+def require_one_shape(plan: Plan, number: int) -> None:
+    """Refuse clouds of a layer with a shape in height where another one, or a displacement, is asked.
+
+    Raises
+    ------
+    LightError
+        Names the key.
+    """
+    shapes, slant = hasattr(plan.assembly.generators[number], "height_shares"), plan.scenario.slant
+    if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
+        key = "slant.parallax" if slant.parallax else "radiance.light_profile"
+        raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
 
 
 class DriftingStage(LightStage):
@@ -88,12 +104,11 @@ class DriftingStage(LightStage):
         # Squares of two instants, with those of clouds that enter the image.
         self._most_kept = 2 * (-(-plan.grid.rows // pixels) + 1) * (-(-plan.grid.columns // pixels) + 1)
         columns = self._most_kept * math.prod((pixels + sum(each)) * samples for each in seen)
-        self._keeps = keeps and columns <= MOST_KEPT
+        # The layer without cloud of a scene of two may have another wind.
+        winds = {(each.wind_speed, each.wind_from) for each in plan.scenario.clouds.layers}
+        self._keeps = keeps and columns <= MOST_KEPT and len(winds) == 1
         self._seen = seen if self._keeps else self._reach
-        shapes, slant = hasattr(plan.assembly.generators[0], "height_shares"), plan.scenario.slant
-        if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
-            key = "slant.parallax" if slant.parallax else "radiance.light_profile"
-            raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
+        require_one_shape(plan, self._number)
         self._edges_m: Array = transport.edges_m
         self._over_sea = self._margins(transport, self._seen)
         motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
@@ -201,7 +216,7 @@ class DriftingStage(LightStage):
         samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
         light = lit.light
         wide = _around(own, lit.over_sea)
-        (thickness,) = clouds.thickness_m(wide)
+        thickness = clouds.thickness_m(wide)[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
         if before is not None and still and np.array_equal(before[1], thickness):
@@ -227,7 +242,7 @@ class DriftingStage(LightStage):
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
-        shares = shares_of(self._plan, time_s, window, thickness_m, edges_m)
+        shares = shares_of(self._plan, self._number, time_s, window, thickness_m, edges_m)
         return {} if shares is None else {"shares": shares}
 
     def _kept_of(self, time_s: float, place: tuple[int, int], light: Any, clouds: Any) -> Any:
@@ -244,7 +259,7 @@ class DriftingStage(LightStage):
                 )
             ]
             wide = _around(own, self._reach)
-            (thickness,) = clouds.thickness_m(wide)
+            thickness = clouds.thickness_m(wide)[self._number]
             inner = [
                 slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
                 for each, (far, _), (near, high) in zip(own, self._reach, self._seen, strict=True)

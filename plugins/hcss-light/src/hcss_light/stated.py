@@ -38,9 +38,9 @@ FACTOR = 1.5
 
 def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | None) -> list[Array]:
     """Return by how much columns, and another tier, differ (B,) from ``source``: rms over points over the mean."""
-    sun, parts = _lowest(inputs), list[list[Array]]()
+    sun, parts = lowest_sun(inputs), list[list[Array]]()
     lights = [each.at(sun) for each in (source, other) if each is not None]
-    for window in _windows(inputs.image):
+    for window in windows_of(inputs.image):
         wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, source.reach, strict=True)]
         thickness, shares = inputs.clouds(wide[0], wide[1], source.edges_m)
         thickness = np.ascontiguousarray(thickness)
@@ -59,7 +59,7 @@ def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | N
 def error_of_source(inputs: LightInputs, of_columns: Array) -> Array:
     """Return the error (B,) to expect of the tier ``source`` from the difference (B,) of columns."""
     weights = np.maximum(inputs.weights_cm1, 0.0)
-    wavelength_um, sun = 1e4 * np.sum(weights, axis=1) / (weights @ inputs.wavenumber_cm1), _lowest(inputs)
+    wavelength_um, sun = 1e4 * np.sum(weights, axis=1) / (weights @ inputs.wavenumber_cm1), lowest_sun(inputs)
     errors = []
     for wavelength, difference in zip(wavelength_um.tolist(), of_columns.tolist(), strict=True):
         lit = sun is not None and wavelength < EMITTED_UM
@@ -82,7 +82,7 @@ def stated_errors(inputs: LightInputs, of_columns: Array, of_tier: Array | float
     return [FACTOR * float(each) for each in np.hypot(of_tier, own)]
 
 
-def _lowest(inputs: LightInputs) -> Sun | None:
+def lowest_sun(inputs: LightInputs) -> Sun | None:
     """Return the lowest sun of all frames; None at night."""
     if not inputs.sun_zenith_deg.size:
         return None
@@ -90,7 +90,7 @@ def _lowest(inputs: LightInputs) -> Sun | None:
     return Sun(float(inputs.sun_zenith_deg[lowest]), float(inputs.sun_azimuth_deg[lowest]), 1.0)
 
 
-def _windows(image: tuple[int, int]) -> list[tuple[slice, slice]]:
+def windows_of(image: tuple[int, int]) -> list[tuple[slice, slice]]:
     """Return windows in the middle of equal parts of the image; the whole image if it is small."""
     parts = []
     for size in image:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.core.errors import HcssError
 from hcss_twin.providers import Array
@@ -27,8 +27,8 @@ class Voxels:
         Altitudes between the levels, ascending from that of the surface.
     size_m : (float, float)
         Sides of a voxel along x and y.
-    albedo : float
-        Single-scattering albedo of the particles.
+    albedo : float or array_like (Z,)
+        Single-scattering albedo of the particles, of each level.
     gas : array_like (Z,)
         Absorption coefficient of the gas, 1/m.
     source : array_like (Z,)
@@ -37,17 +37,26 @@ class Voxels:
         Of the Lambertian surface, and the Planck radiance of its temperature.
     sky_source : float
         Radiance of the sky above, without the sun.
+    kind : array_like of int (Z,), optional
+        Number of the particles of each level among the phase functions; 0 by default.
+    moved_m : array_like (Z, 2), optional
+        Displacement of the columns of each level along x and y from those of their number; none by default.
+    per : array_like (Z,), optional
+        By what the extinction of each level is multiplied; 1 by default. Wavenumbers then share their voxels.
     """
 
     extinction: Array
     edges_m: Array
     size_m: tuple[float, float]
-    albedo: float
+    albedo: float | Array
     gas: Array
     source: Array
     surface_albedo: float = 0.0
     surface_source: float = 0.0
     sky_source: float = 0.0
+    kind: NDArray[np.int64] | None = None
+    moved_m: Array | None = None
+    per: Array | None = None
 
     def __post_init__(self) -> None:
         extinction = _array("extinction", self.extinction, 3)
@@ -62,8 +71,18 @@ class Voxels:
             object.__setattr__(self, name, value)
         for name in ("albedo", "surface_albedo"):
             value = getattr(self, name)
-            if not 0.0 <= value <= 1.0:
-                raise LightError(f"{name}: {value}; allowed: 0 to 1; closest is {min(max(value, 0.0), 1.0)}")
+            if not np.all((np.asarray(value) >= 0.0) & (np.asarray(value) <= 1.0)):
+                raise LightError(f"{name}: {value}; allowed: 0 to 1; closest is {np.clip(value, 0.0, 1.0)}")
+        object.__setattr__(self, "albedo", np.array(np.broadcast_to(self.albedo, levels), dtype=np.float64))
+        kind = np.zeros(levels, dtype=np.int64) if self.kind is None else np.asarray(self.kind, dtype=np.int64)
+        moved = np.zeros((levels, 2)) if self.moved_m is None else _array("moved_m", self.moved_m, 2, -np.inf)
+        per = np.ones(levels) if self.per is None else _array("per", self.per, 1)
+        if kind.shape != (levels,) or np.any(kind < 0) or moved.shape != (levels, 2) or per.shape != (levels,):
+            shapes = f"{kind.shape}, {moved.shape}, {per.shape}"
+            raise LightError(f"kind, moved_m, per: shapes {shapes}; allowed: ({levels},), ({levels}, 2), ({levels},)")
+        object.__setattr__(self, "per", per)
+        object.__setattr__(self, "kind", kind)
+        object.__setattr__(self, "moved_m", moved)
         for name in ("surface_source", "sky_source"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise LightError(f"{name}: {getattr(self, name)}; allowed: 0 or more")
@@ -130,6 +149,7 @@ def _array(name: str, value: ArrayLike, dimensions: int, least: float = 0.0) -> 
     array = np.ascontiguousarray(value, dtype=np.float64)
     if array.ndim != dimensions or array.size == 0:
         raise LightError(f"{name}: {array.ndim} dimensions, shape {array.shape}; allowed: {dimensions}")
-    if not (np.all(np.isfinite(array)) and np.all(array >= least)):
+    # Not a number compares as false.
+    if not (array.min() >= least and array.max() < np.inf):
         raise LightError(f"{name}: {array.min()} to {array.max()}; allowed: finite, from {least:g} on")
     return array

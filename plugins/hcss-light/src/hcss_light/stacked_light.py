@@ -1,0 +1,258 @@
+"""Tier ``source`` for scenes with several cloud layers; as :mod:`hcss_light.transport` for one.
+
+The engine's tables are read at the amounts of cloud of all layers along the line of sight of each point, and the
+difference between broken and uniform layers, both by successive orders, is added.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import product
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hcss_light.sea import FAINT as FAINT_GLINT
+from hcss_light.sea import MOST_SHADED
+from hcss_light.slices import Field, paths
+from hcss_light.source import Direction
+from hcss_light.stack import Stack, reach_of, stack_of
+from hcss_light.stacked_sea import StackedPaths, StackedSea
+from hcss_light.stacked_source import StackedGroup, stacked_groups, stacked_radiance, stacked_source, stacked_sunlight
+from hcss_light.stated import lowest_sun, stated_errors, windows_of
+from hcss_light.transport import FAINT, LOWEST_SUN_DEG, MOST_SPREADING, SPREADING
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import Array, Sun
+from hcss_twin.providers.light import LightInputs
+
+FINE_NODES, FINE_SLICES = 4, 8
+"""Thicknesses of uniform cloud in each of the first slices, and how many these are; half as many in the others."""
+
+Window = Sequence[slice]
+WHOLE = (slice(None), slice(None))
+
+
+class StackedSource:
+    """Light in several layers of broken cloud; see :class:`hcss_twin.providers.light.LightTransport`.
+
+    Parameters
+    ----------
+    inputs : LightInputs
+        Of the lowest layer.
+
+    Raises
+    ------
+    LightError
+        If view or sun are so slanted that too many slices are needed.
+    """
+
+    tier: ClassVar[str] = "source"
+    cost: ClassVar[float] = 10.0
+
+    def __init__(self, inputs: LightInputs) -> None:
+        self._inputs, view, self.point_m = inputs, inputs.view, inputs.point_m
+        shone = inputs.sun_zenith_deg <= LOWEST_SUN_DEG
+        zenith, azimuth = inputs.sun_zenith_deg[shone], inputs.sun_azimuth_deg[shone]
+        optical = []
+        for each in inputs.stack:
+            cloud = each.optics.single_scattering(each.layer.microphysics, each.wavenumber_cm1)
+            thickest = np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2))
+            optical.append(float(thickest) * each.layer.thickness_max_m)
+        steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
+        self.stack = stack = stack_of(inputs, steepest, optical)
+        suns = [Direction(*each) for each in zip(zenith.tolist(), azimuth.tolist(), strict=True)]
+        height = max(each.layer.thickness_max_m for each in inputs.stack) / inputs.point_m
+        spread = min(math.ceil(SPREADING * height), MOST_SPREADING)
+        within, across = [stack.shifts(stack.view)], []
+        for sun in suns:
+            moved = stack.shifts(sun)
+            within += [moved[part] - moved[part.start] for part in stack.parts]
+            across += [moved - moved[end] for part in stack.parts for end in (part.start, part.stop - 1)]
+        self.reach_of_light = reach_of(within, spread + 2)
+        """Points around others that send light to them; and with the shadows of higher layers and those on the sea."""
+        far = reach_of([np.clip(each, -MOST_SHADED, MOST_SHADED) for each in across], 1)
+        shadows = [(a + c, b + d) for (a, b), (c, d) in zip(self.reach_of_light, far, strict=True)]
+        seas = [StackedSea(stack, sun).reach for sun in (None, *suns)]
+        self.reach: tuple[tuple[int, int], ...] = tuple(map(tuple, np.max([shadows, *seas], axis=0).tolist()))
+
+    @staticmethod
+    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
+        """Return how some pixels of a frame compare with Monte Carlo, for the certificate."""
+        from hcss_light.comparison import check  # not for plans alone
+
+        return check(plan, tables, frame)
+
+    @property
+    def edges_m(self) -> tuple[Array, ...]:
+        """Altitudes at which the shares of heights of each layer are asked."""
+        return tuple(each.edges_m for each in self.stack.layers)
+
+    def expected_errors(self) -> list[float]:
+        """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
+        return stated_errors(self._inputs, self._differences, 0.0)
+
+    def errors_of_columns(self) -> list[float]:
+        """Return the same of independent columns."""
+        return stated_errors(self._inputs, self._differences, self._differences)
+
+    @cached_property
+    def _differences(self) -> Array:
+        """How much columns differ (B,) from this tier in windows of the scene's clouds: rms over mean."""
+        sun, found = lowest_sun(self._inputs), list[Array]()
+        light = self.at(sun)
+        for window in windows_of(self._inputs.image):
+            wide = [
+                slice(own.start - low, own.stop + high)
+                for own, (low, high) in zip(window, self.reach_of_light, strict=True)
+            ]
+            clouds = [
+                each.clouds(wide[0], wide[1], edges)
+                for each, edges in zip(self._inputs.stack, self.edges_m, strict=True)
+            ]
+            thickness = np.stack([each for each, _ in clouds])
+            # Shadows from farther away are those of the same clouds, continued periodically.
+            amount, share, change = light.correct(thickness, [each for _, each in clouds])
+            both = np.stack((light.uniform(thickness), light.uniform(amount) * share + change))
+            rows, columns = (
+                slice(low, low + own.stop - own.start)
+                for own, (low, _) in zip(window, self.reach_of_light, strict=True)
+            )
+            found.append(both[:, :, rows, columns].reshape(2, both.shape[1], -1))
+        columns_alone, exact = np.concatenate(found, axis=2)
+        mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
+        return np.asarray(np.sqrt(np.mean((columns_alone - exact) ** 2, axis=1)) / mean)
+
+    @classmethod
+    def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
+        """Return the computation of frames."""
+        from hcss_light.stacked_stage import StackedStage  # not for plans alone
+
+        return StackedStage(plan, tables)
+
+    def at(self, sun: Sun | None) -> StackedLight:
+        """Return the light at one instant."""
+        if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
+            sun = None
+        return StackedLight(self._inputs, self.stack, stacked_groups(self._inputs, self.stack, sun), sun)
+
+
+class StackedLight:
+    """Light at one instant."""
+
+    def __init__(
+        self, inputs: LightInputs, stack: Stack, groups: Sequence[Sequence[StackedGroup]], sun: Sun | None
+    ) -> None:
+        self._stack, self._shape, self._groups = stack, inputs.shape, groups
+        self._sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
+        self._sea = StackedSea(stack, self._sun)
+        self._most_m = [each.layer.thickness_max_m for each in inputs.stack]
+        self._nodes_m = [
+            _nodes(each.layer.thickness_min_m, slices.height_m, slices.count)
+            for each, slices in zip(inputs.stack, stack.layers, strict=True)
+        ]
+        self._uniform = self._of_uniform(groups, self._sun)
+        self._dark = self._uniform
+        if self._sun is not None:
+            night = [[_at_night(each) for each in own] for own in groups]
+            self._dark = self._of_uniform(night, None)
+
+    def _of_uniform(self, groups: Sequence[Sequence[StackedGroup]], sun: Direction | None) -> Array:
+        """Return the radiance (B, N, M, ...) of uniform layers of all combinations of thicknesses."""
+        apart = self._stack.apart()
+        thickness = np.stack(np.meshgrid(*self._nodes_m, indexing="ij")).astype(np.float32)
+        flat = thickness.reshape(*thickness.shape[:2], -1)
+        densities, sea = self._densities(flat, [None] * len(flat)), StackedSea(apart, sun, 1)
+        given: Any = apart, sea, sun, densities, densities, flat, sea.paths(densities, True), WHOLE, 1
+        result: Array = np.array([sum(_seen(each, *given) for each in own) for own in groups])
+        return result.reshape(len(groups), *thickness.shape[1:])
+
+    def _densities(self, thickness_m: Array | Field, shares: Sequence[Field | None]) -> list[Field]:
+        return [
+            slices.density(np.ascontiguousarray(own, dtype=np.float32), self._shape, share)
+            for slices, own, share in zip(self._stack.layers, thickness_m, shares, strict=True)
+        ]
+
+    def uniform(self, amount_m: Array | Field) -> Array:
+        """Return the radiance (B, y, x) of uniform layers of amounts (L, y, x) by this tier."""
+        return self._between(self._uniform, amount_m)
+
+    def _between(self, values: Array, amount_m: Array | Field) -> Array:
+        places = []
+        for nodes, own in zip(self._nodes_m, amount_m, strict=True):
+            low = np.clip(np.searchsorted(nodes, own, side="right") - 1, 0, nodes.size - 2)
+            places.append((low, (own - nodes[low]) / (nodes[low + 1] - nodes[low])))
+        result = np.zeros((values.shape[0], *amount_m.shape[1:]))
+        for corner in product((0, 1), repeat=len(places)):
+            weight, at = np.ones(amount_m.shape[1:]), []
+            for up, (low, part) in zip(corner, places, strict=True):
+                weight = weight * (part if up else 1.0 - part)
+                at.append(low + up)
+            result += weight * values[:, *at]
+        return result
+
+    def correct(
+        self, thickness_m: Field, shares: Sequence[Field | None] | None = None, inner: Window = WHOLE
+    ) -> tuple[Array, Array, Array]:
+        """Return the amounts (L, y, x) at which the tables are read, m, their share and what is added (B, y, x).
+
+        Parameters
+        ----------
+        thickness_m : ndarray of float32 (L, Y, X)
+            Of each layer.
+        shares : sequence of ndarray (Z, Y, X) or None, optional
+            Of each column between the altitudes ``edges_m`` of the transport, by layer.
+        inner : (slice, slice)
+            Rows and columns among which light is scattered; the clouds around them only cast shadows.
+        """
+        stack, densities = self._stack, self._densities(thickness_m, shares or [None] * len(thickness_m))
+        near = [np.ascontiguousarray(each[:, *inner]) for each in densities]
+        amount = np.empty((len(near), *near[0].shape[1:]))
+        moved = stack.shifts(stack.view)
+        for own, density, part, slices, most in zip(amount, near, stack.parts, stack.layers, self._most_m, strict=True):
+            path = np.empty(density.shape[1:], dtype=np.float32)
+            paths(density, slices.height_m, moved[part], path)
+            np.minimum(path, most, out=own)
+        glints = any(each.around.glint > FAINT_GLINT * each.around.below for own in self._groups for each in own)
+        given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
+        total = np.array([sum(_seen(each, *given) for each in own) for own in self._groups])
+        uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
+        sunlight = uniform - dark
+        lit = sunlight > FAINT * uniform
+        share = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
+        return amount, share, total - share * uniform
+
+
+def _seen(
+    group: StackedGroup, stack: Stack, sea: StackedSea, sun: Direction | None, densities: Sequence[Field],
+    near: Sequence[Field], amount_m: Array, over_sea: StackedPaths, inner: Window, wide: int = 2,
+) -> Array:  # fmt: skip
+    """Return the radiance (y, x) of a group among clouds (Z, y, x) of each layer, with those (Z, Y, X) around them."""
+    around, scaled, sunlight = group.around, group.scaled_m1, None
+    if sun is not None and np.any(around.sunlight > 0.0):
+        lit = stacked_sunlight(stack, stack.optical(densities, scaled), sun)
+        sunlight = np.ascontiguousarray(lit[:, *inner])
+    source = stacked_source(stack, near, group, sun, sunlight, wide)
+    radiance = stacked_radiance(stack, stack.optical(near, scaled), source, around.below)
+    unveiled = np.exp(-np.tensordot(np.array(scaled) / float(stack.view.vector[2]), amount_m, axes=1))
+    changed = sea.change(over_sea, group, densities[0].shape[1:])[*inner]
+    return np.asarray(radiance + unveiled * changed)
+
+
+def _at_night(group: StackedGroup) -> StackedGroup:
+    """Return a group without the sun."""
+    around = group.around
+    dark = replace(around, below=around.below - around.glint, glint=0.0, sunlight=np.zeros_like(around.sunlight))
+    return replace(group, around=dark)
+
+
+def _nodes(least_m: float, slice_m: float, count: int) -> Array:
+    """Return thicknesses (N,) of uniform cloud: none, the thinnest, from which tables are linear to none, and more."""
+    fine = np.arange(FINE_NODES * FINE_SLICES) / FINE_NODES
+    coarse = np.arange(FINE_SLICES, count + 0.25, 2.0 / FINE_NODES)
+    thicker = slice_m * np.concatenate((fine, coarse))
+    return np.concatenate(([0.0, least_m], thicker[thicker > least_m]))

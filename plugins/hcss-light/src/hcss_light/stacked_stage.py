@@ -1,0 +1,73 @@
+"""Radiance of frames of a scene with several cloud layers, on squares of a lattice fixed to the image."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from hcss_light.stage import require_one_shape, shares_of
+from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.choose_light import cloudy_layers
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import length
+from hcss_twin.providers import Array
+
+
+class StackedStage(LightStage):
+    """Each frame is computed for itself; see :class:`~hcss_twin.engine.light.LightStage`."""
+
+    def __init__(self, plan: Plan, tables: RadianceTables) -> None:
+        super().__init__(plan, tables)
+        self._numbers = cloudy_layers(plan)
+        for number in self._numbers:
+            require_one_shape(plan, number)
+
+    def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
+        """Return amounts (L, y, x), share and change of radiance (B, y, x) of the points of a square."""
+        assert self._instant is not None
+        plan, samples, side = self._plan, self._plan.samples_per_pixel, self._pixels
+        transport: Any = self._transport
+        near = [tuple(-(-each // samples) for each in both) for both in transport.reach_of_light]
+        # Squares end with the image.
+        own = [
+            slice(start, min(start + side, size))
+            for start, size in zip(first, (plan.grid.rows, plan.grid.columns), strict=True)
+        ]
+        wide = tuple(
+            slice(each.start - low, each.stop + high) for each, (low, high) in zip(own, self._reach, strict=True)
+        )
+        window = wide[0], wide[1]
+        layers = clouds.thickness_m(window)
+        thickness = [layers[number] for number in self._numbers]
+        shares = [
+            shares_of(plan, number, self._instant[0], window, each, edges)
+            for number, each, edges in zip(self._numbers, thickness, transport.edges_m, strict=True)
+        ]
+        inner = [
+            slice((far - low) * samples, (far + length(each) + high) * samples)
+            for each, (far, _), (low, high) in zip(own, self._reach, near, strict=True)
+        ]
+        light: Any = self._instant[2]
+        amount, share, change = light.correct(np.stack(thickness), shares, inner)
+        cut = [slice(low * samples, (low + length(each)) * samples) for each, (low, _) in zip(own, near, strict=True)]
+        return amount[:, *cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
+
+    def _looked_up(self, look_up: Any, amount_m: Array, channels: int) -> Array:
+        """Return the radiance (C, y, x) of columns; below the thinnest cloud of each layer it is linear."""
+        result = np.zeros((channels, *amount_m.shape[1:]))
+        values = np.empty((channels, *amount_m.shape[1:]), dtype=np.float32)
+        for cloudy in product((False, True), repeat=len(self._numbers)):
+            weight = np.ones(amount_m.shape[1:])
+            layers = [np.zeros(amount_m.shape[1:], dtype=np.float32)] * len(self._plan.layers)
+            for number, own, present in zip(self._numbers, amount_m, cloudy, strict=True):
+                layer = self._plan.layers[number]
+                part = np.minimum(own / layer.thickness_min_m, 1.0)
+                weight *= part if present else 1.0 - part
+                if present:
+                    layers[number] = np.clip(own, layer.thickness_min_m, layer.thickness_max_m).astype(np.float32)
+            look_up.fill(values, layers)
+            result += weight * values
+        return result
