@@ -99,9 +99,10 @@ class MotionSection(ScenarioSection):
     wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
     wind_from: Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind at the clouds comes from, degrees.")
     evolution_time: EvolutionTime = Field(
-        1800.0,
+        "by-scale",
         description='Time in which the largest cloud structures change, s, 0.001 to 1e12, "frozen", or "by-scale": '
-        "fractal clouds change in 165 s per km of wavelength, as measured, others as with 1800 s.",
+        "fractal clouds change in 165 s per km of wavelength, as measured from 8 km on, smaller ones as turbulence "
+        "does; others as with 1800 s.",
     )
 
 

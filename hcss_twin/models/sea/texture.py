@@ -22,7 +22,7 @@ from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.generator import displacement_pixels
 from hcss_twin.models.clouds.fractal.lattice import fold
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, lifetime_s
 from hcss_twin.providers import Grid
 
 COARSE = 4
@@ -45,7 +45,7 @@ class TextureShape:
     hurst : float
         H of the structure function.
     lifetime_s_per_m : float
-        Time in which structures change, per size of their cells; infinite: they stay.
+        Time in which large structures change, per size of their cells; infinite: they stay.
     """
 
     number: int
@@ -133,7 +133,7 @@ def octaves_of(shape: TextureShape, pixel_size_m: float) -> tuple[Octave, ...]:
         # Mean correlation of two points of the pixel, along either axis.
         mean = float(np.mean(2.0 * (1.0 - apart) * correlation(apart * step)))
         scale, still = AxisScale(step, False), not np.isfinite(shape.lifetime_s_per_m)
-        time = AxisScale(0.0 if still else 1.0 / (shape.lifetime_s_per_m * cell_m), False)
+        time = AxisScale(0.0 if still else 1.0 / lifetime_s(cell_m, shape.lifetime_s_per_m), False)
         octaves.append(Octave(k, variance * mean**2, scale, scale, time, False))
     return tuple(octaves)
 
