@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.imager import Views
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
+    from hcss_twin.plan.texture import Texture
 
 
 def expect(model: RadianceModel, suns: Iterable[Sun | None]) -> None:
@@ -97,6 +98,8 @@ class Assembly:
         Notes on the cloud types.
     imager_views : Views or None
         Directions of view of an imager; None if pixels form a grid on the ground.
+    texture : Texture or None
+        Texture of clear sky; None if sea and air are the same everywhere.
     """
 
     entries: Mapping[str, Entry]
@@ -136,6 +139,7 @@ class Assembly:
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     imager_views: Views | None = None
+    texture: Texture | None = None
 
     @property
     def own_suns(self) -> Callable[[View], list[Sun | None]] | None:

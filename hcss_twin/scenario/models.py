@@ -132,12 +132,13 @@ class Sea(ScenarioSection):
         description='Waves longer than two pixels: "averaged": statistical, the plan bounds the error; "resolved": in '
         'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
     )
-    temperature_texture: Number = Field(
-        0.0,
+    temperature_texture: Number | None = Field(
+        None,
         ge=0,
         le=3,
         description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
-        "field with the spectrum of measured sea; 0: one temperature.",
+        "field with the spectrum of measured sea, in wavelengths up to the image's size; 0: one temperature; default: "
+        "0.3 where the scene can have it and that is 0.02 K or more within the image.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
