@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.imager import Views
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
-    from hcss_twin.plan.texture import Texture
 
 
 def expect(model: RadianceModel, suns: Iterable[Sun | None]) -> None:
@@ -98,8 +97,8 @@ class Assembly:
         Notes on the cloud types.
     imager_views : Views or None
         Directions of view of an imager; None if pixels form a grid on the ground.
-    texture : Texture or None
-        Texture of clear sky; None if sea and air are the same everywhere.
+    has_texture : bool
+        Whether clear sky has texture.
     """
 
     entries: Mapping[str, Entry]
@@ -139,7 +138,7 @@ class Assembly:
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     imager_views: Views | None = None
-    texture: Texture | None = None
+    has_texture: bool = False
 
     @property
     def own_suns(self) -> Callable[[View], list[Sun | None]] | None:

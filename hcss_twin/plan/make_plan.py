@@ -100,7 +100,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     assembly = assemble(scenario, catalog, slant, between, None if imager is None else imager.climate)
     if imager is not None:
         assembly = replace(assembly, imager_views=imager.views)
-    assembly = replace(assembly, texture=_texture(scenario, assembly))
+    texture = _texture(scenario, assembly)
+    assembly = replace(assembly, has_texture=texture is not None)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))
@@ -177,7 +178,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         grid_refinement=analysis.spectral_grid,
         surfaces=surfaces,
         tops=tops,
-        texture=assembly.texture,
+        texture=texture,
         land_share=land,
         probes=probes,
         imager=imager,
