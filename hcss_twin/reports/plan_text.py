@@ -120,9 +120,10 @@ def _clouds(plan: Plan) -> Rows:
             yield "particles", _particles(layer, plan)
     motion = plan.scenario.motion
     frozen = motion.evolution_time == "frozen" or not any(each.declares.evolves for each in generators)
-    shapes = "shapes are frozen" if frozen else f"shapes change in {motion.evolution_time} s"
-    if motion.evolution_time == "by-scale" and not frozen:
-        shapes = "shapes change in 165 s per km of wavelength, below 8 km as in turbulence"
+    time = "165 s per km of wavelength, below 8 km as in turbulence"
+    if isinstance(motion.evolution_time, float):
+        time = f"{motion.evolution_time:g} s"
+    shapes = "shapes are frozen" if frozen else f"shapes change in {time}"
     sections = plan.scenario.clouds.layers
     some = any(each.wind_speed is not None or each.wind_from is not None for each in sections)
     which = "clouds without a wind of their own" if some else "clouds"
