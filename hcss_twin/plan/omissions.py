@@ -217,15 +217,22 @@ def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omi
 
     Three standard deviations are the bound, of a black body at the shortest wavelength.
     """
-    from hcss_twin.plan.texture import typical_texture_K, why_one_temperature
+    why = "sea.temperature_texture is 0"
+    if scenario.sea.temperature_texture != 0.0:
+        from hcss_twin.plan.texture import why_one_temperature  # not for scenes without texture
 
-    why = why_one_temperature(scenario, assembly)
+        why = why_one_temperature(scenario, assembly)
     if assembly.surface is None and why:
-        typical_K, sea_K = typical_texture_K(assembly.grid), assembly.sea_temperature_K
+        # Spectrum k^-2 with 0.3 K in wavelengths up to 320 km, of which the image has those up to its size.
+        size_m, sea_K = (
+            assembly.grid.pixel_size_m * max(assembly.grid.rows, assembly.grid.columns),
+            assembly.sea_temperature_K,
+        )
+        typical_K = 0.3 * math.sqrt(min(1.0, size_m / 320e3))
         shortest = 1e4 / min(band.lower_um for band in assembly.bands)
         warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
         share = float(warmer / sea - 1.0)
-        size = f"measured seas vary by {typical_K:.2g} K (standard deviation) within an image of this size"
+        size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
         yield Omission("texture of the sea's temperature", f"{why}; {size}", 3.0 * share, share, "rms")
 
 
