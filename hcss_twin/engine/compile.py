@@ -292,6 +292,8 @@ def table_key(plan: Plan) -> str:
             parts["views"] = [*parts["views"], repr(plan.imager.views.at(EXTREMES + EDGES))]
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
+    if plan.texture is not None:  # that of a small image is another
+        parts["texture"] = dataclasses.astuple(plan.texture)
     surface = assembly.surface
     if surface is not None:
         parts["surface"] = [surface.name, surface.temperature_K]

@@ -216,7 +216,7 @@ class PartMaker:
             else WaveStage(plan.waves, _of_sea(plan, tables), plan.scenario.sea.wind_from, plan.samples_per_pixel)
         )
         self._texture: TextureStage | None = None
-        if plan.texture is not None:
+        if plan.texture is not None and (tables is not None or any(each.needs == "texture" for each in plan.computed)):
             from hcss_twin.engine.tables.texture import TextureStage  # not for scenes without texture
 
             self._texture = TextureStage(plan, plan.texture, tables)

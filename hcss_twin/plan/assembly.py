@@ -97,6 +97,8 @@ class Assembly:
         Notes on the cloud types.
     imager_views : Views or None
         Directions of view of an imager; None if pixels form a grid on the ground.
+    has_texture : bool
+        Whether clear sky has texture.
     """
 
     entries: Mapping[str, Entry]
@@ -136,6 +138,7 @@ class Assembly:
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     imager_views: Views | None = None
+    has_texture: bool = False
 
     @property
     def own_suns(self) -> Callable[[View], list[Sun | None]] | None:

@@ -101,6 +101,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     if imager is not None:
         assembly = replace(assembly, imager_views=imager.views)
     texture = _texture(scenario, assembly)
+    assembly = replace(assembly, has_texture=texture is not None)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))

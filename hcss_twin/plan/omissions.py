@@ -9,6 +9,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
+from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly, expect
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
@@ -212,10 +213,28 @@ def list_omissions(
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)
 
 
-TEXTURE = (
-    "; measured clear sky varies by 0.2 to 0.5 K (standard deviation over 200 km), as with "
-    "sea.temperature_texture and atmosphere.water_vapour_texture"
-)
+def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
+    """Yield the texture of the sea's temperature, if the sea has one temperature.
+
+    Three standard deviations are the bound, of a black body at the shortest wavelength.
+    """
+    why = "sea.temperature_texture is 0"
+    if scenario.sea.temperature_texture != 0.0:
+        from hcss_twin.plan.texture import why_one_temperature  # not for scenes without texture
+
+        why = why_one_temperature(scenario, assembly)
+    if assembly.surface is None and why:
+        # Spectrum k^-2 with 0.3 K in wavelengths up to 320 km, of which the image has those up to its size.
+        size_m, sea_K = (
+            assembly.grid.pixel_size_m * max(assembly.grid.rows, assembly.grid.columns),
+            assembly.sea_temperature_K,
+        )
+        typical_K = 0.3 * math.sqrt(min(1.0, size_m / 320e3))
+        shortest = 1e4 / min(band.lower_um for band in assembly.bands)
+        warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
+        share = float(warmer / sea - 1.0)
+        size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
+        yield Omission("texture of the sea's temperature", f"{why}; {size}", 3.0 * share, share, "rms")
 
 
 def _changes_of_air(
@@ -230,8 +249,8 @@ def _changes_of_air(
     place of that profile, reduced to the distance between two profiles.
     """
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
-    flat = scenario.sea.temperature_texture == scenario.atmosphere.water_vapour_texture == 0.0
-    texture = TEXTURE if flat else ", around which they have texture"
+    yield from _one_sea_temperature(scenario, assembly)
+    texture = ", around which they have texture" if assembly.has_texture else ""
     if air is None:
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)
         return

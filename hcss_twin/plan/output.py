@@ -95,8 +95,7 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     elements = [each.variables for each in assembly.elements]
     derived = [each.variables for each in assembly.derived]
     surfaces = () if assembly.surfaces is None else assembly.surfaces.names
-    texture = max(scenario.sea.temperature_texture, scenario.atmosphere.water_vapour_texture) > 0.0
-    terms = assembly.model.terms
+    terms, texture = assembly.model.terms, assembly.has_texture
     return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture)
 
 

@@ -6,6 +6,7 @@ drier and moister air. Beneath thick cloud the states agree, so that the texture
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -15,9 +16,17 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField
+from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.providers import Grid, RadianceModel, Sun
 from hcss_twin.scenario.scenario import Scenario
+
+DEFAULT_K = 0.3
+"""Standard deviation of the sea's temperature over some hundred km where a scenario gives none. That of clear pixels in
+10.8 um SEVIRI images (3 km) is .15 to .49 K over some 200 km, by place and night, of which water vapour is a part."""
+
+LEAST_K = 0.02
+"""Standard deviation within the image below which there is texture on request only: the noise of good sensors."""
 
 STEP = 3.0**0.5
 """Perturbation of the tables in standard deviations: with 0, a node of Gaussian quadrature of a normal distribution."""
@@ -48,6 +57,14 @@ class Texture:
     def steps(self) -> tuple[float, float]:
         """Perturbation of the tables: K, and share of the vapour."""
         return STEP * self.temperature_K, STEP * self.water_vapour
+
+    def without_flat(self, state: State) -> State:
+        """Return a state without what has no texture."""
+        return state[0] * (self.temperature_K > 0.0), state[1] * (self.water_vapour > 0.0)
+
+    def sea_is_proportional(self, assembly: Assembly) -> bool:
+        """Whether :func:`sea_factors` hold in cloud: models of other packages may have one term for sea and clouds."""
+        return self.temperature_K > 0.0 and assembly.entries["radiance"].is_own
 
     def perturbed(self, assembly: Assembly, state: State) -> Assembly:
         """Return the scene in a perturbed state everywhere."""
@@ -131,33 +148,64 @@ class Expansion:
         return change
 
 
+def sea_factors(model: RadianceModel, warmer: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> Array:
+    """Return by which factor each term (K, V) of clear sky changes over a warmer sea; 1 where there is nothing.
+
+    At one wavenumber the emission of the sea has this factor under any cloud, and what it reflects to first order.
+    """
+    spectra = (each.clear(wavenumber_cm1, sun) for each in (model, warmer))
+    before, after = (np.stack([np.asarray(terms[name]) for name in model.terms]) for terms in spectra)
+    factors: Array = np.divide(after, before, out=np.ones_like(before), where=before > 0.0)
+    return factors
+
+
+def typical_texture_K(grid: Grid) -> float:
+    """Return the default standard deviation of the sea's temperature within an image."""
+    return DEFAULT_K * math.sqrt(sum(share for _, share in cells_of(SEA_TEMPERATURE, grid)))
+
+
+def _excluding(assembly: Assembly) -> list[str]:
+    tops = any(getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators)
+    possible = {
+        "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
+        "an image that is no grid on the ground": assembly.imager_views is not None,
+        "cloud tops that vary with the generator": tops,
+    }
+    return [what for what, present in possible.items() if present]
+
+
+def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
+    """Return why the sea has one temperature; empty if it has texture."""
+    given, light, typical_K = scenario.sea.temperature_texture, scenario.radiance, typical_texture_K(assembly.grid)
+    small = f"structures within the image vary by {typical_K:.1g} K (standard deviation)"
+    if given is not None:
+        return "sea.temperature_texture is 0" if given == 0.0 else "" if typical_K else small
+    if excluding := _excluding(assembly):
+        return f"the scene has {excluding[0]}"
+    if light.light not in ("auto", "columns") or light.light_accuracy is not None:
+        return "light between columns is compared with a sea of one temperature"
+    if any(getattr(each, "image_coverage", None) is not None for each in assembly.generators):
+        return "clear sky of the clouds' image has a texture of its own"
+    return small if typical_K < LEAST_K else ""
+
+
 def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
     """Return the texture of a scene; None if it has none.
 
     Raises
     ------
     ScenarioError
-        If other keys exclude it.
+        If it is given and other keys exclude it.
     """
-    asked = {
-        "sea.temperature_texture": scenario.sea.temperature_texture,
-        "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture,
-    }
-    if not any(asked.values()):
-        return None
-    excluded = {
-        "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
-        "an image that is no grid on the ground": assembly.imager_views is not None,
-        "cloud tops that vary with the generator": any(
-            getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators
-        ),
-    }
+    given, vapour = scenario.sea.temperature_texture, scenario.atmosphere.water_vapour_texture
     problems = [
         Problem(field, f"{value:g} given with {what}; allowed: 0")
-        for field, value in asked.items()
-        for what, present in excluded.items()
-        if value > 0.0 and present
+        for field, value in {"sea.temperature_texture": given, "atmosphere.water_vapour_texture": vapour}.items()
+        for what in _excluding(assembly)
+        if value
     ]
     if problems:
         raise ScenarioError(problems, scenario.origin)
-    return Texture(*asked.values())
+    kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
+    vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
+    return Texture(kelvin, vapour) if kelvin or vapour else None

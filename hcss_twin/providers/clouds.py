@@ -42,8 +42,8 @@ class Motion:
     frame_interval_s : float
         Time between frames.
     lifetime_s_per_m : float, optional
-        Time in which structures change, per size of a lattice cell, half their wavelength; replaces
-        ``evolution_time_s`` in generators that can. None: not by size.
+        Time in which structures of 8 km wavelength and more change, per size of a lattice cell, half their
+        wavelength; replaces ``evolution_time_s`` in generators that can. None: not by size.
     """
 
     platform_speed_m_s: float

@@ -120,8 +120,9 @@ def _clouds(plan: Plan) -> Rows:
             yield "particles", _particles(layer, plan)
     motion = plan.scenario.motion
     frozen = motion.evolution_time == "frozen" or not any(each.declares.evolves for each in generators)
-    by_scale = motion.evolution_time == "by-scale"
-    time = "165 s per km of wavelength" if by_scale else f"{0.0 if frozen else float(motion.evolution_time):g} s"
+    time = "165 s per km of wavelength, below 8 km as in turbulence"
+    if isinstance(motion.evolution_time, float):
+        time = f"{motion.evolution_time:g} s"
     shapes = "shapes are frozen" if frozen else f"shapes change in {time}"
     sections = plan.scenario.clouds.layers
     some = any(each.wind_speed is not None or each.wind_from is not None for each in sections)

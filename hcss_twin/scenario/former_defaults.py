@@ -13,13 +13,14 @@ BULK = ("bulk", f"{OWN_DISTRIBUTION}/bulk")
 RADIOMETER = ("radiometer", f"{OWN_DISTRIBUTION}/radiometer", None)
 OF_IMAGES = tuple(f"{prefix}{name}" for name in ("imagery", "surrogate") for prefix in ("", f"{OWN_DISTRIBUTION}/"))
 
-FORMER: Mapping[str, Mapping[str, str]] = MappingProxyType(
+FORMER: Mapping[str, Mapping[str, str | float]] = MappingProxyType(
     {
         "0.1": {
             "atmosphere.coefficients": "lowtran7",
             "atmosphere.gases.others": "profile",
             "clouds.coverage_mode": "frame",
             "clouds.parameters.method": "otsu",
+            "motion.evolution_time": 1800.0,
             "optics.parameters.ice_phase_function": "henyey-greenstein",
             "sensor.parameters.method": "frames",
         }
@@ -56,14 +57,14 @@ def with_former_defaults(data: Mapping[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def _with_default(given: Any, key: str, keys: Sequence[str], value: str) -> Any:
+def _with_default(given: Any, key: str, keys: Sequence[str], value: str | float) -> Any:
     """Return a section with the value of one of its keys, where it has none and can have it."""
     if not isinstance(given, Mapping) or not applies(key, given):
         return given  # what is no table is reported as a wrong type
     return _filled(given, keys, value)
 
 
-def _filled(given: Any, keys: Sequence[str], value: str) -> Any:
+def _filled(given: Any, keys: Sequence[str], value: str | float) -> Any:
     if not isinstance(given, Mapping):
         return given
     key, *deeper = keys

@@ -99,9 +99,10 @@ class MotionSection(ScenarioSection):
     wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
     wind_from: Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind at the clouds comes from, degrees.")
     evolution_time: EvolutionTime = Field(
-        1800.0,
+        "by-scale",
         description='Time in which the largest cloud structures change, s, 0.001 to 1e12, "frozen", or "by-scale": '
-        "fractal clouds change in 165 s per km of wavelength, as measured, others as with 1800 s.",
+        "fractal clouds change in 165 s per km of wavelength, as measured from 8 km on, smaller ones as turbulence "
+        "does; others as with 1800 s.",
     )
 
 
@@ -131,12 +132,13 @@ class Sea(ScenarioSection):
         description='Waves longer than two pixels: "averaged": statistical, the plan bounds the error; "resolved": in '
         'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
     )
-    temperature_texture: Number = Field(
+    temperature_texture: Number | None = Field(
         0.0,
         ge=0,
         le=3,
         description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
-        "field with the spectrum of measured sea; 0: one temperature.",
+        "field with the spectrum of measured sea, in wavelengths up to the image's size; 0: one temperature; null "
+        "(JSON): 0.3 where the scene can have it and that is 0.02 K or more within the image.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 

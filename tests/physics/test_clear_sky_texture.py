@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hcss_twin import Scenario, ScenarioError, simulate
+from hcss_twin.engine.tables.columns import BandColumns
+from hcss_twin.engine.tables.texture import OverWarmerSea
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
+from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, TextureShape
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers import Grid
 
 SIZE = 192
@@ -84,6 +90,19 @@ def test_pixels_have_the_same_bits_in_any_window(pixel_size_m: float, first: int
         np.testing.assert_array_equal(part, all_pixels[y : y + 1, x : x + 5])
 
 
+@pytest.mark.parametrize(("size", "pixel_size_m"), [(800, 20.0), (64, 20.0), (192, 3000.0)])
+def test_an_image_has_no_wavelength_longer_than_itself(size: int, pixel_size_m: float) -> None:
+    cells = [pixel_size_m / each.x.step for each in field(SEA_TEMPERATURE, pixel_size_m, size=size).octaves]
+    assert 0.5 * max(cells) <= 0.25 * size * pixel_size_m
+    assert max(cells) == min(160e3, max(cells))
+
+
+def test_the_mean_of_a_scene_stays_near_the_temperature_that_is_given() -> None:
+    """Of all wavelengths the mean of 16 km would differ by some .9 of the standard deviation over 300 km."""
+    means = [np.mean(whole(field(SEA_TEMPERATURE, 320.0, seed, 50), 50)) for seed in range(24)]
+    assert np.std(means) < 0.12
+
+
 def test_vapour_drifts_with_the_wind_and_the_sea_stays() -> None:
     sea, still = field(SEA_TEMPERATURE, 3000.0), whole(field(SEA_TEMPERATURE, 3000.0))
     np.testing.assert_array_equal(whole(sea, time_s=3600.0), still)
@@ -146,6 +165,25 @@ def test_the_stated_error_covers_the_kink_of_haze_at_70_percent_humidity() -> No
         assert away <= float(cube.attrs["hcss_table_error_estimated"])
 
 
+@pytest.mark.parametrize(
+    ("time", "band"),
+    [("2020-09-06T00:45:00+00:00", [10.3, 11.3]), ("2020-09-06T12:00:00+00:00", [3.8, 3.9])],
+    ids=["night", "day"],
+)
+def test_the_sea_shows_through_cloud_as_where_all_is_solved_over_a_warmer_sea(time: str, band: list[float]) -> None:
+    changes = {"clouds": {"type": "stratus", "coverage": 0.5}, "sea": {"temperature_texture": 0.5}}
+    plan = make_plan(scene(**changes, time=time, bands=[band]))
+    warmer = replace(plan, assembly=plan.texture.perturbed(plan.assembly, (1.0, 0.0)))
+    columns, sun = BandColumns(plan, all_nodes(plan.spectral_grid)), plan.sun_up_at(0.0)
+    thickness = np.array([[2.0], [20.0]])
+    scene_, derived, solved = (
+        np.sum(each.cloudy(thickness, sun), axis=1)
+        for each in (columns, OverWarmerSea(columns, warmer, sun), columns.of(warmer))
+    )
+    clear = np.sum(columns.of(warmer).clear(sun) - columns.clear(sun), axis=0)
+    np.testing.assert_allclose((derived - scene_) / clear, (solved - scene_) / clear, atol=0.01)
+
+
 def test_sea_temperature_vanishes_beneath_opaque_cloud() -> None:
     same = {"clouds": {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"}, "bands": [[10.3, 11.3]]}
     cube, plain = (
@@ -174,4 +212,29 @@ def test_keys_that_exclude_texture_are_named() -> None:
     with pytest.raises(ScenarioError, match=r"sea.temperature_texture.*map of surfaces"):
         simulate(scene(sea={"temperature_texture": 0.5}, surfaces={}))
     with pytest.raises(ScenarioError, match=r"sea_temperature.*texture"):
-        simulate(scene(output={"variables": ["sea_temperature"]}))
+        simulate(scene(sea={"temperature_texture": 0.0}, output={"variables": ["sea_temperature"]}))
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({}, ""),
+        ({"sea": {"temperature_texture": 0.0}}, "sea.temperature_texture is 0"),
+        ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "structures within the image vary"),
+        ({"surfaces": {}}, "a map of surfaces"),
+    ],
+    ids=["can have it", "off", "small image", "map"],
+)
+def test_the_sea_has_texture_where_it_can_and_the_plan_says_where_not(changes: dict, why: str) -> None:
+    cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
+    sea = {"model": "cox-munk", "temperature_texture": None} | changes.get("sea", {})
+    plan = make_plan(scene(**cheap, **{**changes, "sea": sea}))
+    omitted = [each for each in plan.omissions if each.what == "texture of the sea's temperature"]
+    if not why:
+        assert plan.texture.temperature_K == 0.3
+        assert not omitted
+        return
+    assert plan.texture is None
+    (omission,) = omitted
+    assert why in omission.why
+    assert 0.0 < omission.bound < 0.05

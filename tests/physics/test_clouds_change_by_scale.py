@@ -46,10 +46,38 @@ def test_coherence_by_scale_is_the_measured_one(band: tuple[int, int], measured:
     np.testing.assert_allclose(coherence, measured, atol=0.15)
 
 
-def test_lifetimes_are_in_proportion_to_the_cells() -> None:
+def test_lifetimes_are_in_proportion_to_cells_where_measured_and_below_those_of_turbulence() -> None:
     each = octaves(Motion(0.0, (0.0, 0.0), 1800.0, 900.0, CELL_LIFETIME_S_PER_M))
-    np.testing.assert_allclose([o.x.step / o.t.step for o in each], 3000.0 * CELL_LIFETIME_S_PER_M)
+    cell_m, lifetime_s = np.array([(3000.0 / o.x.step, 1.0 / o.t.step) for o in each]).T
+    measured = cell_m >= 4000.0
+    np.testing.assert_allclose(lifetime_s[measured], cell_m[measured] * CELL_LIFETIME_S_PER_M)
+    at_limit = 4000.0 * CELL_LIFETIME_S_PER_M
+    assert np.count_nonzero(~measured) == 2
+    np.testing.assert_allclose(lifetime_s[~measured], at_limit * (cell_m[~measured] / 4000.0) ** (2 / 3))
     assert octaves(Motion(0.0, (0.0, 0.0), 1800.0, 900.0))[0].t.step == 1 / 1800.0
+
+
+CHANGE_IN_1_S = {"cumulus": (0.011, 0.010), "stratus": (0.0038, 0.0033), "stratocumulus": (0.011, 0.099)}
+"""Of the field, in standard deviations, with lifetimes by scale and with 1800 s for the largest structures."""
+
+
+@pytest.mark.parametrize(("kind", "changes"), CHANGE_IN_1_S.items(), ids=str)
+def test_pixels_of_20_m_change_little_in_a_second(kind: str, changes: tuple[float, float]) -> None:
+    correlation, found = KernelCorrelation.tabulate(), []
+    for motion in ({}, {"evolution_time": 1800.0}):
+        layer = {"type": kind, "coverage": 0.3, "coverage_mode": "field"}
+        scene = SCENE | {"image": {"rows": 16, "columns": 16, "pixel_size": 20.0}, "motion": motion}
+        (generator,) = make_plan(Scenario.from_dict(scene | {"clouds": {"layers": [layer]}})).assembly.generators
+        steps = [(o.variance, float(correlation(np.array([o.t.step]))[0])) for o in generator.octaves]
+        found.append(np.sqrt(2.0 * sum(share * (1.0 - after) for share, after in steps)))
+    np.testing.assert_allclose(found, changes, rtol=0.05)
+
+
+SCENE = {
+    "time": "2024-04-20T02:30:00+00:00",
+    "place": {"latitude": 35.0, "longitude": 150.0},
+    "output": {"variables": ["cloud_mask"]},
+}
 
 
 def plan_of(**keys: object):
@@ -57,13 +85,10 @@ def plan_of(**keys: object):
         {"type": "cumulus", "coverage": 0.3, "coverage_mode": "field"},
         {"type": "cirrus", "coverage": 0.3, "coverage_mode": "field", **keys},
     ]
-    data = {
-        "time": "2024-04-20T02:30:00+00:00",
-        "place": {"latitude": 35.0, "longitude": 150.0},
+    data = SCENE | {
         "image": {"rows": 64, "columns": 64, "pixel_size": 100.0},
         "motion": {"wind_speed": 10.0, "wind_from": 270.0, "evolution_time": "frozen"},
         "clouds": {"layers": layers},
-        "output": {"variables": ["cloud_mask"]},
     }
     return make_plan(Scenario.from_dict(data))
 

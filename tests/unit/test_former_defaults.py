@@ -78,6 +78,21 @@ def test_clouds_from_images_have_the_former_threshold(generator):
     assert optics("0.1", clouds=kept)["clouds"] == kept
 
 
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ({}, "by-scale"),
+        ({"defaults": "0.1"}, 1800.0),
+        ({"defaults": "0.1", "motion": {"wind_speed": 5.0}}, 1800.0),
+        ({"defaults": "0.1", "motion": {"evolution_time": "frozen"}}, "frozen"),
+    ],
+)
+def test_clouds_change_as_in_the_version_that_is_named(keys, expected):
+    scenario = Scenario.from_dict({**GIVEN, **keys})
+    assert scenario.motion.evolution_time == expected
+    assert Scenario.from_dict(json.loads(scenario.to_json())).motion.evolution_time == expected
+
+
 FIELD, FRAME = "field", "frame"
 STILL = {"motion": {"wind_speed": 0.0, "evolution_time": "frozen"}}
 

@@ -117,6 +117,7 @@ class References:
         self.calls, self.solved = 0, 0
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
         self.checked, self.check_error = 0, 0.0
+        self._spectra: dict[tuple[str, float, bytes], Array] = {}
 
     def terms(self, plan: Plan, thickness_m: Array, time_s: float, views: Views = ()) -> Array:
         """Return terms (N, K, B) of columns (N, L) at a time, if given toward N views.
@@ -175,7 +176,7 @@ class References:
         def columns(thickness_m: Array) -> Array:
             every = np.zeros((thickness_m.size, len(plan.layers)))
             every[:, index] = thickness_m
-            terms, nodes = _reference_terms(plan, every, plan.sun_up_at(time_s), self.suns, (), NODES_TOLERANCE)
+            terms, nodes, _ = _reference_terms(plan, every, plan.sun_up_at(time_s), self.suns, (), NODES_TOLERANCE)
             chosen.append(nodes)
             return terms
 
@@ -201,7 +202,10 @@ class References:
         def compute() -> ReferenceColumns:
             self.solved += 1
             sun = plan.sun_up_at(time_s)
-            return ReferenceColumns(_reference_terms(plan, thickness_m, sun, self.suns, views, wavenumbers)[0])
+            terms, _, spectra = _reference_terms(plan, thickness_m, sun, self.suns, views, wavenumbers)
+            if plan.texture is not None:
+                self._spectra = {(_key(plan), time_s, thickness_m.tobytes()): spectra}
+            return ReferenceColumns(terms)
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
@@ -216,7 +220,8 @@ class References:
 
         def compute() -> ReferenceColumns:
             self.solved += 1
-            return ReferenceColumns(_perturbed_terms(plan, thickness_m, plan.sun_up_at(time_s)))
+            known = self._spectra.get((_key(plan), time_s, thickness_m.tobytes()))
+            return ReferenceColumns(_perturbed_terms(plan, thickness_m, plan.sun_up_at(time_s), known))
 
         return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
@@ -261,8 +266,8 @@ def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun:
 
 def _reference_terms(
     plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Views, wavenumbers: Nodes
-) -> tuple[Array, SpectralNodes]:
-    """Return terms (N, K, B), and the wavenumbers at which levels are compared."""
+) -> tuple[Array, SpectralNodes, Array]:
+    """Return terms (N, K, B), the wavenumbers at which levels are compared, and spectra (N, K, V) of few streams."""
     assembly, grid = plan.assembly.for_references, plan.spectral_grid
     few, fine = for_spectra(assembly), reference_level(assembly)
     coarse, coarsest = few.numerical_level, few.at_level(0)
@@ -294,7 +299,7 @@ def _reference_terms(
         else:
             terms += change
     of_coarsest = known if coarse == 0 else None
-    return terms + _grid_change(plan, coarsest, thickness_m, sun, views, of_coarsest, terms), nodes
+    return terms + _grid_change(plan, coarsest, thickness_m, sun, views, of_coarsest, terms), nodes, known
 
 
 def _grid_change(
@@ -351,18 +356,24 @@ def _few_clouds(thickness_m: Array) -> tuple[NDArray[np.intp], Array]:
     return np.flatnonzero(kept), weights[:, kept]
 
 
-def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
-    from hcss_twin.plan.texture import EXPANSION_STATES  # not for scenes without texture
+def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None, known: Array | None) -> Array:
+    """Return terms (9, N, K, B) in the states of the texture, from spectra (N, K, V) of the scene if they are known."""
+    from hcss_twin.plan.texture import EXPANSION_STATES, sea_factors  # not for scenes without texture
 
     assert plan.texture is not None
-    grid, few = plan.spectral_grid, for_spectra(plan.assembly)
-    terms = []
-    for state in EXPANSION_STATES:
-        model = plan.texture.perturbed(few, state).model
-        expect(model, (sun,))
-        spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
-        terms.append(spectra @ grid.weights_cm1.T)
-    return np.stack(terms)
+    texture, grid, few = plan.texture, plan.spectral_grid, for_spectra(plan.assembly)
+    derived = texture.water_vapour == 0.0 and texture.sea_is_proportional(few)
+    known, terms = known if derived else None, dict[tuple[float, float], Array]()
+    for state in dict.fromkeys(map(texture.without_flat, EXPANSION_STATES)):  # that of the scene first
+        model = texture.perturbed(few, state).model if any(state) else few.model
+        if known is None:
+            expect(model, (sun,))
+            spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+            known = spectra if derived else None
+        else:
+            spectra = known * sea_factors(few.model, model, grid.wavenumber_cm1, sun)
+        terms[state] = spectra @ grid.weights_cm1.T
+    return np.stack([terms[texture.without_flat(state)] for state in EXPANSION_STATES])
 
 
 def level_change(

@@ -149,23 +149,30 @@ class ExactColumns:
     alone: tuple[Array, ...]
     both: Array | None
 
+    def plus(self, other: ExactColumns, than: ExactColumns) -> ExactColumns:
+        """Return these columns plus the difference of two others."""
+        alone = tuple(each + a - b for each, a, b in zip(self.alone, other.alone, than.alone, strict=True))
+        known = self.both is not None and other.both is not None and than.both is not None
+        return ExactColumns(alone, self.both + other.both - than.both if known else None)  # type: ignore[operator]
+
 
 class BandColumns:
     """Columns of a plan's radiance model, integrated over its bands."""
 
     def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
         self.plan = plan
-        self._grid = nodes
+        self.nodes = nodes
         # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
         terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.computed}
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
+        self._spectra: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
 
     def of(self, plan: Plan) -> BandColumns:
         """Return the columns of another plan at the same wavenumbers."""
-        return BandColumns(plan, self._grid)
+        return BandColumns(plan, self.nodes)
 
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
@@ -177,10 +184,18 @@ class BandColumns:
         keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
         new = [row for row, key in enumerate(keys) if key not in self._known]
         if new:
-            spectra = self.plan.assembly.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
-            for row, terms in zip(new, self._to_bands(spectra, self._grid), strict=True):
+            spectra = self.plan.assembly.model.cloudy(self.nodes.wavenumber_cm1, thickness_m[new], sun)
+            for row, terms in zip(new, self._to_bands(spectra, self.nodes), strict=True):
                 self._known[keys[row]] = terms
+            if self.plan.texture is not None:
+                each = np.stack([np.asarray(spectra[name]) for name in self.quantities.terms], axis=1)
+                self._spectra.update(zip([keys[row] for row in new], each, strict=True))
         return np.stack([self._known[key] for key in keys])
+
+    def spectra(self, thickness_m: Array, sun: Sun | None) -> Array:
+        """Terms (N, K, V) of the same columns, which a plan with texture keeps."""
+        self.cloudy(thickness_m, sun)
+        return np.stack([self._spectra[sun, tuple(row)] for row in thickness_m.tolist()])
 
     def alone(self, index: int, sun: Sun | None) -> ColumnsAt:
         """Function from thickness (N,) to columns with cloud in one layer only."""

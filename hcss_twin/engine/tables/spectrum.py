@@ -99,7 +99,7 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     skies = _suns(plan, CLEAR_SKIES) if moves else suns
     # The difference of a perturbed state needs its own wavenumbers.
     plans = [plan]
-    if plan.texture is not None:
+    if plan.texture is not None and (plan.texture.water_vapour or not plan.texture.sea_is_proportional(plan.assembly)):
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, each)) for each in states]
     spectra = partial(_spectra, (*views, *tested))

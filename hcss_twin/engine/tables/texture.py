@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,10 +16,18 @@ from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, TextureTables
+from hcss_twin.engine.tables.radiance_tables import InstantTable, RadianceTables, TableReader, TextureTables
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, State, Texture, TextureFields
+from hcss_twin.plan.texture import (
+    EXPANSION_STATES,
+    VAPOUR_PLACES,
+    Expansion,
+    State,
+    Texture,
+    TextureFields,
+    sea_factors,
+)
 from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import Sun
 
@@ -62,34 +70,58 @@ def compile_texture(
     if texture is None:
         return None
 
-    def of(state: State) -> BandColumns:
-        return columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
+    own: dict[State, BandColumns] = {(0.0, 0.0): columns}
+    middle, known, most = len(suns) // 2, dict[State, Array](), len(VAPOUR_PLACES)
 
-    middle, quantities = suns[len(suns) // 2], columns.quantities
-    each = [quantities.of(of(state).clear(middle)) for state in (*EXPANSION_STATES, *_TRIED)]
-    clear, tried = Expansion(np.stack(each[: len(EXPANSION_STATES)])), np.stack(each[len(EXPANSION_STATES) :])
-    errors = {places: _error(clear, tried, places) for places in (2, len(VAPOUR_PLACES))}
-    most = len(VAPOUR_PLACES)
+    def clear_in(state: State) -> Array:
+        state = texture.without_flat(state)
+        if state not in own:
+            own[state] = columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
+        if state not in known:
+            known[state] = columns.quantities.of(own[state].clear(suns[middle]))
+        return known[state]
+
+    clear = Expansion(np.stack([clear_in(state) for state in EXPANSION_STATES]))
+    tried = {texture.without_flat(state): clear_in(state) for state in (_TRIED if texture.water_vapour else _TRIED[:1])}
+    errors = {places: _error(clear, tried, places) for places in (2, most)}
     # At a kink a higher order is no better.
     places = most if errors[2] > PARABOLA_SHARE * plan.accuracy.relative and errors[most] < 0.5 * errors[2] else 2
-    tolerance = TOLERANCE * plan.budget.thickness
-    states: list[State] = [(1.0, 0.0)] if texture.temperature_K > 0.0 else []
-    if texture.water_vapour > 0.0:
-        states += [(0.0, place) for place in VAPOUR_PLACES[:places]]
-    tables = []
-    for own in (of(state) for state in states):
-        known = zip(suns, exact, strict=True)
-        tables.append(
-            tuple(own.table(axes, own.exact(axes, pair, sun, [scene], tolerance), sun) for sun, scene in known)
-        )
+    tolerance, tables = TOLERANCE * plan.budget.thickness, list[tuple[InstantTable, ...]]()
+    if texture.temperature_K > 0.0:
+        warm = own[1.0, 0.0]
+        if texture.sea_is_proportional(plan.assembly):
+            warm = OverWarmerSea(columns, warm.plan, suns[middle])
+        first = warm.exact(axes, pair, suns[middle], [exact[middle]], tolerance)
+        # What the sea emits does not depend on the sun.
+        each = [first if scene is exact[middle] else scene.plus(first, exact[middle]) for scene in exact]
+        tables.append(tuple(own[1.0, 0.0].table(axes, *one) for one in zip(each, suns, strict=True)))
+    for place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
+        drier, scenes = own[0.0, place], zip(suns, exact, strict=True)
+        each = [drier.exact(axes, pair, sun, [scene], tolerance) for sun, scene in scenes]
+        tables.append(tuple(drier.table(axes, *one) for one in zip(each, suns, strict=True)))
     mixed = np.stack([_ratio(each, clear.warm) for each in clear.mixed])
     return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, errors[places] + tolerance)
 
 
-def _error(clear: Expansion, tried: Array, places: int) -> float:
+class OverWarmerSea(BandColumns):
+    """Columns over a warmer sea, whose terms differ from those of the scene as in clear sky under some sun."""
+
+    def __init__(self, scene: BandColumns, warmer: Plan, sun: Sun | None) -> None:
+        super().__init__(warmer, scene.nodes)
+        models = scene.plan.assembly.model, warmer.assembly.model
+        self._scene, self._factors = scene, sea_factors(*models, self.nodes.wavenumber_cm1, sun)
+
+    def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
+        """Terms of cloudy columns (N, K, B); those of the scene are not solved again."""
+        terms: Array = (self._scene.spectra(thickness_m, sun) * self._factors) @ self.nodes.weights_cm1.T
+        return terms
+
+
+def _error(clear: Expansion, tried: Mapping[State, Array], places: int) -> float:
     """Largest error of the total of the clear column in the tried states."""
-    guess = np.stack([clear.values[0] + clear(np.array(warmer), np.array(drier), places) for warmer, drier in _TRIED])
-    away, whole = np.abs(guess - tried)[:, 0], np.abs(tried)[:, 0]
+    guess = np.stack([clear.values[0] + clear(np.array(warmer), np.array(drier), places) for warmer, drier in tried])
+    exact = np.stack(list(tried.values()))
+    away, whole = np.abs(guess - exact)[:, 0], np.abs(exact)[:, 0]
     return float(np.max(np.divide(away, whole, out=np.zeros_like(whole), where=whole > 0.0)))
 
 

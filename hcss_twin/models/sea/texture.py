@@ -5,11 +5,13 @@ Measured clear sky is not one number. Infrared images of the sea surface have sp
 near r^(2/3) (X. Calbet et al., Atmos. Meas. Tech. 15 (2022) 7105). Either field is a sum of lattices of random numbers
 whose cells halve from octave to octave, with variances in proportion to cell^(2H): below the outer scale its
 structure function rises as r^(2H). An octave belongs to a place, a seed and a cell size, not to the image: sensors of
-any pixel size see the same field, averaged over their pixels.
+any pixel size see the same field, averaged over their pixels. Wavelengths longer than the image (cells longer than half
+of it) are left out: they would only add to what the scenario gives as temperature and vapour of the scene.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,7 +24,7 @@ from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.generator import displacement_pixels
 from hcss_twin.models.clouds.fractal.lattice import fold
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, lifetime_s
 from hcss_twin.providers import Grid
 
 COARSE = 4
@@ -45,7 +47,7 @@ class TextureShape:
     hurst : float
         H of the structure function.
     lifetime_s_per_m : float
-        Time in which structures change, per size of their cells; infinite: they stay.
+        Time in which large structures change, per size of their cells; infinite: they stay.
     """
 
     number: int
@@ -94,7 +96,7 @@ class TextureField:
     ) -> None:
         self._grid = grid
         self._speeds = platform_speed_m_s - velocity_m_s[0], -velocity_m_s[1]
-        self.octaves = octaves_of(shape, grid.pixel_size_m)
+        self.octaves = octaves_of(shape, grid)
         own = fold(_SEED_KEY, seed, shape.number)
         large = tuple(each for each in self.octaves if each.x.step * COARSE**2 <= 1.0)
         self._fine = FractalField(own, tuple(each for each in self.octaves if each not in large))
@@ -121,19 +123,23 @@ class TextureField:
         return PixelWindow(pixels.start, pixels.stop - pixels.start, (0.5 - 0.5 * size) + shift)
 
 
-def octaves_of(shape: TextureShape, pixel_size_m: float) -> tuple[Octave, ...]:
-    """Return the octaves of a field averaged over square pixels; those of cells below a pixel are left out."""
+def cells_of(shape: TextureShape, grid: Grid) -> list[tuple[float, float]]:
+    """Return size (m) and share of variance of the octaves in an image: cells from a pixel to half of it."""
+    size_m = grid.pixel_size_m * max(grid.rows, grid.columns)
+    return [(cell_m, share) for cell_m, share in shape.cells if grid.pixel_size_m <= cell_m <= 0.5 * size_m]
+
+
+def octaves_of(shape: TextureShape, grid: Grid) -> tuple[Octave, ...]:
+    """Return the octaves of a field averaged over square pixels."""
     correlation = KernelCorrelation.tabulate()
     apart: Array = (np.arange(64, dtype=np.float64) + 0.5) / 64.0
     octaves = []
-    for k, (cell_m, variance) in enumerate(shape.cells):
-        step = pixel_size_m / cell_m
-        if step > 1.0:
-            break
+    for cell_m, variance in cells_of(shape, grid):
+        step, k = grid.pixel_size_m / cell_m, round(math.log2(shape.outer_m / cell_m))
         # Mean correlation of two points of the pixel, along either axis.
         mean = float(np.mean(2.0 * (1.0 - apart) * correlation(apart * step)))
         scale, still = AxisScale(step, False), not np.isfinite(shape.lifetime_s_per_m)
-        time = AxisScale(0.0 if still else 1.0 / (shape.lifetime_s_per_m * cell_m), False)
+        time = AxisScale(0.0 if still else 1.0 / lifetime_s(cell_m, shape.lifetime_s_per_m), False)
         octaves.append(Octave(k, variance * mean**2, scale, scale, time, False))
     return tuple(octaves)
 

@@ -24,6 +24,10 @@ NEGLIGIBLE_VARIANCE = 1e-5
 # other cells.
 _FINEST_PHASES = 4
 
+# Lifetimes in proportion to cells were measured down to wavelengths of 8 km. Smaller cells live in proportion to
+# size^(2/3), as eddies of turbulence do (A. N. Kolmogorov, Dokl. Akad. Nauk SSSR 30 (1941) 299).
+SMALLEST_MEASURED_CELL_M = 4000.0
+
 
 @dataclass(frozen=True)
 class AxisScale:
@@ -84,12 +88,17 @@ def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise
         per_second = gamma**k / motion.evolution_time_s
         if motion.lifetime_s_per_m is not None:
             size_m = REFERENCE_LENGTH_M / (gamma**k * math.sqrt(cells[0] * cells[1]))
-            per_second = 1.0 / (motion.lifetime_s_per_m * size_m)
+            per_second = 1.0 / lifetime_s(size_m, motion.lifetime_s_per_m)
         # A sky that all sensors share must not depend on the frame rate of one of them.
         is_new = noise and _is_new_in_every_frame(x, y, per_second, grid, motion)
         t = AxisScale(1.0 / motion.frame_interval_s, True) if is_new else AxisScale(per_second, False)
         octaves.append(Octave(k, power / total, x, y, t, noise))
     return tuple(octaves)
+
+
+def lifetime_s(cell_m: float, per_m: float) -> float:
+    """Return the time in which structures of one size change, from that per size of large ones."""
+    return per_m * cell_m * float(max(1.0, SMALLEST_MEASURED_CELL_M / cell_m) ** (1 / 3))
 
 
 def _is_new_in_every_frame(x: AxisScale, y: AxisScale, cells_per_second: float, grid: Grid, motion: Motion) -> bool:

@@ -248,7 +248,7 @@ def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...]) -> Pl
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
     if plan.texture is not None:
         textures = {
-            "sea.temperature_texture": scenario.sea.temperature_texture,
+            "sea.temperature_texture": scenario.sea.temperature_texture or 0.0,
             "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture,
         }
         message = "given, but reference columns have no texture: errors would be those of another scene; allowed: 0"
@@ -358,7 +358,10 @@ def _text(accuracy: float | str) -> str:
 
 
 def _at(scenario: Scenario, accuracy: float | str, pixels: int) -> Scenario:
-    return changed(scenario, {"accuracy": accuracy, "output.certificate": pixels})
+    values = {"accuracy": accuracy, "output.certificate": pixels}
+    if scenario.sea.temperature_texture is None:  # reference columns have no texture
+        values["sea.temperature_texture"] = 0.0
+    return changed(scenario, values)
 
 
 def _name(accuracy: float | str) -> str:

@@ -43,6 +43,7 @@ def compare(
     LightError
         If the scene has no cloud, several points for each pixel, or no radiance.
     """
+    scenario = _with(scenario, "sea", "temperature_texture", scenario.sea.temperature_texture or 0.0)
     plan = make_plan(scenario)
     if reason := _not_comparable(plan):
         raise LightError(reason)
@@ -52,7 +53,9 @@ def compare(
     light = "columns" if plan.light is None else plan.light.name
     makers = {"cube": PartMaker(plan, tables)}
     for name in tiers:
-        makers[name] = PartMaker(plan if name == light else make_plan(_with_light(scenario, name)), tables)
+        makers[name] = PartMaker(
+            plan if name == light else make_plan(_with(scenario, "radiance", "light", name)), tables
+        )
     count = plan.pixels[0] * plan.pixels[1]
     cells = np.random.default_rng([seed, 22]).choice(count, size=min(pixels, count), replace=False)
     places = [
@@ -167,9 +170,9 @@ def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> Non
         cube.hcss_monte_carlo = json.dumps(checked)
 
 
-def _with_light(scenario: Scenario, light: str) -> Scenario:
+def _with(scenario: Scenario, section: str, key: str, value: str | float) -> Scenario:
     values = json.loads(scenario.to_json())
-    values["radiance"]["light"] = light
+    values[section][key] = value
     return Scenario.from_dict(values, base=scenario.base)
 
 

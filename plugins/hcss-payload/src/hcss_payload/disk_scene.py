@@ -44,7 +44,7 @@ def climate_of(scenario: Scenario, catalog: Catalog, choice: str) -> ZonalClimat
         "atmosphere.inversion": atmosphere.inversion is not None,
         "atmosphere.water_vapour_texture": atmosphere.water_vapour_texture > 0.0,
         "sea.temperature": sea.temperature is not None,
-        "sea.temperature_texture": sea.temperature_texture > 0.0,
+        "sea.temperature_texture": (sea.temperature_texture or 0.0) > 0.0,
         "surfaces": scenario.surfaces is not None,
         "elements": bool(scenario.elements),
     }

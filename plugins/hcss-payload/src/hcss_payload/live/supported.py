@@ -21,6 +21,8 @@ def require_supported(plan: Plan) -> None:
         "sea.waves: resolved waves": plan.waves is not None,
         "surfaces": plan.surfaces is not None,
         "elements: live frames have a target of their own": bool(plan.assembly.elements),
+        "sea.temperature_texture": (scenario.sea.temperature_texture or 0.0) > 0.0,
+        "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture > 0.0,
         "slant.shadows": scenario.slant.shadows,
         "slant.parallax: the camera has its own": scenario.slant.parallax,
         "motion.platform_speed: the trajectory moves the camera": scenario.motion.platform_speed != 0.0,

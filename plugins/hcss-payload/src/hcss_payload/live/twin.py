@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
@@ -73,7 +74,7 @@ class LiveTwin:
     def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
         require_within("threads", threads, 1, 64)
         require_within("fineness", fineness, 1.0, 16.0)
-        self.plan, self.camera = make_plan(scenario), camera
+        self.plan, self.camera = replace(make_plan(scenario), texture=None), camera
         self.threads, self.fineness = threads, fineness
         require_supported(self.plan)
 
