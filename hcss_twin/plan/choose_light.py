@@ -65,7 +65,7 @@ def with_light(plan: Plan) -> Plan:
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
         raise ScenarioError([Problem(_FIELD, message)])
     if name not in offered:
-        hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install hcss-light"
+        hint = "" if offered else "; 'slant' and 'source' come with hcss-light: pip install ./plugins/hcss-light"
         message = f"'{name}' is not installed{hint}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
         raise ScenarioError([Problem(_FIELD, message)])
     if unsupported:
