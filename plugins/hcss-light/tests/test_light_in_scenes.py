@@ -55,11 +55,11 @@ def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
 
 
 def test_clouds_do_not_shade_sunlight_that_the_air_above_them_scatters():
-    """At 2.7-3.0 um it is a quarter of the radiance: sides take 7 % of the least one, shade would take 27 %."""
+    """At 2.7-3.0 um it is a fifth of the radiance."""
     image = {"rows": 12, "columns": 12, "pixel_size": 200.0}
-    both = {"time": DAY, "bands": [[2.7, 3.0]], "clouds": {"type": "cumulus", "coverage": 0.5}, "image": image}
+    both = {"time": DAY, "bands": [[2.7, 3.0]], "clouds": {"type": "stratocumulus", "coverage": 0.5}, "image": image}
     columns, source = (simulate(scene(light, **both)).radiance.values for light in ("columns", "source"))
-    assert source.min() > 0.85 * columns.min()
+    assert source.min() > 0.95 * columns.min()
 
 
 def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
