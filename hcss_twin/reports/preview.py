@@ -92,7 +92,7 @@ def draw_preview(
         dataset = with_plane_axes(opened)
         if "row" in opened.dims:  # rows count downward, y upward
             dataset = dataset.isel(y=slice(None, None, -1))
-        if kelvin and "brightness_temperature" not in dataset:
+        if kelvin and "brightness_temperature" not in dataset and "radiance" in dataset:
             dataset = dataset.assign(brightness_temperature=brightness_temperature(dataset))
         name = _variable(dataset, "brightness_temperature" if kelvin else variable)
         try:

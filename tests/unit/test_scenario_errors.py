@@ -210,8 +210,8 @@ def test_one_mistake_gives_one_problem_at_the_key_that_was_typed(line, field, pa
 @pytest.mark.parametrize(
     ("time", "part"),
     [
-        ("2024-04-20T12:30:00", "choice is 2024-04-20T12:30:00+00:00"),
-        ("'2024-04-20T12:30:00'", "choice is 2024-04-20T12:30:00+00:00"),
+        ("2024-04-20T12:30:00", "in UTC is 2024-04-20T12:30:00+00:00"),
+        ("'2024-04-20T12:30:00'", "in UTC is 2024-04-20T12:30:00+00:00"),
         ("2024-04-20", "choice is 2024-04-20T00:00:00+00:00"),
         ("12:30:00", "12:30:00 is not a date and time"),
         ("1713580200", EXAMPLE),

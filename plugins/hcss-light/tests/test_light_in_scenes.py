@@ -108,7 +108,7 @@ def test_a_tier_that_is_not_installed_is_refused_with_the_command_that_installs_
     with pytest.raises(ScenarioError, match=r"'sorce' is not installed.*source"):
         make_plan(scene("sorce"))
     monkeypatch.setattr(choose_light, "installed", lambda group: iter(()))
-    with pytest.raises(ScenarioError, match="pip install ./plugins/hcss-light"):
+    with pytest.raises(ScenarioError, match=r"pip install \./plugins/hcss-light"):
         make_plan(scene("source"))
 
 

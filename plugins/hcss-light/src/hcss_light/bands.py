@@ -7,6 +7,7 @@ nothing; along other directions it draws them toward those of a black body (:mod
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_light.source import Particles, Surroundings
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.physics.geometry import relative_azimuth_rad, sun_zenith_along
 from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, Sun
@@ -33,6 +35,9 @@ DIFFUSE_DEG = 53.0
 """Zenith angle that stands for the hemisphere."""
 
 LOWEST_SUN_DEG = 88.0
+
+EARTH_RADIUS_M = 6356752.0
+"""Polar radius: elsewhere the sun is no lower."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,7 @@ def groups_of_bands(
     across = np.cos(np.radians(inputs.view.zenith_deg))
     logarithm = np.log(np.maximum(gas, 1e-30))
     absorption = np.maximum(np.gradient(logarithm, heights, axis=0), 0.0) * across
-    below = inputs.clear(sun)
+    below = inputs.clear(sun) - sunlight_of_air(inputs, sun)
     glint, mirrored = np.zeros_like(below), mirrored_clouds(inputs, heights, gas)
     sunlight = np.zeros_like(emitted)
     if sun is not None and sun.zenith_deg <= LOWEST_SUN_DEG:
@@ -164,11 +169,24 @@ def sky_radiance(inputs: LightInputs, wavenumber: Array, altitude_m: float, zeni
 
 
 def sunlight_of_air(inputs: LightInputs, sun: Sun | None) -> Array:
-    """Return the sunlight (B,) that the air scatters toward the sensor; where gas absorbs, from above the clouds."""
-    if sun is None:
-        return np.zeros(inputs.weights_cm1.shape[0])
-    scattered = inputs.clear(sun) - inputs.clear(None) - inputs.sea_sun(sun)
-    result: Array = inputs.weights_cm1 @ np.maximum(scattered, 0.0)
+    """Return the sunlight (V,) that the air above all clouds scatters once into the view, at the sensor.
+
+    Tables of columns have it, clouds do not shade it, and no path through clouds changes it. What the air below tops
+    scatters counts as radiance from below. 0 with providers that give none, and where the engine has none
+    because the sun is near the horizon somewhere along the line of sight.
+    """
+    wavenumber, view = inputs.wavenumber_cm1, inputs.view
+    scattered = getattr(inputs.transmittance, "solar_path_radiance", None)
+    if sun is None or scattered is None:
+        return np.zeros(wavenumber.size)
+    turned = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
+    far_m = float(inputs.profile.altitude_m[-1])
+    highest = sun_zenith_along(view.zenith_deg, sun.zenith_deg, turned, far_m, EARTH_RADIUS_M)
+    if max(sun.zenith_deg, highest) > LOWEST_SUN_DEG:
+        return np.zeros(wavenumber.size)
+    up = to_space(max(each.layer.top_m for each in inputs.stack), view.zenith_deg)
+    (share,) = scattered(wavenumber, [up], sun.zenith_deg, math.degrees(turned))
+    result: Array = share * inputs.solar_irradiance(wavenumber) / sun.distance_au**2
     return result
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_light.bands import sky_radiance
+from hcss_light.bands import sky_radiance, sunlight_of_air
 from hcss_light.monte_carlo import Sunlight, radiance
 from hcss_light.sea_surface import RoughSea, facets, index_of
 from hcss_light.sea_surface import glint as glint_of
@@ -182,9 +182,7 @@ def _airs(inputs: LightInputs, edges: Array, sun: Sun | None, band: int) -> Iter
     own = np.sum(black * -np.expm1(-depth) * np.exp(-passed), axis=0)
     open_share = np.exp(-np.sum(depth, axis=0))
     clear = inputs.clear(sun)[used]
-    if sun is not None:
-        # Sunlight that the air scatters counts as scattered above the clouds: it matters where gas hides what is below.
-        above = above + np.maximum(clear - inputs.clear(None)[used] - inputs.sea_sun(sun)[used], 0.0)
+    above = above + sunlight_of_air(inputs, sun)[used]
     seen = through * open_share > OPAQUE
     below = np.where(
         seen, ((clear - above) / np.where(seen, through, 1.0) - own) / np.where(seen, open_share, 1.0), black[0]

@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from hcss_light.bands import sunlight_of_air
 from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import MOST_SHADED
 from hcss_light.slices import Field, paths
@@ -148,6 +149,7 @@ class StackedLight:
         self, inputs: LightInputs, stack: Stack, groups: Sequence[Sequence[StackedGroup]], sun: Sun | None
     ) -> None:
         self._stack, self._shape, self._groups = stack, inputs.shape, groups
+        self._air = inputs.weights_cm1 @ sunlight_of_air(inputs, sun)
         self._sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
         self._sea = StackedSea(stack, self._sun)
         self._most_m = [each.layer.thickness_max_m for each in inputs.stack]
@@ -178,8 +180,8 @@ class StackedLight:
         ]
 
     def uniform(self, amount_m: Array | Field) -> Array:
-        """Return the radiance (B, y, x) of uniform layers of amounts (L, y, x) by this tier."""
-        return self._between(self._uniform, amount_m)
+        """Return the radiance (B, y, x) of uniform layers of amounts (L, y, x) by this tier, and of the air above."""
+        return self._between(self._uniform, amount_m) + self._air[:, None, None]
 
     def _between(self, values: Array, amount_m: Array | Field) -> Array:
         places = []
@@ -224,7 +226,8 @@ class StackedLight:
         sunlight = uniform - dark
         lit = sunlight > FAINT * uniform
         share = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
-        return amount, share, total - share * uniform
+        # Tables have the sunlight that the air above scatters, which is not shaded.
+        return amount, share, total - share * uniform + (1.0 - share) * self._air[:, None, None]
 
 
 def _seen(

@@ -152,7 +152,7 @@ class SourceLight:
         if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
             sun = None
         groups = groups_of_bands(self._inputs, self.slices.middle_m, sun)
-        return InstantLight(self.tier, self._inputs, self.slices, groups, sun, sunlight_of_air(self._inputs, sun))
+        return InstantLight(self.tier, self._inputs, self.slices, groups, sun)
 
 
 class SlantLight(SourceLight):
@@ -166,9 +166,10 @@ class InstantLight:
     """Light at one instant; see :class:`hcss_twin.providers.light.InstantLight`."""
 
     def __init__(
-        self, tier: str, inputs: LightInputs, slices: Slices, groups: list[list[Group]], sun: Sun | None, air: Array
+        self, tier: str, inputs: LightInputs, slices: Slices, groups: list[list[Group]], sun: Sun | None
     ) -> None:
-        layer, self._air = inputs.layer, air
+        layer = inputs.layer
+        self._air = inputs.weights_cm1 @ sunlight_of_air(inputs, sun)
         view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
         to_sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
         self._sea = Sea(slices, view, to_sun, inputs.reference_m)
@@ -243,7 +244,7 @@ class InstantLight:
             sunlight = uniform - dark
             lit = sunlight > FAINT * uniform
             share[band] = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
-            # Sunlight that the air scatters is part of the tables, and is not shaded.
+            # Tables have the sunlight that the air above scatters, which is not shaded.
             change[band] = total - share[band] * uniform + (1.0 - share[band]) * self._air[band]
         return amount, share, change
 
