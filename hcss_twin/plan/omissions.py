@@ -234,7 +234,8 @@ def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omi
         warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
         share = float(warmer / sea - 1.0)
         size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
-        yield Omission("texture of the sea's temperature", f"{why}; {size}", 3.0 * share, share, "rms")
+        needs = "sea.temperature_texture = 0.3" if scenario.sea.temperature_texture is not None and share else ""
+        yield Omission("texture of the sea's temperature", f"{why}; {size}", 3.0 * share, share, "rms", needs)
 
 
 def _changes_of_air(

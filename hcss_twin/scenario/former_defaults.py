@@ -21,6 +21,7 @@ FORMER: Mapping[str, Mapping[str, str | float]] = MappingProxyType(
             "clouds.coverage_mode": "frame",
             "clouds.parameters.method": "otsu",
             "motion.evolution_time": 1800.0,
+            "sea.temperature_texture": 0.0,
             "optics.parameters.ice_phase_function": "henyey-greenstein",
             "sensor.parameters.method": "frames",
         }

@@ -133,12 +133,12 @@ class Sea(ScenarioSection):
         'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
     )
     temperature_texture: Number | None = Field(
-        0.0,
+        None,
         ge=0,
         le=3,
         description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
-        "field with the spectrum of measured sea, in wavelengths up to the image's size; 0: one temperature; null "
-        "(JSON): 0.3 where the scene can have it and that is 0.02 K or more within the image.",
+        "field with the spectrum of measured sea, in wavelengths up to the image's size; 0: one temperature; default: "
+        "0.3 where the scene can have it and that is 0.02 K or more within the image.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 

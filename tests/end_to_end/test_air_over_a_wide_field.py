@@ -17,7 +17,7 @@ time = 2024-04-20T00:30:00+10:00
 place = {latitude = 36.0, longitude = 150.0}
 bands = ["swir-2.7-3.0"]
 clouds.layers = []
-sea = {temperature = 291.0, wind_speed = 6.0}
+sea = {temperature = 291.0, wind_speed = 6.0, temperature_texture = 0.0}
 image = {rows = 7, columns = 1, pixel_size = 100e3}
 frames = {count = 1}
 accuracy = 0.02

@@ -34,7 +34,7 @@ parameters = {file = "half.nc", classes = {0 = "sea", 1 = "sand"}}
 """
 FIELD = {"file": "half.nc", "classes": {0: "sea", 1: "sand"}, "temperature_layer": "temperature"}
 MIXED = {"surfaces.parameters": FIELD, "image.samples_per_pixel": 2, "bands": ["lwir"], "output.certificate": 12}
-ALONE = {"surfaces": None, "output.variables": ["radiance", "cloud_mask", "terms"]}
+ALONE = {"surfaces": None, "sea.temperature_texture": 0.0, "output.variables": ["radiance", "cloud_mask", "terms"]}
 
 
 @pytest.fixture(scope="module")

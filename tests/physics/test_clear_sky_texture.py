@@ -222,13 +222,13 @@ def test_keys_that_exclude_texture_are_named() -> None:
         ({"sea": {"temperature_texture": 0.0}}, "sea.temperature_texture is 0"),
         ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "structures within the image vary"),
         ({"surfaces": {}}, "a map of surfaces"),
+        ({"defaults": "0.1"}, "sea.temperature_texture is 0"),
     ],
-    ids=["can have it", "off", "small image", "map"],
+    ids=["default", "off", "small image", "map", "0.1"],
 )
-def test_the_sea_has_texture_where_it_can_and_the_plan_says_where_not(changes: dict, why: str) -> None:
+def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dict, why: str) -> None:
     cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
-    sea = {"model": "cox-munk", "temperature_texture": None} | changes.get("sea", {})
-    plan = make_plan(scene(**cheap, **{**changes, "sea": sea}))
+    plan = make_plan(scene(**cheap, **{**changes, "sea": {"model": "cox-munk"} | changes.get("sea", {})}))
     omitted = [each for each in plan.omissions if each.what == "texture of the sea's temperature"]
     if not why:
         assert plan.texture.temperature_K == 0.3
@@ -238,3 +238,4 @@ def test_the_sea_has_texture_where_it_can_and_the_plan_says_where_not(changes: d
     (omission,) = omitted
     assert why in omission.why
     assert 0.0 < omission.bound < 0.05
+    assert bool(omission.needs) == ("is 0" in why)

@@ -38,7 +38,7 @@ def raw(layers, **overrides):
         "bands": BANDS,
         "atmosphere": {"profile": "us-standard-1976"},
         "clouds": {"layers": clouds},
-        "sea": {"temperature": 291.4, "wind_speed": 10.0},
+        "sea": {"temperature": 291.4, "wind_speed": 10.0, "temperature_texture": 0.0},
     }
     return Scenario.from_dict(base, {**CHEAP, **overrides})
 

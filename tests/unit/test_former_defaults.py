@@ -78,6 +78,14 @@ def test_clouds_from_images_have_the_former_threshold(generator):
     assert optics("0.1", clouds=kept)["clouds"] == kept
 
 
+@pytest.mark.parametrize(("defaults", "given", "expected"), [(None, {}, None), ("0.1", {}, 0.0), ("0.1", 0.2, 0.2)])
+def test_the_sea_has_one_temperature_in_version_0_1(defaults, given, expected):
+    keys = {"defaults": defaults} if defaults else {}
+    scenario = Scenario.from_dict(GIVEN | keys | ({"sea": {"temperature_texture": given}} if given else {}))
+    assert scenario.sea.temperature_texture == expected
+    assert Scenario.from_dict(json.loads(scenario.to_json())).sea.temperature_texture == expected
+
+
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [

@@ -151,6 +151,7 @@ def _sea(random: np.random.Generator, model: str) -> dict[str, Any]:
         "temperature": float(random.uniform(271, 305)),
         "wind_speed": float(random.choice([random.uniform(0, 15), random.uniform(0, 60)])),
         "wind_from": float(random.uniform(0, 360)),
+        "temperature_texture": 0.0,  # the reference solves columns over one sea
     }
     if rough and random.random() < 0.3:
         sea["parameters"] = {"slopes": "upwind-crosswind"}
