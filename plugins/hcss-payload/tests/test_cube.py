@@ -29,7 +29,8 @@ def pass_path(tmp_path_factory):
 @pytest.mark.parametrize("clouds", [{"type": "stratus"}, {"type": "cumulus"}])
 def test_a_nadir_camera_gives_the_cube_of_the_ground_grid(clouds):
     output = {"variables": ["radiance", "cloud_mask", "cloud_thickness"]}
-    grid = hcss_twin.simulate(scenario({"clouds": clouds, "output": output}))
+    # A camera's sea has no texture.
+    grid = hcss_twin.simulate(scenario({"clouds": clouds, "output": output, "sea": {"temperature_texture": 0.0}}))
     cube = hcss_twin.simulate(scenario(STARING, {"clouds": clouds, "output": output}))
     assert cube["radiance"].dims == ("time", "band", "row", "column")
     # The first row of a focal plane with north up is the northern one, that of a grid the southern one.
