@@ -116,7 +116,7 @@ def run(
             click.echo(f"{measured}  {cube_bytes(measured) / 1e6:.1f} MB, as measured")
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
-        for note in plan.notes:
+        for note in plan.assembly.cloud_notes:
             click.echo(f"  note: {note}")
         for certificate in found:
             click.echo("\n    ".join(("  certificate", *(certificate.lines if verbose else certificate.summary))))
