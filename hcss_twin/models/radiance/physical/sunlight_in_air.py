@@ -13,7 +13,8 @@ from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import RadianceInputs, Sun
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import RadianceInputs, Sun, TransmittanceProvider
 
 _MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
@@ -41,27 +42,43 @@ def sun_share(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_c
 
 
 def scattered_above(inputs: RadianceInputs, where: ColumnDirections, wavenumber_cm1: Array) -> Callable[[float], Array]:
-    """Return sunlight (V,) scattered once into the view above an altitude, sr-1; 0 if the provider has none."""
-    own, sun = getattr(inputs.transmittance, "solar_path_radiance", None), where.sun
-    if own is None or sun is None or _is_too_low(inputs, sun, where):
+    """Return sunlight (V,) scattered once into the view above an altitude, as :func:`scattered_once`."""
+    of_air, azimuth = (inputs.transmittance, inputs.profile), where.relative_azimuth
+    return scattered_once(*of_air, where.zenith_deg[VIEW], where.sun, azimuth, wavenumber_cm1)
+
+
+def scattered_once(
+    transmittance: TransmittanceProvider,
+    profile: Profile,
+    view_zenith_deg: float,
+    sun: Sun | None,
+    relative_azimuth: float,
+    wavenumber_cm1: Array,
+) -> Callable[[float], Array]:
+    """Return sunlight (V,) scattered once into a view above an altitude, sr-1, for each unit of solar irradiance.
+
+    0 without a sun, if the provider has none, and if the sun is near the horizon at any point of the (long) slant path
+    between sea and sensor.
+
+    Parameters
+    ----------
+    relative_azimuth : float
+        Radians, as :func:`hcss_twin.physics.geometry.relative_azimuth_rad`.
+    """
+    own, top_m = getattr(transmittance, "solar_path_radiance", None), float(profile.altitude_m[-1])
+    if own is None or sun is None:
         return lambda altitude_m: np.zeros_like(wavenumber_cm1)
-    view, azimuth_deg = where.zenith_deg[VIEW], float(np.degrees(where.relative_azimuth))
+    highest = sun_zenith_along(view_zenith_deg, sun.zenith_deg, relative_azimuth, top_m, _MIN_EARTH_RADIUS_M)
+    if max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG:
+        return lambda altitude_m: np.zeros_like(wavenumber_cm1)
 
     @cache
     def above(altitude_m: float) -> Array:
-        radiance: Array = own(wavenumber_cm1, [to_space(altitude_m, view)], sun.zenith_deg, azimuth_deg)[0]
+        paths, azimuth_deg = [to_space(altitude_m, view_zenith_deg)], float(np.degrees(relative_azimuth))
+        radiance: Array = own(wavenumber_cm1, paths, sun.zenith_deg, azimuth_deg)[0]
         return radiance
 
     return above
-
-
-def _is_too_low(inputs: RadianceInputs, sun: Sun, where: ColumnDirections) -> bool:
-    """Whether the sun is near the horizon at any point of the (long) slant path between sea and sensor."""
-    top_m = float(inputs.profile.altitude_m[-1])
-    highest = sun_zenith_along(
-        where.zenith_deg[VIEW], sun.zenith_deg, where.relative_azimuth, top_m, _MIN_EARTH_RADIUS_M
-    )
-    return max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG
 
 
 def seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) -> Array:

@@ -7,7 +7,6 @@ nothing; along other directions it draws them toward those of a black body (:mod
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,7 +15,8 @@ from numpy.typing import NDArray
 
 from hcss_light.source import Particles, Surroundings
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.physics.geometry import relative_azimuth_rad, sun_zenith_along
+from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
+from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, Sun
@@ -35,9 +35,6 @@ DIFFUSE_DEG = 53.0
 """Zenith angle that stands for the hemisphere."""
 
 LOWEST_SUN_DEG = 88.0
-
-EARTH_RADIUS_M = 6356752.0
-"""Polar radius: elsewhere the sun is no lower."""
 
 
 @dataclass(frozen=True)
@@ -176,16 +173,12 @@ def sunlight_of_air(inputs: LightInputs, sun: Sun | None) -> Array:
     because the sun is near the horizon somewhere along the line of sight.
     """
     wavenumber, view = inputs.wavenumber_cm1, inputs.view
-    scattered = getattr(inputs.transmittance, "solar_path_radiance", None)
-    if sun is None or scattered is None:
+    if sun is None:
         return np.zeros(wavenumber.size)
     turned = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
-    far_m = float(inputs.profile.altitude_m[-1])
-    highest = sun_zenith_along(view.zenith_deg, sun.zenith_deg, turned, far_m, EARTH_RADIUS_M)
-    if max(sun.zenith_deg, highest) > LOWEST_SUN_DEG:
-        return np.zeros(wavenumber.size)
-    up = to_space(max(each.layer.top_m for each in inputs.stack), view.zenith_deg)
-    (share,) = scattered(wavenumber, [up], sun.zenith_deg, math.degrees(turned))
+    of_air = inputs.transmittance, inputs.profile
+    above = scattered_once(*of_air, view.zenith_deg, sun, turned, wavenumber)
+    share = above(max(each.layer.top_m for each in inputs.stack))
     result: Array = share * inputs.solar_irradiance(wavenumber) / sun.distance_au**2
     return result
 
