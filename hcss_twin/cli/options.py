@@ -77,12 +77,14 @@ def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "g
     click.ClickException
         If a file exists without ``force`` (``remedy`` is the alternative), or its folder does not exist.
     """
+    from hcss_twin.core.files import is_device
+
     for path in paths:
         if path is None:
             continue
         if path.exists() and not force:
             raise click.ClickException(f"{path} exists; {remedy}, or --force")
-        if path.exists() and not (path.is_file() or path.is_dir()):
+        if is_device(path):
             raise click.ClickException(f"cannot write {path}: it is a device, pipe or socket; {remedy}")
         folder = path.absolute().parent
         if not folder.is_dir():

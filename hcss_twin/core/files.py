@@ -61,8 +61,13 @@ def require_file(path: Path, error: type[HcssError]) -> None:
     """
     if path.is_dir():
         raise error(f"cannot write {path}: it is a folder")
-    if path.exists() and not path.is_file():
+    if is_device(path):
         raise error(f"cannot write {path}: it is a device, pipe or socket; allowed: a new name, or that of a file")
+
+
+def is_device(path: Path) -> bool:
+    """Whether a path is that of a device, a pipe or a socket."""
+    return path.exists() and not (path.is_file() or path.is_dir())
 
 
 def draft_of(path: Path) -> Path:

@@ -225,10 +225,8 @@ def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omi
         why = why_one_temperature(scenario, assembly)
     if assembly.surface is None and why:
         # Spectrum k^-2 with 0.3 K in wavelengths up to 320 km, of which the image has those up to its size.
-        size_m, sea_K = (
-            assembly.grid.pixel_size_m * max(assembly.grid.rows, assembly.grid.columns),
-            assembly.sea_temperature_K,
-        )
+        grid, sea_K = assembly.grid, assembly.sea_temperature_K
+        size_m = grid.pixel_size_m * max(grid.rows, grid.columns)
         typical_K = 0.3 * math.sqrt(min(1.0, size_m / 320e3))
         shortest = 1e4 / min(band.lower_um for band in assembly.bands)
         warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
