@@ -22,6 +22,7 @@ def drawn(**attributes):
     data = {name: (DIMS, np.array([[each] * 3 + [np.nan]])) for name, each in data.items()}
     for name, share in (("radiance", 0.36), ("brightness_temperature", 0.64)):
         data[f"{name}_total"] = (("source", *DIMS), np.array([[[share] * 3 + [np.nan]]]))
+        data[f"{name}_total_error"] = (("source", *DIMS), np.array([[[0.04] * 3 + [np.nan]]]))
     return xr.Dataset(data, {"band": ["lwir"], "class": classes, "source": ["seed"]}, attributes)
 
 
@@ -58,3 +59,15 @@ def test_the_table_says_what_is_not_stated_and_what_is_a_lower_limit():
     assert joined.rows[2][3:] == ["4 K (12 %)", "not stated", "5 K (13 %)"]
     of_file = budget(PropagationContents(drawn(**{MODEL_ERRORS: json.dumps(STATED)})), 0)
     assert of_file == joined
+
+
+def test_a_part_whose_estimated_variance_is_negative_is_told_with_its_error():
+    data = drawn()
+    for name in ("radiance", "brightness_temperature"):
+        data[f"{name}_total"][:] = 1.1  # 1 - 1.1 = -0.1 +- 0.04 of the variance is left to the inputs
+    row = budget(PropagationContents(data), 0).rows[0]
+    # by hand: 3 K * 0.04 ** 0.5, 5 % * 0.04 ** 0.5
+    assert row[1:3] == ["not told apart from 0 (± 0.6 K, 1 %)", "3 K (5 %)"]
+    for name in ("radiance", "brightness_temperature"):
+        data[f"{name}_total"][:], data[f"{name}_total_error"][:] = 0.0, 0.0  # no clouds: the seed has no effect
+    assert budget(PropagationContents(data), 0).rows[0][1:3] == ["3 K (5 %)", "0 K (0 %)"]

@@ -27,10 +27,14 @@ Stated = Mapping[str, Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]]
 
 @dataclass(frozen=True)
 class ErrorSize:
-    """An error as a share of the radiance, and as a brightness temperature in K; NaN where it is unknown."""
+    """An error as a share of the radiance, and as a brightness temperature in K; NaN where it is unknown.
+
+    ``is_limit``: the estimate of its square is not above 0, and both values are those of one standard error above 0.
+    """
 
     relative: float
     kelvin: float
+    is_limit: bool = False
 
 
 UNKNOWN = ErrorSize(math.nan, math.nan)
@@ -73,11 +77,16 @@ def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow
         mean = abs(float(at["radiance_mean"]))
         relative = float(at["radiance_standard_deviation"]) / mean if mean > 0.0 else math.nan
         kelvin = float(at["brightness_temperature_standard_deviation"])
+        by_seed = at.sel(source=SEED)
+        sizes = {"radiance": relative, "brightness_temperature": kelvin}
         parts = [
-            _parts(relative, float(at["radiance_total"].sel(source=SEED))),
-            _parts(kelvin, float(at["brightness_temperature_total"].sel(source=SEED))),
+            _parts(size, *(float(by_seed[f"{each}_total{end}"]) for end in ("", "_error")))
+            for each, size in sizes.items()
         ]
-        inputs, seed = (ErrorSize(*each) for each in zip(*parts, strict=True))
+        inputs, seed = (
+            ErrorSize(of_radiance, of_kelvin, is_limit)
+            for (of_radiance, _), (of_kelvin, is_limit) in zip(*parts, strict=True)
+        )
         models = _of_class(kind, band, stated)
         known = [each for each in models.values() if math.isfinite(each.kelvin)]
         total = UNKNOWN
@@ -89,12 +98,16 @@ def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow
     return rows
 
 
-def _parts(spread: float, seed_share: float) -> tuple[float, float]:
-    """Divide a standard deviation into the parts of inputs and seed, whose squares add up to its own."""
-    if spread == 0.0:
-        return 0.0, 0.0
-    share = min(max(seed_share, 0.0), 1.0) if math.isfinite(seed_share) else math.nan  # an estimate may exceed 1
-    return spread * math.sqrt(1.0 - share), spread * math.sqrt(share)
+def _parts(spread: float, seed_share: float, error: float) -> list[tuple[float, bool]]:
+    """Divide a standard deviation into the parts of inputs and seed, whose squares add up to its own.
+
+    A part whose estimated share of the variance is not above 0 is that of the share's standard error, and marked.
+    """
+    if spread == 0.0 or math.isnan(seed_share):
+        return [(0.0 if spread == 0.0 else math.nan, False)] * 2
+    shares = [min(max(share, 0.0), 1.0) for share in (1.0 - seed_share, seed_share)]  # estimates may be beyond
+    limits = [share == 0.0 and error > 0.0 for share in shares]
+    return [(spread * math.sqrt(error if at else share), at) for share, at in zip(shares, limits, strict=True)]
 
 
 def _of_class(kind: str, band: str, stated: Stated) -> dict[str, ErrorSize]:
