@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, listed, shown
-from hcss_twin.scenario.units import in_plain_units, meant_in_celsius
+from hcss_twin.scenario.units import QuantityParser, in_plain_units, meant_in
 
 Location = tuple[int | str, ...]
 Model = TypeVar("Model", bound=BaseModel)
@@ -85,8 +85,8 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         return "is not a key; keys are text"
     if kind in _RANGE_KINDS:
         typed, number = _typed(value, location, raw)
-        celsius = _from_celsius(location, number, _bounds(model, location)) if typed == shown(number) else None
-        return f"{typed} is out of range; {_range(model, location, number, detail, celsius)}"
+        meant = _in_another_unit(model, location, number) if typed == shown(number) else None
+        return f"{typed} is out of range; {_range(model, location, number, detail, meant)}"
     if kind == "finite_number":
         return "; ".join(filter(None, (f"{shown(value)} is not a finite number", _range(model, location))))
     if kind == "literal_error":
@@ -188,13 +188,23 @@ def _range(
     return f"{sentence}; closest valid choice is {guess}" if guess else sentence
 
 
-def _from_celsius(location: Location, value: object, bounds: Mapping[str, float]) -> str | None:
-    """Temperature in kelvin if a plain number was probably meant in degrees Celsius."""
-    if not location or "temperature" not in str(location[-1]) or not isinstance(value, int | float):
+def _in_another_unit(model: type[BaseModel], location: Location, value: object) -> str | None:
+    """Value in plain units if a plain number was probably meant in another unit, such as percent or km."""
+    owner, name = _model_at(model, location[:-1], location[-1] if location else None), str(location[-1:])
+    if owner is None or location[-1] not in owner.model_fields or not isinstance(value, int | float):
         return None
+    field, bounds = owner.model_fields[str(location[-1])], _bounds(model, location)
+    dimension = next(_dimensions(field.metadata, field.annotation), "temperature" if "temperature" in name else "")
     low = max(bounds.get("ge", -math.inf), bounds.get("gt", -math.inf))
-    high = min(bounds.get("le", math.inf), bounds.get("lt", math.inf))
-    return meant_in_celsius(value, low, high)
+    return meant_in(dimension, value, low, min(bounds.get("le", math.inf), bounds.get("lt", math.inf)))
+
+
+def _dimensions(metadata: Iterable[object], annotation: Any) -> Iterator[str]:
+    """Dimension of a quantity, from its field or, if it is optional, from the type inside."""
+    parsers = (getattr(each, "func", None) for each in metadata)
+    yield from (each.dimension for each in parsers if isinstance(each, QuantityParser))
+    for argument in typing.get_args(annotation):
+        yield from _dimensions(getattr(argument, "__metadata__", ()), None)
 
 
 def _nearest(bounds: Mapping[str, float], value: object, detail: ErrorDetails | None, whole: bool) -> str | None:

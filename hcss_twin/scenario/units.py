@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
@@ -75,8 +76,7 @@ def quantity_or_word(dimension: str, low: float, high: float, *words: str, above
             raise PydanticCustomError("quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}")
         if not low <= number <= high:
             nearest = f"{low:g}" if number < low else above
-            if dimension == "temperature":
-                nearest = meant_in_celsius(number, low, high) or nearest
+            nearest = meant_in(dimension, number, low, high) or nearest
             hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN has no closest value
             raise PydanticCustomError("quantity_or_word", f"{shown(value)} is out of range; {allowed}{hint}")
         return float(number)
@@ -84,10 +84,23 @@ def quantity_or_word(dimension: str, low: float, high: float, *words: str, above
     return parse
 
 
-def meant_in_celsius(value: float, low: float, high: float) -> str | None:
-    """Return the temperature in kelvin if a value outside these limits was probably meant in degrees Celsius."""
-    kelvin = value + UNITS["temperature"]["degC"][1]
-    return f"{kelvin:.6g}, which is {value:g} degC" if low <= kelvin <= high else None
+_OFTEN_MEANT = {
+    "temperature": ("degC",),
+    "fraction": ("%",),
+    "length": ("km",),
+    "length in an instrument": ("um", "mm"),
+}
+"""Units in which plain numbers are often typed by mistake, by dimension; the first that fits the limits is meant."""
+
+
+def meant_in(dimension: str, value: float, low: float, high: float) -> str | None:
+    """Return the value in plain units if a number outside these limits was probably meant in another unit."""
+    for unit in _OFTEN_MEANT.get(dimension, ()):
+        factor, offset = UNITS[dimension][unit]
+        plain = factor * value + offset
+        if low <= plain <= high and (unit != "%" or value > 2.0):  # 1.2 is a fraction that is too large
+            return f"{plain:.6g}, which is {value:g} {unit}"
+    return None
 
 
 def in_plain_units(text: str) -> float | None:
@@ -118,12 +131,16 @@ def _refuse_bool(value: object, kind: str) -> None:
         raise PydanticCustomError(kind, "not a number")
 
 
-def _parser(dimension: str) -> Callable[[object], object]:
-    def parse(value: object) -> object:
-        _refuse_bool(value, "float_type")
-        return parse_quantity(value, dimension)
+@dataclass(frozen=True)
+class QuantityParser:
+    """Parser of quantities of a dimension, which messages about limits read from the field's annotation."""
 
-    return parse
+    dimension: str
+
+    def __call__(self, value: object) -> object:
+        """Return the value in plain units; raises PydanticCustomError."""
+        _refuse_bool(value, "float_type")
+        return parse_quantity(value, self.dimension)
 
 
 def _plain(kind: str) -> Callable[[object], object]:
@@ -158,17 +175,17 @@ Number = Annotated[float, BeforeValidator(_plain("float_type"))]
 Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
 """A whole number; no text or boolean."""
 
-Length = Annotated[float, BeforeValidator(_parser("length"))]
-InstrumentLength = Annotated[float, BeforeValidator(_parser("length in an instrument"))]
-Angle = Annotated[float, BeforeValidator(_parser("angle"))]
-Temperature = Annotated[float, BeforeValidator(_parser("temperature"))]
-Speed = Annotated[float, BeforeValidator(_parser("speed"))]
-Duration = Annotated[float, BeforeValidator(_parser("duration"))]
-Fraction = Annotated[float, BeforeValidator(_parser("fraction"))]
-ParticleRadius = Annotated[float, BeforeValidator(_parser("particle radius"))]
+Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
+InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
+Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
+Temperature = Annotated[float, BeforeValidator(QuantityParser("temperature"))]
+Speed = Annotated[float, BeforeValidator(QuantityParser("speed"))]
+Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
+Fraction = Annotated[float, BeforeValidator(QuantityParser("fraction"))]
+ParticleRadius = Annotated[float, BeforeValidator(QuantityParser("particle radius"))]
 """In um, as usual for particles."""
 
-WaterContent = Annotated[float, BeforeValidator(_parser("water content"))]
+WaterContent = Annotated[float, BeforeValidator(QuantityParser("water content"))]
 """In g m-3, as in the literature on clouds."""
 
 
