@@ -25,6 +25,7 @@ from hcss_twin.cli.options import (
     FOLDER,
     NEW,
     Stop,
+    assigned,
     force_option,
     json_option,
     load,
@@ -147,13 +148,21 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
 @scenario_options
 @json_option
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Check SCENARIO and list all problems."""
+    """Check SCENARIO, or all points of a sweep, and list all problems."""
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.make_plan import make_plan
+    from hcss_twin.sweeps.design import is_sweep
 
     try:
-        loaded = load(scenario, assignments)
         with announce_compilation(partial(click.echo, err=True)):
+            if is_sweep(scenario):
+                from hcss_twin.sweeps.run import check
+
+                count, planned = check(scenario, assigned(assignments))
+                told = {"valid": True, "points": count, "planned": planned}
+                click.echo(json.dumps(told) if as_json else f"valid: {count} points, plans of {planned} of them")
+                return
+            loaded = load(scenario, assignments)
             make_plan(loaded)
     except ScenarioError as error:
         if not as_json:

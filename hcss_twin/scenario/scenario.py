@@ -36,8 +36,8 @@ UNCERTAIN = "uncertain"
 """Section that assigns distributions to keys."""
 
 _NOT_ONE_SCENE = (
-    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes; allowed here: a file "
-    "without this section"
+    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes and `hcss validate FILE` checks; allowed "
+    "here: a file without this section"
 )
 
 _NOT_CERTAIN = (

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from hcss_twin.core.environment import versions
-from hcss_twin.core.errors import SweepError
+from hcss_twin.core.errors import ScenarioError, SweepError
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.folder import INDEX, PointRecord, SweepFolder, cube_name
@@ -157,6 +159,31 @@ def sweep(
 
             write_dataset(wanted, design, digest, path, sweep_folder.records)
     return SweepResult(path, tuple(sweep_folder.records), tuple(sorted(computed)), wanted)
+
+
+MOST_PLANNED = 20
+"""Points of which :func:`check` makes plans, at most: one costs half a second."""
+
+
+def check(source: str | Path, overrides: Mapping[str, Any] | None = None) -> tuple[int, int]:
+    """Check all points of a sweep without computing them; return the number of points and of those planned.
+
+    One point is planned for each set of radiance tables, evenly chosen where there are more than 20. Raises
+    ScenarioError with the problems of all points, or those of the first plan that has any, with its number.
+    """
+    design = Design.load(source, overrides)
+    points = points_of(design)
+    if design.dataset:
+        require_one_layout(design, points)
+    firsts = [*{shared_tables(point.scenario): point for point in reversed(points)}.values()][::-1]
+    planned = firsts[:: -(-len(firsts) // MOST_PLANNED)]
+    cache = ResultCache(several=True)
+    for point in planned:
+        try:
+            make_plan(point.scenario, shelf=cache)
+        except ScenarioError as error:
+            raise ScenarioError(error.problems, f"{design.origin}, point {point.number}") from error
+    return len(points), len(planned)
 
 
 def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:

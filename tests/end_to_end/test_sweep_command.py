@@ -68,7 +68,7 @@ def test_a_failed_point_is_told_and_the_exit_code_is_1(monkeypatch):
 
 
 def test_a_file_with_a_sweep_is_told_to_be_swept():
-    for command in ("run", "plan", "validate"):
+    for command in ("run", "plan"):
         refused = CliRunner().invoke(cli, [command, "mine.toml"])
         assert isinstance(refused.exception, ScenarioError)
         assert "hcss sweep FILE" in str(refused.exception)
@@ -101,3 +101,16 @@ def test_a_scheduler_that_does_not_answer_is_told():
         refused = hcss("mine.toml", "--scheduler", f"tcp://127.0.0.1:{nobody.getsockname()[1]}")
     assert isinstance(refused.exception, SweepError)
     assert "no Dask scheduler answers" in str(refused.exception)
+
+
+def test_a_sweep_is_validated_without_being_computed(tmp_path):
+    def validate(*arguments):
+        return CliRunner().invoke(cli, ["validate", *arguments])
+
+    assert validate("mine.toml").output.splitlines()[-1] == "valid: 2 points, plans of 1 of them"
+    assert json.loads(validate("mine.toml", "--json").output) == {"valid": True, "points": 2, "planned": 1}
+    (tmp_path / "mine.toml").write_text(FILE + "view.zenith = [0, 95]\n")
+    refused = validate("mine.toml")
+    assert isinstance(refused.exception, ScenarioError)
+    assert str(refused.exception).endswith("closest valid choice is 85 (points 1, 3, view.zenith = 95)")
+    assert not [*tmp_path.glob("*.nc"), *tmp_path.glob("*-sweep")]
