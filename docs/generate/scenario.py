@@ -47,6 +47,9 @@ points east and y (rows) north; row 0 is the southern edge.
 radiance ([uncertainty](../how-to/uncertainty.md)).
 
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
+Selecting another provider (`clouds.generator`, `atmosphere.provider`, `sea.model` and so on) removes the file's
+`parameters` of the one it replaces, which the run names; set those of the new one after it:
+`--set clouds.generator=fractal --set clouds.parameters.H=0.3`.
 """
 
 

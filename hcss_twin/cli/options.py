@@ -46,10 +46,13 @@ def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
 
 
 def load(scenario: str, assignments: Iterable[str]) -> Any:
-    """Read a scenario with its changes; raises ScenarioError and click's BadParameter."""
+    """Read a scenario with its changes, and print what they remove; raises ScenarioError and click's BadParameter."""
     from hcss_twin.scenario.scenario import Scenario
 
-    return Scenario.load(scenario, assigned(assignments))
+    loaded = Scenario.load(scenario, assigned(assignments))
+    for note in loaded.notes:
+        click.echo(f"note: {note}", err=True)
+    return loaded
 
 
 def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:

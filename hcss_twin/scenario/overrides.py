@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from hcss_twin.core.errors import Problem, shown
 from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.problems import model_at
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -43,14 +44,17 @@ def key_parts(key: str) -> list[str]:
 PROVIDER_KEYS = frozenset({"provider", "model", "generator"})
 
 
-def apply_overrides(raw: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be set.
+def apply_overrides(
+    raw: Mapping[str, Any], overrides: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[Problem], list[str]]:
+    """Return a copy of ``raw`` with dotted keys replaced, the keys that could not be set, and notes for the user.
 
     ``clouds.KEY`` refers to the single cloud layer; a number selects a list element (``bands.0``), of the default
-    list if the scenario has none. Selecting another provider removes the ``parameters`` of the previous one.
+    list if the scenario has none. Selecting another provider removes the ``parameters`` of the previous one, because
+    few of them mean the same to the other; a note names them.
     """
     data = copy.deepcopy(dict(raw))
-    problems: list[Problem] = []
+    problems, notes = list[Problem](), list[str]()
     for key, value in overrides.items():
         parts = key.split(".") if isinstance(key, str) else []
         if not all(parts) or not parts:
@@ -63,15 +67,17 @@ def apply_overrides(raw: Mapping[str, Any], overrides: Mapping[str, Any]) -> tup
                 problems.append(Problem(key, why))
                 continue
             parts[1:1] = ["layers", "0"]
-        _drop_parameters_of_replaced(data, parts, value)
+        dropped = _drop_parameters_of_replaced(data, parts, value)
+        if dropped:
+            notes.append(f"{key} = {shown(value)} removes the parameters of the one it replaces: {dropped}")
         why = _place(data, parts, copy.deepcopy(value))
         if why:
             problems.append(Problem(key, why))
-    return data, problems
+    return data, problems, notes
 
 
-def _drop_parameters_of_replaced(data: dict[str, Any], parts: list[str], value: Any) -> None:
-    """Remove ``parameters`` of a section before its provider changes."""
+def _drop_parameters_of_replaced(data: dict[str, Any], parts: list[str], value: Any) -> str:
+    """Remove ``parameters`` of a section before its provider changes; return their names."""
     *path, key = parts
     section: Any = data
     for part in path:
@@ -80,9 +86,13 @@ def _drop_parameters_of_replaced(data: dict[str, Any], parts: list[str], value: 
         else:
             section = section.get(part) if isinstance(section, dict) else None
     if key not in PROVIDER_KEYS or not isinstance(section, dict):
-        return
-    if section.get(key) != value and "parameters" in section:
-        del section["parameters"]
+        return ""
+    owner = model_at(ScenarioModel, tuple(int(part) if _is_index(part) else part for part in path), key)
+    field = None if owner is None else owner.model_fields.get(key)
+    if value == section.get(key, None if field is None else field.default):
+        return ""
+    removed = section.pop("parameters", None)
+    return ", ".join(map(str, removed)) if isinstance(removed, dict) else ""
 
 
 def _open_single_layer(data: dict[str, Any]) -> str | None:

@@ -96,7 +96,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
     if kind in ("too_long", "too_short", "string_too_short", "string_too_long"):
         return _wrong_length(detail)
     if kind in ("model_type", "dict_type"):
-        owner = _model_at(model, location)
+        owner = model_at(model, location)
         keys = f" with the keys {', '.join(owner.model_fields)}" if owner else ""
         return f"{shown(value)} is not a table; allowed: a table{keys}"
     if kind == "tuple_type":
@@ -190,7 +190,7 @@ def _range(
 
 def _in_another_unit(model: type[BaseModel], location: Location, value: object) -> str | None:
     """Value in plain units if a plain number was probably meant in another unit, such as percent or km."""
-    owner, name = _model_at(model, location[:-1], location[-1] if location else None), str(location[-1:])
+    owner, name = model_at(model, location[:-1], location[-1] if location else None), str(location[-1:])
     if owner is None or location[-1] not in owner.model_fields or not isinstance(value, int | float):
         return None
     field, bounds = owner.model_fields[str(location[-1])], _bounds(model, location)
@@ -231,7 +231,7 @@ def _bounds(model: type[BaseModel], location: Location) -> dict[str, float]:
     place = 0
     while isinstance(last, int) and path:
         place, last = last, path.pop()
-    owner = _model_at(model, tuple(path), last)
+    owner = model_at(model, tuple(path), last)
     if owner is None or last not in owner.model_fields:
         return {}
     field = owner.model_fields[str(last)]
@@ -260,14 +260,14 @@ def _element_metadata(annotation: Any, place: int) -> Iterator[object]:
 
 
 def _description(model: type[BaseModel], location: Location) -> str:
-    owner = _model_at(model, location[:-1], location[-1] if location else None)
+    owner = model_at(model, location[:-1], location[-1] if location else None)
     if owner is None or not location or location[-1] not in owner.model_fields:
         return "required"
     return owner.model_fields[str(location[-1])].description or "required"
 
 
 def _annotation(model: type[BaseModel], location: Location) -> Any:
-    owner = _model_at(model, location[:-1], location[-1] if location else None)
+    owner = model_at(model, location[:-1], location[-1] if location else None)
     known = owner is not None and location and location[-1] in owner.model_fields
     return owner.model_fields[str(location[-1])].annotation if owner and known else None
 
@@ -280,7 +280,7 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
     """Location without the tags added by unions (they name a type, not a key)."""
     location, keys = detail["loc"], list[int | str]()
     for index, part in enumerate(location):
-        owner = _model_at(model, tuple(keys), part)
+        owner = model_at(model, tuple(keys), part)
         is_last = index == len(location) - 1
         is_key = owner is not None and part in owner.model_fields
         if isinstance(part, int) or is_key or (is_last and detail["type"] == "extra_forbidden"):
@@ -288,7 +288,7 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
     return tuple(keys)
 
 
-def _model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
+def model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
     """Return the model at a location; list indices refer to the element model.
 
     If several models are possible, return the first one with ``key``, or else the first.

@@ -36,8 +36,8 @@ UNCERTAIN = "uncertain"
 """Section that assigns distributions to keys."""
 
 _NOT_ONE_SCENE = (
-    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes and `hcss validate FILE` checks; allowed "
-    "here: a file without this section"
+    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes and `hcss validate FILE` checks; "
+    "allowed here: a file without this section"
 )
 
 _NOT_CERTAIN = (
@@ -57,6 +57,7 @@ class Scenario(ScenarioModel):
     _short: bool = PrivateAttr(default=False)
     _origin: str = PrivateAttr(default="scenario")
     _sections: dict[str, BaseModel] = PrivateAttr(default_factory=dict)
+    _notes: tuple[str, ...] = PrivateAttr(default=())
     _json: str | None = PrivateAttr(default=None)
 
     def __eq__(self, other: object) -> bool:
@@ -81,6 +82,11 @@ class Scenario(ScenarioModel):
     def sections(self) -> Mapping[str, BaseModel]:
         """Sections that plugins own, by name (:mod:`hcss_twin.core.sections`)."""
         return self._sections
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What overrides removed from the file: parameters of providers that they replace."""
+        return self._notes
 
     @property
     def coefficients(self) -> str | None:
@@ -138,7 +144,7 @@ class Scenario(ScenarioModel):
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         if UNCERTAIN in raw:
             raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
-        data, problems = apply_overrides(normalise(raw), overrides or {})
+        data, problems, notes = apply_overrides(normalise(raw), overrides or {})
         data = with_former_defaults(data)
         catalog = Catalog(base=base)
         catalog.shelf = shelf or catalog.shelf
@@ -173,6 +179,7 @@ class Scenario(ScenarioModel):
         scenario._short = short
         scenario._origin = origin
         scenario._sections = sections
+        scenario._notes = tuple(notes)
         return scenario
 
     @classmethod

@@ -193,6 +193,23 @@ def test_a_parameter_of_a_provider_that_is_not_selected_is_told_with_its_provide
     assert told.endswith('with clouds.generator = "fractal"')
 
 
+def test_parameters_of_a_provider_that_the_command_line_replaces_are_named():
+    raw = {
+        "time": EXAMPLE,
+        "place": {"latitude": 35, "longitude": 150},
+        "clouds": {"type": "stratus", "generator": "surrogate", "parameters": {"image": "a.png", "copies": 2}},
+    }
+    replaced = Scenario.from_dict(raw, {"clouds.generator": "fractal"})
+    assert replaced.notes == (
+        "clouds.generator = 'fractal' removes the parameters of the one it replaces: image, copies",
+    )
+    # the file does not name the generator, and the command line names the default: nothing is replaced
+    del raw["clouds"]["generator"]
+    raw["clouds"]["parameters"] = {"H": 0.3}
+    same = Scenario.from_dict(raw, {"clouds.generator": "fractal"})
+    assert (same.notes, dict(same.clouds.layers[0].parameters)) == ((), {"H": 0.3})
+
+
 def test_a_misplaced_parameter_given_on_the_command_line_is_named_as_it_was_typed():
     assert "'clouds.parameters.gamma'" in refusal(TIME + PLACE, {"clouds.gamma": 2})["clouds.gamma"]
 
