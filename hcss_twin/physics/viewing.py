@@ -60,6 +60,26 @@ def ground_speed_m_s(altitude_m: float) -> float:
     return math.sqrt(EARTH_M3_S2 / radius) * MEAN_EARTH_RADIUS_M / radius
 
 
+GEOSTATIONARY_M = 35_786_034.0
+"""Altitude of a geostationary orbit above the ellipsoid, from the constant above and 7.292115e-5 rad/s (WGS 84)."""
+
+
+def toward_equatorial_deg(
+    latitude_deg: float, longitude_deg: float, sensor_longitude_deg: float, altitude_m: float
+) -> tuple[float, float]:
+    """Return zenith and azimuth angle, at a place, of a sensor above the equator of the ellipsoid."""
+    place = np.array(latitude_deg), np.array(longitude_deg)
+    sensor = to_earth_centred(np.array(0.0), np.array(sensor_longitude_deg), altitude_m)
+    zenith, azimuth = _angles_deg(sensor - to_earth_centred(*place), *place)
+    return float(zenith), float(azimuth)
+
+
+def _angles_deg(ray_m: Array, latitude_deg: Array, longitude_deg: Array) -> tuple[Array, Array]:
+    """Return zenith and azimuth angles (...) of vectors (..., 3) at places (...)."""
+    east, north, up = (np.sum(axis * ray_m, axis=-1) for axis in east_north_up(latitude_deg, longitude_deg))
+    return np.degrees(np.arctan2(np.hypot(east, north), up)), np.degrees(np.arctan2(east, north)) % 360.0
+
+
 _CLOSE_M, _MAX_ITERATIONS = 1e-6, 50
 
 
@@ -131,9 +151,7 @@ class LinesOfSight:
         """Return the lines of sight from points (...) east and north of the image centre."""
         latitude, longitude, turn = to_geographic_with_turn(x_m, y_m, self.latitude_deg, self.longitude_deg)
         ray = self.sensor_m - to_earth_centred(latitude, longitude)
-        east, north, up = (np.sum(axis * ray, axis=-1) for axis in east_north_up(latitude, longitude))
-        zenith = np.degrees(np.arctan2(np.hypot(east, north), up))
-        azimuth = np.degrees(np.arctan2(east, north)) % 360.0
+        zenith, azimuth = _angles_deg(ray, latitude, longitude)
         return Sight(latitude, longitude, zenith, azimuth, (azimuth - turn) % 360.0, np.linalg.norm(ray, axis=-1))
 
     def _line(self) -> tuple[Array, Array]:

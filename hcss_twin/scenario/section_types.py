@@ -8,10 +8,11 @@ from __future__ import annotations
 from datetime import UTC, date, datetime, timedelta
 from typing import Annotated, Any, Literal
 
-from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import shown
+from hcss_twin.physics.viewing import GEOSTATIONARY_M
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
 
@@ -187,6 +188,13 @@ class Platform(ScenarioSection):
         lt=90,
         description="Angle at the sensor between nadir and image centre, degrees; replaces `view.zenith`.",
     )
+    longitude: Angle | None = Field(
+        None,
+        ge=-180,
+        le=360,
+        description="Longitude below a geostationary sensor, degrees east; replaces `view.zenith` and `view.azimuth`. "
+        "`altitude` is then 35786 km if it is not given.",
+    )
     focal_length: InstrumentLength | None = Field(
         None, gt=0, le=100, description="Focal length, m; with detector_pitch it replaces `image.pixel_size`."
     )
@@ -198,3 +206,9 @@ class Platform(ScenarioSection):
         description='"staring": the footprint does not move; "push-broom": it moves, by default with the speed of a '
         "circular orbit.",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _geostationary(cls, data: Any) -> Any:
+        above = isinstance(data, dict) and data.get("longitude") is not None and data.get("altitude") is None
+        return {**data, "altitude": GEOSTATIONARY_M} if above else data

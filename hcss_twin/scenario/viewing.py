@@ -7,7 +7,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import Problem, shown
-from hcss_twin.physics.viewing import ground_speed_m_s, off_nadir_deg, slant_range_m, view_zenith_deg
+from hcss_twin.physics.viewing import (
+    ground_speed_m_s,
+    off_nadir_deg,
+    slant_range_m,
+    toward_equatorial_deg,
+    view_zenith_deg,
+)
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.section_types import ORBIT, Platform
 
@@ -30,7 +36,7 @@ def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
         elif scenario.motion.platform_speed == ORBIT:
             yield Problem("motion.platform_speed", f"'{ORBIT}' without platform.altitude; allowed: with it, or a speed")
         return
-    yield from _look_angle(scenario, altitude)
+    yield from _look_angle(scenario, altitude) if platform.longitude is None else _geostationary(scenario)
     yield from _pixels(scenario, altitude)
     yield from _motion(scenario)
 
@@ -38,15 +44,15 @@ def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
 def with_viewing(scenario: _Model) -> _Model:
     """Return a valid scenario with the keys derived from its platform filled in.
 
-    ``view.zenith`` from ``platform.off_nadir``, ``image.pixel_size`` from focal length and pitch,
+    ``view`` from ``platform.off_nadir`` or ``longitude``, ``image.pixel_size`` from focal length and pitch,
     ``motion.platform_speed`` from ``"orbit"`` or the mode.
     """
     platform, altitude = scenario.platform, scenario.platform.altitude
     if altitude is None:
         return scenario
     view, image, motion = scenario.view, scenario.image, scenario.motion
-    if platform.off_nadir is not None:
-        view = view.model_copy(update={"zenith": view_zenith_deg(platform.off_nadir, altitude)})
+    if platform.off_nadir is not None or platform.longitude is not None:
+        view = view.model_copy(update=_direction(platform, view.model_dump(), scenario.place.model_dump()))
     if platform.focal_length is not None and platform.detector_pitch is not None:
         distance = slant_range_m(view.zenith, altitude)
         image = image.model_copy(update={"pixel_size": _pixel_m(platform, distance)})
@@ -59,6 +65,10 @@ def with_viewing(scenario: _Model) -> _Model:
 def as_given(scenario: ScenarioModel, data: dict[str, Any]) -> dict[str, Any]:
     """Remove the values that :func:`with_viewing` added to a dumped scenario, so that it can be read again."""
     platform = scenario.platform
+    if platform.longitude is not None:
+        del data["view"]
+    else:
+        del data["platform"]["longitude"]
     if platform.off_nadir is not None:
         del data["view"]["zenith"]
     if platform.detector_pitch is not None:
@@ -81,12 +91,39 @@ def pixel_size_and_speed(data: Mapping[str, Any]) -> tuple[float, float]:
     if platform.altitude is None or platform.detector_pitch is None:
         size = float(image["pixel_size"])
     else:
-        look, view = platform.off_nadir, data["view"]
-        zenith = float(view["zenith"]) if look is None else view_zenith_deg(look, platform.altitude)
+        zenith = _direction(platform, data.get("view", {}), data["place"])["zenith"]
         size = _pixel_m(platform, slant_range_m(zenith, platform.altitude))
     if platform.altitude is not None and speed == ORBIT:
         speed = ground_speed_m_s(platform.altitude)
     return size, float(speed)
+
+
+def _direction(platform: Platform, view: Mapping[str, Any], place: Mapping[str, Any]) -> dict[str, float]:
+    """Direction from the image centre toward the sensor, as the keys of ``view`` that the platform gives."""
+    assert platform.altitude is not None
+    if platform.longitude is not None:
+        here = float(place["latitude"]), float(place["longitude"])
+        angles = toward_equatorial_deg(*here, platform.longitude, platform.altitude)
+        return dict(zip(("zenith", "azimuth"), angles, strict=True))
+    look = platform.off_nadir
+    return {"zenith": float(view["zenith"]) if look is None else view_zenith_deg(look, platform.altitude)}
+
+
+def _geostationary(scenario: ScenarioModel) -> Iterator[Problem]:
+    platform, place = scenario.platform, scenario.place
+    given = [f"view.{name}" for name in scenario.view.model_fields_set]
+    given += ["platform.off_nadir"] if platform.off_nadir is not None else []
+    if given:
+        yield Problem("platform.longitude", f"given with {', '.join(sorted(given))}; allowed: one of them")
+    if platform.mode == "push-broom" or scenario.motion.platform_speed == ORBIT:
+        yield Problem("platform.longitude", "with a platform that moves over the ground; allowed: mode = 'staring'")
+    zenith = _direction(platform, {}, place.model_dump())["zenith"]
+    if zenith > LARGEST_ZENITH_DEG:
+        yield Problem(
+            "platform.longitude",
+            f"{platform.longitude:g} deg is seen at zenith {zenith:.2f} deg from {place.latitude:g}, "
+            f"{place.longitude:g}; allowed: up to {LARGEST_ZENITH_DEG:g} deg; the highest is above {place.longitude:g}",
+        )
 
 
 def _look_angle(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
@@ -125,9 +162,7 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
             "platform.detector_pitch", f"with image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them"
         )
         return
-    zenith = scenario.view.zenith
-    if platform.off_nadir is not None:
-        zenith = view_zenith_deg(platform.off_nadir, altitude)
+    zenith = _direction(platform, scenario.view.model_dump(), scenario.place.model_dump())["zenith"]
     if not zenith <= LARGEST_ZENITH_DEG:
         return  # reported at platform.off_nadir
     size = _pixel_m(platform, slant_range_m(zenith, altitude))

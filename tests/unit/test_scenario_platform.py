@@ -43,6 +43,33 @@ def test_a_look_angle_is_the_other_way_of_saying_the_view_zenith():
     assert found.view.azimuth == 0.0
 
 
+@pytest.mark.parametrize(("latitude", "longitude"), [(35.0, 150.0), (-20.0, 140.7), (0.0, 100.0), (60.0, -170.0)])
+def test_a_geostationary_sensor_is_seen_in_the_direction_of_projs_vectors(latitude, longitude):
+    from pyproj import Transformer
+
+    platform = scenario({"longitude": 140.7}, place={"latitude": latitude, "longitude": longitude})
+    assert platform.platform.altitude == pytest.approx(35_786_000, rel=1e-5)
+    # topocentric coordinates of PROJ (EPSG method 9837)
+    axes = f"+proj=pipeline +step +proj=cart +step +proj=topocentric +lat_0={latitude} +lon_0={longitude} +h_0=0"
+    east, north, up = Transformer.from_pipeline(axes).transform(140.7, 0.0, platform.platform.altitude)
+    zenith, azimuth = math.degrees(math.atan2(math.hypot(east, north), up)), math.degrees(math.atan2(east, north))
+    assert (platform.view.zenith, platform.view.azimuth) == pytest.approx((zenith, azimuth % 360.0), abs=1e-9)
+    assert again(platform) == platform
+    assert again(platform, {"platform.longitude": 150.0}).view != platform.view
+
+
+def test_what_contradicts_a_geostationary_sensor_is_refused():
+    # on a sphere: cos c = cos 35 cos 80.7; 90 - atan((cos c - R / r) / sin c) = 91.09
+    wrong = {
+        "given with view.azimuth": {"view": {"azimuth": 10.0}},
+        "zenith 91.08 deg from 35, 60": {"place": {"latitude": 35, "longitude": 60}},
+        "allowed: mode = 'staring'": {"motion": {"platform_speed": "orbit"}},
+    }
+    for words, sections in wrong.items():
+        with pytest.raises(ScenarioError, match=words):
+            scenario({"longitude": 140.7}, **sections)
+
+
 def test_pitch_and_focal_length_are_the_other_way_of_saying_the_size_of_pixels():
     # 15 um / 400 mm from 800 km.
     assert scenario({**ALTITUDE, **OPTICS}).image.pixel_size == pytest.approx(30.0, rel=1e-12)
