@@ -270,7 +270,8 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         # Also true if the value is not a boolean, which is reported separately.
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
-        altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
+        known = ("altitude", "longitude")  # of a geostationary sensor
+        altitude = isinstance(platform, Mapping) and any(platform.get(name) is not None for name in known)
         elements, derived = (_variables_of(kind, data, registry) for kind in (Kind.ELEMENTS, Kind.VARIABLES))
         surfaces = ("",) if data.get("surfaces") is not None else ()
         expand(

@@ -47,7 +47,8 @@ def test_a_look_angle_is_the_other_way_of_saying_the_view_zenith():
 def test_a_geostationary_sensor_is_seen_in_the_direction_of_projs_vectors(latitude, longitude):
     from pyproj import Transformer
 
-    platform = scenario({"longitude": 140.7}, place={"latitude": latitude, "longitude": longitude})
+    output = {"variables": ["pixel_view_zenith"]}
+    platform = scenario({"longitude": 140.7}, place={"latitude": latitude, "longitude": longitude}, output=output)
     assert platform.platform.altitude == pytest.approx(35_786_000, rel=1e-5)
     # topocentric coordinates of PROJ (EPSG method 9837)
     axes = f"+proj=pipeline +step +proj=cart +step +proj=topocentric +lat_0={latitude} +lon_0={longitude} +h_0=0"
