@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
 
 from hcss_twin.cube.variables import FRAME, Feature, VariableSpec
 

@@ -23,48 +23,21 @@ SENSOR_ATTRIBUTE = "hcss_sensor"
 """Global attribute of a sensor cube: description of the sensor (JSON)."""
 
 MEASURED_RADIANCE = VariableSpec(
-    name="radiance",
-    dims=BAND_FRAME,
-    units="W m-2 sr-1",
-    long_name="band-integrated radiance as measured",
-    kind="radiance",
-    description="Band-integrated radiance after optics, detector and converter; noise may make it negative.",
-)
+    "radiance", "W m-2 sr-1", "band-integrated radiance as measured", "radiance",
+    "Band-integrated radiance after optics, detector and converter; noise may make it negative.", BAND_FRAME,
+)  # fmt: skip
 
 SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
-    VariableSpec(
-        name="photon_rate",
-        dims=BAND_FRAME,
-        units="s-1",
-        long_name="photons per second on the detector of the pixel",
-        kind="derived",
-        description="Photons of the scene that reach the pixel's detector per second, after blur and smear, before "
-        "noise and quantum efficiency.",
-    ),
-    VariableSpec(
-        name="digital_number",
-        dims=BAND_FRAME,
-        dtype="int32",
-        units="1",
-        long_name="digital number",
-        kind="derived",
-        description="Output of the converter.",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name="saturated",
-        dims=BAND_FRAME,
-        dtype="uint8",
-        units="1",
-        long_name="flag of values beyond the range of the sensor",
-        kind="derived",
-        description="1: detector or converter at the upper end of its range; 2: converter at 0. The radiance there is "
-        "that of the end.",
-        attributes=flags("within_range saturated cut_at_zero"),
-        lowest=0.0,
-        highest=2.0,
-    ),
-)
+    VariableSpec("photon_rate", "s-1", "photons per second on the detector of the pixel", "derived",
+                 "Photons of the scene that reach the pixel's detector per second, after blur and smear, before "
+                 "noise and quantum efficiency.", BAND_FRAME),
+    VariableSpec("digital_number", "1", "digital number", "derived", "Output of the converter.",
+                 BAND_FRAME, "int32", lowest=0.0),
+    VariableSpec("saturated", "1", "flag of values beyond the range of the sensor", "derived",
+                 "1: detector or converter at the upper end of its range; 2: converter at 0. The radiance there is "
+                 "that of the end.", BAND_FRAME, "uint8",
+                 attributes=flags("within_range saturated cut_at_zero"), lowest=0.0, highest=2.0),
+)  # fmt: skip
 
 
 def measured_variables(names: tuple[str, ...]) -> tuple[VariableSpec, ...]:

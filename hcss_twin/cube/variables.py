@@ -104,199 +104,69 @@ def flags(meanings: str, dtype: str = "uint8") -> dict[str, str | float | NDArra
     return {"flag_values": np.arange(len(meanings.split()), dtype=dtype), "flag_meanings": meanings}
 
 
+def _truth(name: str, units: str, long_name: str, description: str, **more: Any) -> VariableSpec:
+    return VariableSpec(name, units, long_name, "truth", description, **more)
+
+
 VARIABLES: tuple[VariableSpec, ...] = (
-    VariableSpec(
-        name="radiance",
-        dims=BAND_FRAME,
-        units="W m-2 sr-1",
-        long_name="band-integrated radiance at the sensor",
-        kind="radiance",
-        description="Spectral radiance at the top of the atmosphere toward the sensor, integrated over the band; the "
-        "sum of all terms.",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name="brightness_temperature",
-        dims=BAND_FRAME,
-        units="K",
-        long_name="brightness temperature in the band",
-        kind="derived",
-        description="Temperature of the black body with the same band radiance; without thermal meaning where sunlight "
-        "dominates.",
-        standard_name="toa_brightness_temperature",
-        attributes=_ON_SCALE,
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name="cloud_mask",
-        dtype="uint8",
-        units="1",
-        long_name="cloud mask",
-        kind="truth",
-        description="1: cloud of any thickness in any layer on any part of the footprint; 0: clear.",
-        standard_name="cloud_binary_mask",
-        attributes=flags("clear cloudy"),
-        lowest=0.0,
-        highest=1.0,
-    ),
-    VariableSpec(
-        name="cloud_fraction",
-        units="1",
-        long_name="cloud fraction of the pixel",
-        kind="truth",
-        description="Fraction of the pixel's points with cloud in any layer.",
-        standard_name="cloud_area_fraction",
-        lowest=0.0,
-        highest=1.0,
-    ),
-    VariableSpec(
-        name=SHADOW_MASK,
-        dtype="uint8",
-        units="1",
-        long_name="mask of clouds' shadows on the sea",
-        kind="truth",
-        description="1: on some clear part of the pixel cloud is between sun and sea; 0: elsewhere, where the whole "
-        "pixel is cloudy, and with the sun below the horizon.",
-        needs="shadows",
-        attributes=flags("not_shadowed shadowed"),
-        lowest=0.0,
-        highest=1.0,
-    ),
-    VariableSpec(
-        name="cloud_thickness",
-        units="m",
-        long_name="geometric thickness of the cloud",
-        kind="truth",
-        description="Vertical extent of the cloud, summed over layers, mean over the footprint with its clear part.",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name="cloud_layer_thickness",
-        dims=LAYER_FRAME,
-        units="m",
-        long_name="geometric thickness of the cloud in each layer",
-        kind="truth",
-        description="Vertical extent of the cloud of one layer, mean over the footprint with its clear part; layers "
-        "from the lowest to the highest.",
-        needs="layers",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name="cloud_optical_thickness",
-        dims=BAND_FRAME,
-        units="1",
-        long_name="optical thickness of the cloud",
-        kind="truth",
-        description="Vertical extinction optical thickness of the cloud particles at the central wavelength of the "
-        "band, summed over layers, mean over the footprint with its clear part.",
-        standard_name="atmosphere_optical_thickness_due_to_cloud",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name="cloud_top_altitude",
-        units="m",
-        long_name="altitude of the cloud top",
-        kind="truth",
-        description="Altitude of the top of the highest cloud above the sea, mean over the cloudy points; missing "
-        "where clear.",
-        standard_name="cloud_top_altitude",
-        lowest=0.0,
-        may_be_missing=True,
-    ),
-    VariableSpec(
-        name="cloud_top_temperature",
-        units="K",
-        long_name="temperature at the cloud top",
-        kind="truth",
-        description="Temperature at the top of the highest cloud, mean over the cloudy points; missing where clear.",
-        standard_name="air_temperature_at_cloud_top",
-        attributes=_ON_SCALE,
-        lowest=0.0,
-        may_be_missing=True,
-    ),
+    VariableSpec("radiance", "W m-2 sr-1", "band-integrated radiance at the sensor", "radiance",
+                 "Spectral radiance at the top of the atmosphere toward the sensor, integrated over the band; the "
+                 "sum of all terms.", dims=BAND_FRAME, lowest=0.0),
+    VariableSpec("brightness_temperature", "K", "brightness temperature in the band", "derived",
+                 "Temperature of the black body with the same band radiance; without thermal meaning where sunlight "
+                 "dominates.",
+                 dims=BAND_FRAME, standard_name="toa_brightness_temperature", attributes=_ON_SCALE, lowest=0.0),
+    _truth("cloud_mask", "1", "cloud mask",
+           "1: cloud of any thickness in any layer on any part of the footprint; 0: clear.",
+           dtype="uint8", standard_name="cloud_binary_mask", attributes=flags("clear cloudy"), lowest=0.0, highest=1.0),
+    _truth("cloud_fraction", "1", "cloud fraction of the pixel",
+           "Fraction of the pixel's points with cloud in any layer.",
+           standard_name="cloud_area_fraction", lowest=0.0, highest=1.0),
+    _truth(SHADOW_MASK, "1", "mask of clouds' shadows on the sea",
+           "1: on some clear part of the pixel cloud is between sun and sea; 0: elsewhere, where the whole pixel is "
+           "cloudy, and with the sun below the horizon.",
+           dtype="uint8", needs="shadows", attributes=flags("not_shadowed shadowed"), lowest=0.0, highest=1.0),
+    _truth("cloud_thickness", "m", "geometric thickness of the cloud",
+           "Vertical extent of the cloud, summed over layers, mean over the footprint with its clear part.",
+           lowest=0.0),
+    _truth("cloud_layer_thickness", "m", "geometric thickness of the cloud in each layer",
+           "Vertical extent of the cloud of one layer, mean over the footprint with its clear part; layers from the "
+           "lowest to the highest.", dims=LAYER_FRAME, needs="layers", lowest=0.0),
+    _truth("cloud_optical_thickness", "1", "optical thickness of the cloud",
+           "Vertical extinction optical thickness of the cloud particles at the central wavelength of the band, "
+           "summed over layers, mean over the footprint with its clear part.",
+           dims=BAND_FRAME, standard_name="atmosphere_optical_thickness_due_to_cloud", lowest=0.0),
+    _truth("cloud_top_altitude", "m", "altitude of the cloud top",
+           "Altitude of the top of the highest cloud above the sea, mean over the cloudy points; missing where "
+           "clear.", standard_name="cloud_top_altitude", lowest=0.0, may_be_missing=True),
+    _truth("cloud_top_temperature", "K", "temperature at the cloud top",
+           "Temperature at the top of the highest cloud, mean over the cloudy points; missing where clear.",
+           standard_name="air_temperature_at_cloud_top", attributes=_ON_SCALE, lowest=0.0, may_be_missing=True),
     *(
-        VariableSpec(
-            name=f"sea_slope_{axis}",
-            units="1",
-            long_name=f"slope of the sea toward {bearing}",
-            kind="truth",
-            description=f"Slope along {axis} of the waves longer than two points of the image, mean over the "
-            "footprint, also under clouds; only with resolved waves (sea.waves).",
-            needs="waves",
-        )
+        _truth(f"sea_slope_{axis}", "1", f"slope of the sea toward {bearing}",
+               f"Slope along {axis} of the waves longer than two points of the image, mean over the "
+               "footprint, also under clouds; only with resolved waves (sea.waves).", needs="waves")
         for axis, bearing in (("x", "east"), ("y", "north"))
     ),
-    VariableSpec(
-        name=SURFACE_CLASS,
-        dtype="uint8",
-        units="1",
-        long_name="class of the surface",
-        kind="truth",
-        description="Class at most points of the pixel, also under clouds; the first in the order of the flags if "
-        "several are equal.",
-        needs="surfaces",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name=SURFACE_TEMPERATURE,
-        units="K",
-        long_name="temperature of the surface",
-        kind="truth",
-        description="Temperature of sea, land or ice, also under clouds; mean over the footprint.",
-        standard_name="surface_temperature",
-        attributes=_ON_SCALE,
-        needs="surfaces",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name=SEA_TEMPERATURE,
-        units="K",
-        long_name="skin temperature of the sea",
-        kind="truth",
-        description="Skin temperature of the sea with its texture, also under clouds; mean over the footprint.",
-        standard_name="sea_surface_skin_temperature",
-        attributes=_ON_SCALE,
-        needs="texture",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name=WATER_VAPOUR_FACTOR,
-        units="1",
-        long_name="water vapour relative to the profile",
-        kind="truth",
-        description="Factor on the water vapour of the profile at all levels; mean over the footprint.",
-        needs="texture",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name=ELEMENT,
-        dtype="uint8",
-        units="1",
-        long_name="number of the element in the pixel",
-        kind="truth",
-        description="Number of the [[elements]] section, from 1, of the highest element in the pixel; 0: none.",
-        needs="elements",
-        lowest=0.0,
-    ),
-    VariableSpec(
-        name=ELEMENT_SHARE,
-        units="1",
-        long_name="share of the element in the pixel",
-        kind="truth",
-        description="Share of the pixel that its highest element covers; of an unresolved source, share of its energy "
-        "in the pixel. 0: no element.",
-        needs="elements",
-        lowest=0.0,
-        highest=1.0,
-    ),
-    VariableSpec(
-        name=ELEMENT_RADIANCE,
-        dims=BAND_FRAME,
-        units="W m-2 sr-1",
-        long_name="radiance that elements add",
-        kind="derived",
-        description="Radiance less that of the scene without elements, which is the sum of the terms; negative where "
-        "elements hide more than they send.",
-        needs="elements",
-    ),
-)
+    _truth(SURFACE_CLASS, "1", "class of the surface",
+           "Class at most points of the pixel, also under clouds; the first in the order of the flags if several "
+           "are equal.", dtype="uint8", needs="surfaces", lowest=0.0),
+    _truth(SURFACE_TEMPERATURE, "K", "temperature of the surface",
+           "Temperature of sea, land or ice, also under clouds; mean over the footprint.",
+           standard_name="surface_temperature", attributes=_ON_SCALE, needs="surfaces", lowest=0.0),
+    _truth(SEA_TEMPERATURE, "K", "skin temperature of the sea",
+           "Skin temperature of the sea with its texture, also under clouds; mean over the footprint.",
+           standard_name="sea_surface_skin_temperature", attributes=_ON_SCALE, needs="texture", lowest=0.0),
+    _truth(WATER_VAPOUR_FACTOR, "1", "water vapour relative to the profile",
+           "Factor on the water vapour of the profile at all levels; mean over the footprint.",
+           needs="texture", lowest=0.0),
+    _truth(ELEMENT, "1", "number of the element in the pixel",
+           "Number of the [[elements]] section, from 1, of the highest element in the pixel; 0: none.",
+           dtype="uint8", needs="elements", lowest=0.0),
+    _truth(ELEMENT_SHARE, "1", "share of the element in the pixel",
+           "Share of the pixel that its highest element covers; of an unresolved source, share of its energy in the "
+           "pixel. 0: no element.", needs="elements", lowest=0.0, highest=1.0),
+    VariableSpec(ELEMENT_RADIANCE, "W m-2 sr-1", "radiance that elements add", "derived",
+                 "Radiance less that of the scene without elements, which is the sum of the terms; negative where "
+                 "elements hide more than they send.", dims=BAND_FRAME, needs="elements"),
+)  # fmt: skip
