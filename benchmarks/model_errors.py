@@ -308,10 +308,11 @@ def side_rows(provider: str) -> Iterator[Row]:
         more = {"zenith": (low, high), "statistic": f"rms at {view:g} deg", "command": MONTE_CARLO,
                 "condition": "catalog clouds, cover 0.45, 100 m pixels, 20 N",
                 "source": "Monte Carlo of hcss-light, 48 pixels"}  # fmt: skip
-        kelvin = {each["type"]: 0.0 for each in own}
+        kelvin = dict.fromkeys((each["type"] for each in own), 0.0)
         for each in own:
             if each["band"] == "lwir":
-                kelvin[each["type"]] = max(kelvin[each["type"]], *(abs(float(each[key])) for key in ("bias_K", "rms_K")))
+                larger = max(abs(float(each[key])) for key in ("bias_K", "rms_K"))
+                kelvin[each["type"]] = max(kelvin[each["type"]], larger)
         # At nadir clouds of all types agree within the noise of sensors.
         for kind, size in kelvin.items() if view else [("cloudy", max(kelvin.values()))]:
             yield row(provider, "plane-parallel clouds", _LWIR, kelvin=size, column=kind, **more)

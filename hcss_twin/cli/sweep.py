@@ -154,7 +154,7 @@ def run_propagation(
 ) -> None:
     """Propagate uncertain inputs and print the result."""
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.reports.propagation_tables import propagation_text, propagation_values
+    from hcss_twin.reports.propagation_text import propagation_text, propagation_values
     from hcss_twin.sweeps.propagation.propagate import cube_path, propagate
 
     output = output or Path(f"{Path(scenario).stem}.propagation.nc")

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.atmosphere.gases import with_factors
-from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
-from hcss_twin.physics.geodesy import to_geographic
-from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.additions import build_derived, build_elements
-from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.plan.air_over_field import Air
+from hcss_twin.plan.assemble_air import (
+    AIRS,
+    air_with_provider,
+    build_air_over_field,
+    build_atmosphere,
+    memory_of_air,
+    require_bands_inside,
+)
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.brightness_inversion import LayerBrightness
 from hcss_twin.plan.builder import Builder, attribute_to_field
@@ -30,20 +30,8 @@ from hcss_twin.plan.imager import Climate
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
-from hcss_twin.plan.surroundings import Surroundings, surroundings
-from hcss_twin.providers import (
-    AtmosphereDeclaration,
-    AtmosphereInputs,
-    CloudLayer,
-    Grid,
-    Motion,
-    RadianceInputs,
-    RadianceModel,
-    SeaInputs,
-    SeaModel,
-    TransmittanceProvider,
-    View,
-)
+from hcss_twin.plan.surroundings import Surroundings
+from hcss_twin.providers import CloudLayer, Grid, Motion, RadianceInputs, RadianceModel, SeaInputs, SeaModel, View
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.bands import sensor_bands, spectral_band
@@ -53,9 +41,6 @@ from hcss_twin.scenario.section_types import selected
 if TYPE_CHECKING:
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.surface_classes import SceneSurfaces
-
-AIRS = 4
-"""Number of places of the image whose air is kept in memory."""
 
 MODELS = 8
 """Radiance models of one scene that are kept."""
@@ -104,7 +89,7 @@ def assemble(
     with builder.collect_problems("platform.altitude"):
         sight = lines_of_sight(scenario)
     bands = _bands(builder, scenario, catalog)
-    around, transmittance = _atmosphere(builder, scenario, catalog, bands)
+    around, transmittance = build_atmosphere(builder, scenario, catalog, bands)
     sea = _sea(builder, scenario, catalog, bands, around)
     optics = default_optics(builder, scenario, catalog)
     sea_of = partial(_sea_model, builder, scenario, catalog, around)
@@ -115,7 +100,7 @@ def assemble(
     generators_of = partial(build_generators, builder, scenario, catalog, clouds, motion, slant)
     for each, name in {} if particles is None else particles.names.items():
         with builder.collect_problems("bands"):
-            _require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
+            require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
     if builder.has_problems:
         generators_of([None] * len(clouds))  # for their problems
         builder.raise_problems()
@@ -134,14 +119,14 @@ def assemble(
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
         memory=catalog.shelf.arrays,
-        air_memory=None if around.field is not None or climate is not None else _air_memory(builder, around, catalog),
+        air_memory=None if around.field is not None or climate is not None else memory_of_air(builder, around, catalog),
     )
     radiance = scenario.radiance
     over_field, centre = None, Air(around.profile, transmittance)
     with attribute_to_field("atmosphere.profile"):
-        over_field = _air_over_field(builder, scenario, catalog, around, centre)
+        over_field = build_air_over_field(builder, scenario, catalog, around, centre)
     if climate is not None:
-        air_of = partial(_with_provider, builder, scenario, catalog, around)
+        air_of = partial(air_with_provider, builder, scenario, catalog, around)
         over_field = climate(lambda profile: air_of(around.finished(profile)), sea_of)
 
     def new_model(
@@ -171,7 +156,7 @@ def assemble(
 
     @lru_cache(maxsize=AIRS)
     def moister(air: Air, factor: float) -> Air:
-        return _with_provider(of_models, scenario, catalog, around, with_factors(air.profile, {"h2o": factor}))
+        return air_with_provider(of_models, scenario, catalog, around, with_factors(air.profile, {"h2o": factor}))
 
     # The same model serves the tables and the certificate, which share its solutions.
     of_centre, of_others = (lru_cache(maxsize=most)(new_model) for most in (MODELS, MODELS_TOWARD_OTHERS))
@@ -255,92 +240,6 @@ def _bands(builder: Builder, scenario: Scenario, catalog: Catalog) -> list[Spect
     return bands
 
 
-def _atmosphere_parameters(scenario: Scenario) -> dict[str, Any]:
-    """Return the parameters of the atmosphere provider, with the file of named coefficients."""
-    named = scenario.coefficients
-    file = {} if named is None else {"file": COEFFICIENTS[named]}
-    return {**scenario.atmosphere.parameters, **file}
-
-
-def _atmosphere(
-    builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]
-) -> tuple[Surroundings | None, TransmittanceProvider | None]:
-    around: Surroundings | None = None
-    transmittance: TransmittanceProvider | None = None
-    atmosphere = scenario.atmosphere
-    with builder.collect_problems("atmosphere.provider", atmosphere.parameters):
-        name = selected(atmosphere, "provider")
-        parameters = _atmosphere_parameters(scenario)
-        around = surroundings(scenario, catalog, builder.bound_profile(name, parameters, catalog))
-        inputs = AtmosphereInputs(around.profile, catalog, around.sea_wind_speed_m_s)
-        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, parameters)
-        owner = f"atmosphere provider '{name}'"
-        _require_bands_inside(bands, transmittance.declares.valid, owner)
-        _require_view_inside(scenario, transmittance.declares, owner)
-    return around, transmittance
-
-
-def _air_memory(builder: Builder, around: Surroundings, catalog: Catalog) -> OwnMemory:
-    """Return where scenes with the same air keep it; a single scene keeps small arrays only, for its views."""
-    if catalog.shelf.air is None:
-        return OwnMemory(None, b"", {})
-    built, profile = builder.built[str(Kind.ATMOSPHERE)], around.profile
-    entry = built.entry
-    code = entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target)
-    gases = sorted(profile.mixing_ratio)
-    parts = code, built.parameters, around.sea_wind_speed_m_s, sorted(catalog.used.items()), profile.name, gases
-    content = hashlib.sha256(repr(parts).encode())
-    arrays = profile.altitude_m, profile.pressure_Pa, profile.temperature_K
-    for array in (*arrays, *(profile.mixing_ratio[gas] for gas in gases)):
-        content.update(array.tobytes())
-    key = content.digest()
-    return OwnMemory(catalog.shelf.air, key, catalog.shelf.get_or_compute(("air", key), dict))
-
-
-def _with_provider(
-    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, profile: Profile
-) -> Air:
-    """Return air of another profile, with the provider of the scenario."""
-    name, parameters = selected(scenario.atmosphere, "provider"), _atmosphere_parameters(scenario)
-    inputs = AtmosphereInputs(profile, catalog, around.sea_wind_speed_m_s)
-    return Air(profile, builder.build(Kind.ATMOSPHERE, name, inputs, parameters))
-
-
-def _air_over_field(
-    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, centre: Air
-) -> AirOverField | None:
-    """Return the air over the image; None if the scenario has one profile.
-
-    Raises
-    ------
-    CatalogError
-        If the profiles do not cover the image, or one of those needed is invalid.
-    """
-    field, place, grid = around.field, scenario.place, scenario.image
-    if field is None:
-        return None
-
-    def with_provider(profile: Profile) -> Air:
-        return _with_provider(builder, scenario, catalog, around, around.finished(profile))
-
-    @lru_cache(maxsize=AIRS)
-    def at(latitude_deg: float, longitude_deg: float) -> Air:
-        if (latitude_deg, longitude_deg) == centre_deg:
-            return centre
-        return with_provider(field.at(latitude_deg, longitude_deg))
-
-    def left_out() -> Iterator[tuple[float, Air, Air]]:
-        for factor, exact, guess in field.left_out(*centre_deg):
-            yield factor, with_provider(exact), with_provider(guess)
-
-    centre_deg = place.latitude, place.longitude
-    x, y = (0.5 * grid.pixel_size * count * np.array([-1.0, 0.0, 1.0]) for count in (grid.columns, grid.rows))
-    east, north = (each.ravel() for each in np.meshgrid(x, y))
-    for latitude, longitude in zip(*(each.tolist() for each in to_geographic(east, north, *centre_deg)), strict=True):
-        field.at(latitude, longitude)
-    return AirOverField(centre_deg, cast(Callable[[float, float], Air], at), left_out)
-
-
 def _sea(
     builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings | None
 ) -> SeaModel | None:
@@ -349,7 +248,7 @@ def _sea(
     sea: SeaModel | None = None
     with builder.collect_problems("sea.model", scenario.sea.parameters):
         sea = _sea_model(builder, scenario, catalog, around, temperature)
-        _require_bands_inside(bands, sea.declares.valid, f"sea model '{selected(scenario.sea, 'model')}'")
+        require_bands_inside(bands, sea.declares.valid, f"sea model '{selected(scenario.sea, 'model')}'")
     return sea
 
 
@@ -373,7 +272,7 @@ def _surfaces(
         surfaces = build_surfaces(builder, scenario, catalog, around, grid)
         for each in surfaces.classes:
             if each.boundary is not None:
-                _require_bands_inside(bands, each.boundary.declares.valid, f"surface class '{each.name}'")
+                require_bands_inside(bands, each.boundary.declares.valid, f"surface class '{each.name}'")
     return surfaces
 
 
@@ -385,38 +284,3 @@ def _motion(scenario: Scenario) -> Motion:
     seconds = math.inf if evolution == "frozen" else float(evolution)
     velocity = wind_velocity_m_s(motion.wind_speed, motion.wind_from)
     return Motion(float(motion.platform_speed), velocity, seconds, scenario.frames.interval, lifetime)
-
-
-def _require_bands_inside(bands: list[SpectralBand], ranges: Mapping[str, tuple[float, float]], owner: str) -> None:
-    valid = ranges.get("wavenumber_cm1")
-    if valid is None:
-        return
-    shortest, longest = 1e4 / valid[1], 1e4 / valid[0]
-    # Wavelength limits computed from round wavenumbers do not convert back exactly.
-    slack = 1e-9
-    problems = [
-        Problem(
-            f"bands[{index}]",
-            f"'{band.name}', {band.lower_um:g} to {band.upper_um:g} um, is outside what the {owner} "
-            f"covers; allowed: {shortest:.5g} to {longest:.5g} um",
-        )
-        for index, band in enumerate(bands)
-        if band.lower_um < shortest * (1 - slack) or band.upper_um > longest * (1 + slack)
-    ]
-    if problems:
-        raise ScenarioError(problems)
-
-
-def _require_view_inside(scenario: Scenario, declares: AtmosphereDeclaration, owner: str) -> None:
-    valid = declares.valid.get("view_zenith")
-    if valid is not None and not valid[0] <= scenario.view.zenith <= valid[1]:
-        low, high = valid
-        raise ScenarioError(
-            [
-                Problem(
-                    "view.zenith",
-                    f"{scenario.view.zenith:g} deg; the {owner} allows {low:g} to {high:g}; "
-                    f"closest valid choice is {min(max(scenario.view.zenith, low), high):g}",
-                )
-            ]
-        )
