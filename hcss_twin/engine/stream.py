@@ -13,6 +13,7 @@ from hcss_twin.cube.packing import round_to_steps
 from hcss_twin.cube.variables import ELEMENT_RADIANCE, TERM_PREFIX
 from hcss_twin.cube.writer import round_bits
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.part_sample import SeenWindow
 from hcss_twin.engine.shadows import InstantShadows, Shadows
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
@@ -131,17 +132,8 @@ Frame = dict[str, NDArray[Any]]
 class PixelObserver(Protocol):
     """Observes the clouds of a part of a frame during computation, window by window."""
 
-    def observe(
-        self,
-        window: Window,
-        thickness_m: Sequence[NDArray[np.float32]],
-        shaded: NDArray[np.bool_] | None,
-        elements: NDArray[np.bool_] | None = None,
-        surface: NDArray[np.uint8] | None = None,
-        over_sea: Sequence[NDArray[np.float32]] | None = None,
-        unseen: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """Take a window, as :meth:`hcss_twin.engine.certificate.part_sample.PartSample.look` does."""
+    def observe(self, seen: SeenWindow) -> None:
+        """Take a window."""
 
 
 def stream(
@@ -329,7 +321,7 @@ class PartMaker:
                 present = elements.add(window, thickness, radiance, added, self._truth.variables, place)
             if sample is not None:
                 unseen = None if imager is None else imager.unseen(time_s, window)
-                sample.observe(place, thickness, shaded, present, surface, over_sea, unseen)
+                sample.observe(SeenWindow(place, thickness, shaded, present, surface, over_sea, unseen))
         frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
             values = shown[number * bands : (number + 1) * bands]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
-from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.certificate.part_sample import SeenWindow, strata, stratum_names
 from hcss_twin.engine.tables.spectrum import checked_frames
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
@@ -94,7 +94,7 @@ def drawn(plan, thickness, shaded=None):
         if part_sample is not None:
             for rows in (slice(0, 4), slice(4, 6)):
                 part = None if shaded is None else shaded[rows]
-                part_sample.observe((rows, slice(0, 9)), [thickness[rows]], part)
+                part_sample.observe(SeenWindow((rows, slice(0, 9)), [thickness[rows]], part))
             radiance = np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)
             sample.add_frame(index, [part_sample.drawn(radiance)])
     return sample.frames
@@ -180,7 +180,7 @@ def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
     kind, window = strata(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
     sample = PixelSample(plan).of_part(index)
     number = PixelSample(plan).of_part(index)._random.random((size, size))
-    sample.observe(window, [thickness], None)
+    sample.observe(SeenWindow(window, [thickness]))
     for stratum in range(len(stratum_names(1))):
         places = np.argwhere(kind == stratum)
         wanted = places[np.argsort(number[kind == stratum])][:24]

@@ -126,6 +126,35 @@ class DrawnPixels:
     left_out: Counts
 
 
+@dataclass(frozen=True)
+class SeenWindow:
+    """What is known of the pixels of a window of a part of a frame when its radiance is computed.
+
+    Attributes
+    ----------
+    window : (slice, slice)
+        Rows and columns, in pixels of the part.
+    thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
+        Of each layer.
+    shaded, elements : ndarray of bool (window rows, window columns) or None
+        Pixels with a point in the shadow of a cloud, and with an element.
+    surface : ndarray of uint8 (window rows, window columns) or None
+        Class of the surface at most points of each pixel.
+    over_sea : sequence of ndarray or None
+        ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
+    unseen : ndarray of bool (window rows, window columns) or None
+        Pixels of an imager that do not see the ground, or see it at a larger zenith than is computed.
+    """
+
+    window: Window
+    thickness_m: Sequence[Thickness]
+    shaded: NDArray[np.bool_] | None = None
+    elements: NDArray[np.bool_] | None = None
+    surface: NDArray[np.uint8] | None = None
+    over_sea: Sequence[Thickness] | None = None
+    unseen: NDArray[np.bool_] | None = None
+
+
 class PartSample:
     """Samples pixels of a part of one frame, window by window.
 
@@ -152,43 +181,17 @@ class PartSample:
         self._place = np.empty((0, 3), dtype=np.int64)
         self._points = np.empty((0, layers, plan.samples_per_pixel**2), dtype=np.float32)
 
-    def observe(
-        self,
-        window: Window,
-        thickness_m: Sequence[Thickness],
-        shaded: NDArray[np.bool_] | None,
-        elements: NDArray[np.bool_] | None = None,
-        surface: NDArray[np.uint8] | None = None,
-        over_sea: Sequence[Thickness] | None = None,
-        unseen: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """Draw from a window.
-
-        Parameters
-        ----------
-        window : (slice, slice)
-            Rows and columns, in pixels of the part.
-        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
-            Of each layer.
-        shaded : ndarray of bool (window rows, window columns) or None
-            Pixels with a point in the shadow of a cloud.
-        elements : ndarray of bool (window rows, window columns) or None
-            Pixels with an element.
-        surface : ndarray of uint8 (window rows, window columns) or None
-            Class of the surface at most points of each pixel.
-        over_sea : sequence of ndarray or None
-            ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
-        unseen : ndarray of bool (window rows, window columns) or None
-            Pixels of an imager that do not see the ground, or see it at a larger zenith than is computed.
-        """
+    def observe(self, seen: SeenWindow) -> None:
+        """Draw from a window."""
+        window, thickness_m, surface = seen.window, seen.thickness_m, seen.surface
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
         stratum = strata(self._plan.layers, thickness_m, shape, samples)
         if surface is not None:
             stratum = stratum + np.int8(len(stratum_names(len(self._plan.layers)))) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
-        wavy = None if self._plan.waves is None else _clear_in_part(over_sea or thickness_m, shape, samples)
-        for number, mask in enumerate((shaded, wavy, elements, unseen)):
+        wavy = None if self._plan.waves is None else _clear_in_part(seen.over_sea or thickness_m, shape, samples)
+        for number, mask in enumerate((seen.shaded, wavy, seen.elements, seen.unseen)):
             if mask is not None:
                 self._left_out[number] += self._count_of(stratum[free & mask])
                 free &= ~mask

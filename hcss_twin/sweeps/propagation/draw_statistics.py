@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, Problem, ScenarioError
-from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.certificate.part_sample import SeenWindow, strata, stratum_names
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, length
+from hcss_twin.plan.windows import length
 from hcss_twin.sweeps.propagation.pixel_maps import CLOUD
 
 if TYPE_CHECKING:
@@ -72,19 +72,10 @@ class _Classes:
         self._plan = plan
         self.kinds = np.zeros(plan.pixels, dtype=np.int8)
 
-    def observe(
-        self,
-        window: Window,
-        thickness_m: Sequence[Thickness],
-        shaded: NDArray[np.bool_] | None,
-        elements: NDArray[np.bool_] | None = None,
-        surface: NDArray[np.uint8] | None = None,
-        over_sea: Sequence[Thickness] | None = None,
-        unseen: NDArray[np.bool_] | None = None,
-    ) -> None:
+    def observe(self, seen: SeenWindow) -> None:
         """Process a window, in pixels of the computed part, which here is the whole image."""
-        shape = length(window[0]), length(window[1])
-        self.kinds[window] = strata(self._plan.layers, thickness_m, shape, self._plan.samples_per_pixel)
+        shape = length(seen.window[0]), length(seen.window[1])
+        self.kinds[seen.window] = strata(self._plan.layers, seen.thickness_m, shape, self._plan.samples_per_pixel)
 
 
 def class_names(layers: int) -> tuple[str, ...]:
