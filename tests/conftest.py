@@ -4,6 +4,7 @@ import gc
 import json
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 # Otherwise workers and commands in processes of their own compile the package, and rewrite the assertions, each time.
@@ -62,3 +63,14 @@ def pytest_ignore_collect(collection_path, config):
         quick = json.loads(QUICK.read_text(encoding="utf-8"))
         return None if collection_path.relative_to(QUICK.parent).as_posix() in quick else True
     return None
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    """Begin with files that have long tests, then those with many tests, so that the last files are short.
+
+    Workers of pytest-xdist take files in this order with ``--no-loadscope-reorder``.
+    """
+    many = Counter(item.path for item in items)
+    has_long = {item.path for item in items if item.get_closest_marker("long")}
+    items.sort(key=lambda item: (item.path not in has_long, -many[item.path]))
