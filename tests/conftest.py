@@ -19,6 +19,7 @@ import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
+from hcss_twin.core import result_cache  # noqa: E402
 from hcss_twin.core.plugins import installed  # noqa: E402
 from hcss_twin.core.result_cache import ResultCache  # noqa: E402
 from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: E402, F401
@@ -33,9 +34,10 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 def one_installation():
     """Find plugins and the package's files once, not in each scene: a tenth of the time of a scene with kept tables.
 
-    Not while a test has another path for imports.
+    Not while a test has another path for imports, or replaces the function that looks at the files.
     """
-    path, plugins, files, of_package = list(sys.path), {}, ResultCache(), ResultCache.fingerprint
+    path, plugins, files = list(sys.path), {}, ResultCache()
+    of_package, of_files = ResultCache.fingerprint, result_cache.package_fingerprint
 
     def installed_once(group):
         if sys.path != path:
@@ -45,7 +47,8 @@ def one_installation():
         return plugins[group]
 
     def fingerprint(own, module):
-        return of_package(files if module.partition(".")[0] == "hcss_twin" else own, module)
+        is_shared = module.partition(".")[0] == "hcss_twin" and result_cache.package_fingerprint is of_files
+        return of_package(files if is_shared else own, module)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hcss_twin.providers.registry.registry.installed", installed_once)

@@ -1,15 +1,16 @@
-"""Fixtures of pytest that keep what tests compute apart: from the user's cache, and from code that a test replaces.
-
-Tests share what they compute and read: workers of pytest-xdist one folder of results, scenes the shipped files.
+"""Fixtures of pytest: tests share results and shipped files, but not with the user, nor with tests that replace code.
 
 A ``conftest.py`` imports them, which puts them to use in its folder::
 
     from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: F401
 """
 
+import functools
+import inspect
 import os
 import uuid
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -28,20 +29,19 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "results"
             folder.mkdir(exist_ok=True)
             patch.setenv("HCSS_CACHE_DIR", str(folder))
-        for name in ("parsed", "sha256"):
-            patch.setattr(ResultCache, name, _shipped_files_once(getattr(ResultCache, name)))
+        shipped, of_all, parsed = catalog_root(), ResultCache(), ResultCache.parsed
+
+        @functools.wraps(parsed)
+        def shipped_files_once(own: ResultCache, path: Path, *read: Any) -> Any:
+            return parsed(of_all if path.is_relative_to(shipped) else own, path, *read)
+
+        patch.setattr(ResultCache, "parsed", shipped_files_once)
         yield
-
-
-def _shipped_files_once(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method of ResultCache that reads a shipped file once in the process, not once in each scene."""
-    shipped, of_all = catalog_root(), ResultCache()
-    return lambda own, path, *how: method(of_all if path.is_relative_to(shipped) else own, path, *how)
 
 
 @pytest.fixture(autouse=True)
 def fresh_results(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Keep scene analyses and references of a test that replaces code apart: their keys do not contain the code."""
+    """Keep files, scene analyses and references of a test that replaces code apart: their keys do not contain it."""
     if "monkeypatch" not in request.fixturenames:
         yield
         return
@@ -54,7 +54,9 @@ def fresh_results(request: pytest.FixtureRequest) -> Iterator[None]:
     def references(kind: tuple[str, str], *others: Any) -> Any:
         return recall_or_compute((own, kind[1]) if test._setattr else kind, *others)
 
+    once = ResultCache.parsed
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ResultCache, "parsed", lambda *each: (inspect.unwrap(once) if test._setattr else once)(*each))
         patch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", analysis)
         patch.setattr("hcss_twin.engine.certificate.reference_columns.recall_or_compute", references)
         yield

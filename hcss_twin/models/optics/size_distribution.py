@@ -225,11 +225,10 @@ def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
 
 @cache
 def _roots(nodes: int) -> tuple[Array, Array]:
-    """Return Gauss-Legendre nodes on [-1, 1] and weights (nodes,): the eigenvalues of a matrix, in milliseconds."""
-    from scipy.special import roots_legendre  # takes 0.1 s to import
+    """Return Gauss-Legendre nodes on [-1, 1] and weights (nodes,), which take milliseconds to compute."""
+    from scipy import special  # takes 0.1 s to import
 
-    found: tuple[Array, Array] = roots_legendre(nodes)
-    return found
+    return special.roots_legendre(nodes)  # type: ignore[no-any-return]
 
 
 def _limits(cloud: Microphysics) -> tuple[float, float]:
