@@ -4,6 +4,7 @@ import gc
 import json
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 # Otherwise workers and commands in processes of their own compile the package, and rewrite the assertions, each time.
@@ -18,12 +19,42 @@ import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
+from hcss_twin.core import result_cache  # noqa: E402
+from hcss_twin.core.plugins import installed  # noqa: E402
+from hcss_twin.core.result_cache import ResultCache  # noqa: E402
 from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: E402, F401
 
 # For what is loaded already: zarr's plugin for pytest imports numpy. Two threads in each of two workers wait for each
 # other: a reference of discrete ordinates took 28 s in place of 0.6.
 if "PYTEST_XDIST_WORKER" in os.environ:
     threadpool_limits(1, user_api="blas")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_installation():
+    """Find plugins and the package's files once, not in each scene: a tenth of the time of a scene with kept tables.
+
+    Not while a test has another path for imports, or replaces the function that looks at the files.
+    """
+    path, plugins, files = list(sys.path), {}, ResultCache()
+    of_package, of_files = ResultCache.fingerprint, result_cache.package_fingerprint
+
+    def installed_once(group):
+        if sys.path != path:
+            return installed(group)
+        if group not in plugins:
+            plugins[group] = tuple(installed(group))
+        return plugins[group]
+
+    def fingerprint(own, module):
+        is_shared = module.partition(".")[0] == "hcss_twin" and result_cache.package_fingerprint is of_files
+        return of_package(files if is_shared else own, module)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hcss_twin.providers.registry.registry.installed", installed_once)
+        patch.setattr(ResultCache, "fingerprint", fingerprint)
+        yield
+
 
 settings.register_profile("fixed", derandomize=True, database=None, deadline=None)
 # pytest --hypothesis-profile=search draws others each time, and more of them.
@@ -62,3 +93,14 @@ def pytest_ignore_collect(collection_path, config):
         quick = json.loads(QUICK.read_text(encoding="utf-8"))
         return None if collection_path.relative_to(QUICK.parent).as_posix() in quick else True
     return None
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    """Begin with files that have long tests, then those with many tests, so that the last files are short.
+
+    Workers of pytest-xdist take files in this order with ``--no-loadscope-reorder``.
+    """
+    many = Counter(item.path for item in items)
+    has_long = {item.path for item in items if item.get_closest_marker("long")}
+    items.sort(key=lambda item: (item.path not in has_long, -many[item.path]))

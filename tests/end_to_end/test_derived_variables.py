@@ -31,7 +31,7 @@ motion.platform_speed = 7000.0
 view.zenith = 30.0
 image = {rows = 30, columns = 40, samples_per_pixel = 2, pixel_size = 500.0}
 frames.count = 2
-bands = ["mwir", "lwir"]
+bands = [{name = "mwir", limits = [3.6, 3.8]}, {name = "lwir", limits = [10.5, 11.0]}]
 accuracy = 0.01
 clouds = {type = "stratus", coverage = 0.5, coverage_mode = "field"}
 output.variables = ["radiance", "cloud_mask", "temperature_difference", "difference_flag", "where"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from click.testing import CliRunner
 
 from hcss_twin.cli.main import cli
@@ -12,7 +12,7 @@ from hcss_twin.engine.simulate import simulate
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
-SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2}
+SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2, "bands": NARROW}
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -213,15 +214,21 @@ def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
         Radii, ascending, and the number density that each represents: the integral of f(r) n(r) dr is
         ``sum(number_m3 * f(radius_um))``.
     """
-    from scipy.special import roots_legendre  # takes 0.1 s to import
-
     check(cloud)
     low, high = (float(np.sqrt(limit)) for limit in _limits(cloud))
-    abscissa, weight = roots_legendre(nodes)
+    abscissa, weight = _roots(nodes)
     half = 0.5 * (high - low)
     root = low + half * (abscissa + 1.0)
     radius: Array = root**2
     return radius, weight * half * 2.0 * root * density(cloud, radius)
+
+
+@cache
+def _roots(nodes: int) -> tuple[Array, Array]:
+    """Return Gauss-Legendre nodes on [-1, 1] and weights (nodes,), which take milliseconds to compute."""
+    from scipy import special  # takes 0.1 s to import
+
+    return special.roots_legendre(nodes)  # type: ignore[no-any-return]
 
 
 def _limits(cloud: Microphysics) -> tuple[float, float]:

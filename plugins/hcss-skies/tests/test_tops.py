@@ -35,6 +35,22 @@ class Emitting:
 class TestOwnTops(CloudGeneratorContract):
     """Pixels of 30 km, so that a frame has many independent clouds."""
 
+    @pytest.fixture(scope="class", autouse=True)
+    @classmethod
+    def _clouds_of_a_layer_once(cls):
+        """Generators of one layer, which differ by their seed and grid alone, share the table of their clouds."""
+        kept = {}
+
+        def once(sky, layer, kelvin, excess_m, highest_m):
+            key = (repr(layer), kelvin.tobytes(), excess_m.tobytes(), highest_m)
+            if key not in kept:
+                kept[key] = hanging_clouds(sky, layer, kelvin, excess_m, highest_m)
+            return kept[key]
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("hcss_skies.generator.hanging_clouds", once)
+            yield
+
     def make_inputs(self, coverage=0.5, seed=1):
         inputs = sample_cloud_inputs(coverage, seed)
         layer = replace(inputs.layer, base_m=500.0, top_m=1500.0, thickness_min_m=1.0)
