@@ -192,7 +192,7 @@ def test_directions_invert_their_views():
         toward = np.column_stack((flat, np.sqrt(1.0 - np.sum(flat**2, axis=1))))
         directions = directions_around(toward)
         assert isinstance(directions, kind)
-        x, y = directions.places(toward)
+        x, y = directions.places(toward, toward)
         assert max(np.abs(x).max(), np.abs(y).max()) <= 1.0
         for view, own in zip(directions.at(zip(x, y, strict=True)), toward, strict=True):
             zenith, azimuth = np.radians(view.zenith_deg), np.radians(view.azimuth_deg)
