@@ -87,9 +87,6 @@ def measure_rows(
     middle, signal = wide[left : left + columns], np.empty(columns, np.float32)
     own_gain, own_offset = np.zeros(columns, np.float32), np.zeros(columns, np.float32)
     normals = np.zeros((columns + BLOCK - 1) // BLOCK * BLOCK, np.float32)
-    # Rows around one near the edge of the image, mirrored.
-    around = np.empty((down.size, columns), np.float32)
-    flat_around = around.reshape(-1)
     apart = np.int32(0)
     for y in range(lines[0], min(lines[1], rows)):
         if down.size:
@@ -100,9 +97,7 @@ def measure_rows(
                     _add_neighbours(flat, (first + k) * columns, columns, down, k, middle)
             else:
                 for k in range(down.size):
-                    around[k] = image[_mirrored(first + k, rows)]
-                for k in range(0, down.size, TOGETHER):
-                    _add_neighbours(flat_around, k * columns, columns, down, k, middle)
+                    _add_row(image[_mirrored(first + k, rows)], down[k], middle)
             for x in range(left):
                 wide[x] = middle[_mirrored(x - left, columns)]
             for x in range(left + columns, wide.size):
@@ -139,6 +134,12 @@ def _pattern_row(pattern: Any, y: Any, own: Any) -> None:
         own[:] = pattern[y]
     elif pattern.size:
         own[:] = pattern[y, 0]
+
+
+@inner(error_model="numpy", fastmath={"contract"})
+def _add_row(row: Any, weight: Any, total: Any) -> None:
+    for x in range(total.size):
+        total[x] += weight * row[x]
 
 
 @inner(error_model="numpy", fastmath={"contract"})
