@@ -24,9 +24,9 @@ to the copy alone.
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
 import resource
+import subprocess
 import sys
 import time
 import tracemalloc
@@ -182,7 +182,8 @@ def allocations(count: int) -> None:
     )
 
 
-def _served(name: str) -> None:
+def serve(name: str) -> None:
+    """Serve the frames of a paced run."""
     twin, orbit, track, target = measured_pass()
     live = twin.prepare(orbit, track, 0.0, 90.0, None, target)
     Server(live, name).serve(lambda: None)
@@ -191,8 +192,7 @@ def _served(name: str) -> None:
 def paced(rate_hz: float, seconds: float) -> None:
     """Print how many of the poses that come at a rate are skipped, and how late frames are."""
     name = f"hcss-paced-{os.getpid()}"
-    server = multiprocessing.get_context("spawn").Process(target=_served, args=(name,))
-    server.start()
+    server = subprocess.Popen([sys.executable, __file__, "serve", "--name", name])
     _, orbit, track, _ = measured_pass()
     jitter = Jitter((2e-5, 2e-5, 1e-5))
     with LiveClient(name, 120.0) as client:
@@ -215,7 +215,7 @@ def paced(rate_hz: float, seconds: float) -> None:
                 time.sleep(max(0.0, min(2e-4, began + len(sent) / rate_hz - time.monotonic())))
         counts = client.counts()
         client.stop_server()
-    server.join()
+    server.wait()
     middle, most, last = np.quantile(late, (0.5, 0.99, 0.999))
     print(
         f"{rate_hz:g} Hz for {seconds:g} s: {len(sent)} poses, {counts['skipped'] - before['skipped']} skipped, "
@@ -251,13 +251,14 @@ def hand_over(count: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("agreement", "speed", "allocations", "paced", "hand-over"))
+    parser.add_argument("what", choices=("agreement", "speed", "allocations", "paced", "serve", "hand-over"))
     parser.add_argument("--skies", type=int, default=16)
     parser.add_argument("--poses", type=int, default=2, help="in each sky")
     parser.add_argument("--points", type=int, default=8)
     parser.add_argument("--frames", type=int, default=300)
     parser.add_argument("--rate", type=float, default=100.0, help="poses a second")
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--name", help="of the memory of a paced run's server")
     options = parser.parse_args()
     if options.what == "agreement":
         agreement(options.skies, options.poses, options.points)
@@ -267,5 +268,7 @@ if __name__ == "__main__":
         allocations(options.frames)
     elif options.what == "paced":
         paced(options.rate, options.seconds)
+    elif options.what == "serve":
+        serve(options.name)
     else:
         hand_over(options.frames)
