@@ -159,10 +159,10 @@ def _blur_row(image, y, down, across, reach, wide, blurred):  # type: ignore[no-
 
 @kernel()
 def _pattern_row(pattern, y, own):  # type: ignore[no-untyped-def]
-    if pattern.size and pattern.shape[1] == own.size:
-        own[:] = pattern[y]
-    elif pattern.size:
-        own[:] = pattern[y, 0]
+    if pattern.size:  # a loop compiles in a tenth of the time of assignments to slices
+        beside = np.int64(pattern.shape[1] == own.size)
+        for x in range(own.size):
+            own[x] = pattern[y, beside * x]
 
 
 @kernel()

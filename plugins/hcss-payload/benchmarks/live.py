@@ -2,30 +2,42 @@
 
     python plugins/hcss-payload/benchmarks/live.py agreement --skies 16 --poses 2
     python plugins/hcss-payload/benchmarks/live.py speed
+    python plugins/hcss-payload/benchmarks/live.py allocations
+    python plugins/hcss-payload/benchmarks/live.py paced --rate 100
     python plugins/hcss-payload/benchmarks/live.py hand-over
 
 Agreement is that of the mean, of the contrast and of that between neighbours, in several skies at random times of a
 pass from low orbit (zenith 36 to 50 degrees, by day) with jitter of 3 mrad and 20 mrad about the axis, with the models
 of the paper: of all frames together, and of single ones, whose pixels happen to hold more or less cloud than the
 average of pixels with the same mean of the field. Many poses in one sky show the same clouds: they say nothing about
-the bias. The
-speed is processor time for each pixel, and its ratio to that of a copy of the frame in memory. The hand-over is what
-server and client spend to pass a frame of 512 x 512 numbers through shared memory, and its ratio to the copy alone.
+the bias.
+
+The speed is processor time for each pixel, and its ratio to that of a copy of the frame in memory; least and median
+times of frames are those of all threads together. With two threads other processes of the machine stretch the wall
+time. Allocations are what Python, numpy and compiled loops have at once for a frame that is written into an array
+(tracemalloc), and pages that the system had to provide (Linux), after the first frames. A paced run asks a server in
+another process for frames of 512 x 512 pixels with sensor and target at a rate, whether the last one is done or not.
+The hand-over is what server and client spend to pass a frame of 512 x 512 numbers through shared memory, and its ratio
+to the copy alone.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import resource
+import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
-from hcss_payload import Camera, Circular, Jitter, Track
+from hcss_payload import Camera, Circular, Jitter, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveClient, LiveTwin, PointTarget
 from hcss_payload.live.ring import Ring, RingShape
+from hcss_payload.live.server import Server
 
 from hcss_twin import Scenario
 
@@ -111,11 +123,12 @@ def speed(count: int) -> None:
                 with twin.prepare(orbit, track, 0.0, 30.0, Jitter((2e-5, 2e-5, 1e-5)), target) as live:
                     for number in range(20):
                         live.frame(0.01 * number)
-                    wall, began = [], time.process_time()
+                    wall, busy, began = [], [], time.process_time()
                     for number in range(count):
-                        at = time.perf_counter()
+                        at, used = time.perf_counter(), time.process_time()
                         live.frame(0.2 + 0.01 * number)
                         wall.append(time.perf_counter() - at)
+                        busy.append(time.process_time() - used)
                     spent = (time.process_time() - began) / count
                     frame = live.frame(0.2).radiance
                     began = time.process_time()
@@ -126,9 +139,89 @@ def speed(count: int) -> None:
                 middle, late = (1e3 * float(np.quantile(wall, share)) for share in (0.5, 0.99))
                 print(
                     f"{rows} x {columns} x {len(bands)}, {name}, {threads} thread(s): {per:.1f} ns a pixel, "
-                    f"{spent / copy:.0f} copies; {middle:.1f} ms p50, {late:.1f} ms p99; {live.stalls} stalls",
+                    f"{spent / copy:.0f} copies; processor time {1e3 * min(busy):.1f} ms at least, "
+                    f"{1e3 * float(np.median(busy)):.1f} median; wall {1e3 * min(wall):.1f} ms at least, {middle:.1f} "
+                    f"p50, {late:.1f} p99; {live.stalls} stalls",
                     flush=True,
                 )
+
+
+def measured_pass() -> tuple[LiveTwin, Circular, Track, PointTarget]:
+    """Return a camera of 512 x 512 pixels and one band with a sensor, its pass, and a target."""
+    camera, orbit, track = orbit_of(512, 512, 100.0)
+    twin = LiveTwin(
+        scene("stratus", 100.0, 96, ["lwir"], sensor=RADIOMETER, frames={"count": 2, "interval": 90.0}), camera
+    )
+    return twin, orbit, track, PointTarget(30.0, 150.0, 12e3, (1e3,))
+
+
+def allocations(count: int) -> None:
+    """Print what frames allocate once the first ones are done."""
+    twin, orbit, track, target = measured_pass()
+    with twin.prepare(orbit, track, 0.0, 30.0, Jitter((2e-5, 2e-5, 1e-5)), target) as live:
+        out = np.empty(live.shape, np.float32)
+        for number in range(50):
+            live.frame(0.01 * number, out=out)
+        # New tiles of the sky are made by a thread of their own: what it allocates is not the frames'.
+        time.sleep(2.0)
+        tracemalloc.start()
+        peaks, pages = [], []
+        for number in range(count):
+            before = tracemalloc.get_traced_memory()[0]
+            tracemalloc.reset_peak()
+            faults = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+            live.frame(0.5 + 1e-4 * number, out=out)
+            pages.append(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - faults)
+            peaks.append(tracemalloc.get_traced_memory()[1] - before)
+        largest = max(tracemalloc.take_snapshot().traces, key=lambda trace: trace.size).size
+        tracemalloc.stop()
+    print(
+        f"{count} frames of {out.nbytes / 1e6:.1f} MB: {np.median(peaks) / 1e3:.1f} kB at once in the median, "
+        f"{max(peaks) / 1e3:.1f} at most; {np.median(pages):.0f} new pages in the median, {max(pages)} at most; the "
+        f"largest block that is left has {largest / 1e3:.1f} kB"
+    )
+
+
+def serve(name: str) -> None:
+    """Serve the frames of a paced run."""
+    twin, orbit, track, target = measured_pass()
+    live = twin.prepare(orbit, track, 0.0, 90.0, None, target)
+    Server(live, name).serve(lambda: None)
+
+
+def paced(rate_hz: float, seconds: float) -> None:
+    """Print how many of the poses that come at a rate are skipped, and how late frames are."""
+    name = f"hcss-paced-{os.getpid()}"
+    server = subprocess.Popen([sys.executable, __file__, "serve", "--name", name])
+    _, orbit, track, _ = measured_pass()
+    jitter = Jitter((2e-5, 2e-5, 1e-5))
+    with LiveClient(name, 120.0) as client:
+        client.wait(client.send_pose(pose_at(0.0, orbit, track)), 60.0)
+        image = np.empty(client.shape, np.uint16)
+        before, late, sent, seen = client.counts(), [], {}, 0
+        began = time.monotonic()
+        while time.monotonic() - began < seconds:
+            due = began + len(sent) / rate_hz
+            if time.monotonic() >= due:
+                pose = pose_at(0.02 + len(sent) / rate_hz, orbit, track, jitter)
+                number = client.send_pose(pose)
+                sent[number] = time.monotonic_ns()
+            frame = client.latest(image) if client.counts()["frames"] > seen else None
+            if frame is not None:
+                seen = frame.number + 1
+                if frame.pose_number in sent:
+                    late.append(1e-6 * (frame.published_ns - sent[frame.pose_number]))
+            else:
+                time.sleep(max(0.0, min(2e-4, began + len(sent) / rate_hz - time.monotonic())))
+        counts = client.counts()
+        client.stop_server()
+    server.wait()
+    middle, most, last = np.quantile(late, (0.5, 0.99, 0.999))
+    print(
+        f"{rate_hz:g} Hz for {seconds:g} s: {len(sent)} poses, {counts['skipped'] - before['skipped']} skipped, "
+        f"{counts['stalls'] - before['stalls']} tiles late; from pose to frame {middle:.1f} ms p50, {most:.1f} p99, "
+        f"{last:.1f} p99.9; load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors"
+    )
 
 
 def hand_over(count: int) -> None:
@@ -158,15 +251,24 @@ def hand_over(count: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("agreement", "speed", "hand-over"))
+    parser.add_argument("what", choices=("agreement", "speed", "allocations", "paced", "serve", "hand-over"))
     parser.add_argument("--skies", type=int, default=16)
     parser.add_argument("--poses", type=int, default=2, help="in each sky")
     parser.add_argument("--points", type=int, default=8)
     parser.add_argument("--frames", type=int, default=300)
+    parser.add_argument("--rate", type=float, default=100.0, help="poses a second")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--name", help="of the memory of a paced run's server")
     options = parser.parse_args()
     if options.what == "agreement":
         agreement(options.skies, options.poses, options.points)
     elif options.what == "speed":
         speed(options.frames)
+    elif options.what == "allocations":
+        allocations(options.frames)
+    elif options.what == "paced":
+        paced(options.rate, options.seconds)
+    elif options.what == "serve":
+        serve(options.name)
     else:
         hand_over(options.frames)

@@ -1,13 +1,14 @@
 """A pass of 10 minutes at 10 Hz with 512 x 512 pixels and two bands: time, memory, certificate, geolocation, jitter.
 
     python plugins/hcss-payload/benchmarks/long_pass.py --frames 10
-    python plugins/hcss-payload/benchmarks/long_pass.py --frames 6000    # all of it, about 100 GB of radiance alone
+    python plugins/hcss-payload/benchmarks/long_pass.py --frames 6000    # all of it
 
 Fewer frames than 6000 are spread over the same pass: tables and certificate are those of the whole, and the time of a
-frame is what a longer run costs more. Memory is that of the process (Linux) when a twentieth of the file was written,
-a half, and nearly all: clouds keep up to 256 MiB of their lattice, which the first frames fill. Geolocation compares
-latitude and longitude of random pixels of the cube with PROJ (which the extra ``test`` installs), along lines of sight
-from the position and quaternion in the cube. Jitter is compared with its spectrum in each octave.
+frame is what a longer run costs more. The file is compressed (zlib level 1, radiance rounded to 2e-4 of itself).
+Memory is that of the process (Linux) when a twentieth of the file was written, a half, and nearly all: clouds keep up
+to 256 MiB of their lattice, which the first frames fill. A line every five minutes tells how far a run is. Geolocation
+compares latitude and longitude of random pixels of the cube with PROJ (which the extra ``test`` installs), along lines
+of sight from the position and quaternion in the cube. Jitter is compared with its spectrum in each octave.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def scene(options: argparse.Namespace) -> Scenario:
             "frames": {"count": options.frames, "interval": 60.0 * MINUTES / max(1, options.frames - 1)},
             "clouds": {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"},
             "sea": {"wind_speed": 10.0, "temperature": 295.0},
-            "output": {"certificate": options.certificate},
+            "output": {"certificate": options.certificate, "compression": 1, "quantization": 2e-4},
             "camera": {
                 "rows": options.pixels,
                 "columns": options.pixels,
@@ -104,6 +105,10 @@ class Progress(threading.Thread):
             if written := [512 * each.stat().st_blocks for each in self._path.parent.iterdir() if each.is_file()]:
                 memory = page * int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
                 self.notes.append((memory, time.process_time(), max(written) / 1e9))
+                if len(self.notes) % 600 == 0:
+                    print(
+                        f"{memory:.3f} GB, {time.process_time():.0f} s of processor time, {max(written) / 1e9:.2f} GB"
+                    )
 
     def stop(self) -> None:
         """End, and print memory over the file, and the time of what was written between a twentieth and nearly all."""

@@ -17,6 +17,7 @@ SCENE = {
     "frames": {"count": 2, "interval": 10.0},
     "clouds": {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"},
     "optics": {"provider": "mie"},
+    "output": {"certificate": 8},
     **CHEAP,
 }
 

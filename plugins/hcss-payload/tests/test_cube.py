@@ -28,7 +28,7 @@ def pass_path(tmp_path_factory):
 
 @pytest.mark.parametrize("clouds", [{"type": "stratus"}, {"type": "cumulus"}])
 def test_a_nadir_camera_gives_the_cube_of_the_ground_grid(clouds):
-    output = {"variables": ["radiance", "cloud_mask", "cloud_thickness"]}
+    output = {"variables": ["radiance", "cloud_mask", "cloud_thickness"], "certificate": 0}
     # A camera's sea has no texture.
     grid = hcss_twin.simulate(scenario({"clouds": clouds, "output": output, "sea": {"temperature_texture": 0.0}}))
     cube = hcss_twin.simulate(scenario(STARING, {"clouds": clouds, "output": output}))
@@ -192,7 +192,7 @@ def test_directions_invert_their_views():
         toward = np.column_stack((flat, np.sqrt(1.0 - np.sum(flat**2, axis=1))))
         directions = directions_around(toward)
         assert isinstance(directions, kind)
-        x, y = directions.places(toward)
+        x, y = directions.places(toward, toward)
         assert max(np.abs(x).max(), np.abs(y).max()) <= 1.0
         for view, own in zip(directions.at(zip(x, y, strict=True)), toward, strict=True):
             zenith, azimuth = np.radians(view.zenith_deg), np.radians(view.azimuth_deg)
@@ -249,6 +249,7 @@ def test_workers_jitter_and_stores_give_the_same_pixels(tmp_path, pass_path):
     from hcss_twin.engine.simulate import run
 
     shaken = {"jitter": {"rms": ["0.5 mrad", "0.5 mrad", "100 urad"]}, "output": {"certificate": 0}}
+    shaken["frames"] = {"count": 2, "interval": 120.0}  # the first and the last of the steady pass
     plan = hcss_twin.make_plan(scenario(PASS, shaken))
     paths = [
         run(plan, tmp_path / "one.nc"),
@@ -261,4 +262,4 @@ def test_workers_jitter_and_stores_give_the_same_pixels(tmp_path, pass_path):
         assert np.array_equal(other["radiance"].values, one["radiance"].values)
         assert np.array_equal(other["pixel_latitude"].values, one["pixel_latitude"].values)
     with hcss_twin.open_cube(pass_path) as steady:
-        assert np.abs(one["pixel_latitude"].values - steady["pixel_latitude"].values).max() > 1e-4
+        assert np.abs(one["pixel_latitude"].values - steady["pixel_latitude"].values[::2]).max() > 1e-4

@@ -45,12 +45,13 @@ def test_frames_of_objects_have_the_bits_of_sections_in_every_list_of_times():
 def test_clouds_move_against_the_sea_as_with_parallax_of_the_engine():
     size = 96
     image = {"rows": size, "columns": size, "pixel_size": 100.0}
-    plain = scene(image=image, clouds={"type": "altostratus"})
+    output = {"certificate": 0}
+    plain = scene(image=image, clouds={"type": "altostratus"}, output=output)
     height = reference_height_m(hcss_twin.make_plan(plain).layers[0])
     # The engine displaces clouds by whole pixels: here by exactly 20.
     zenith = float(np.degrees(np.arctan(2000.0 / height)))
     view = {"view": {"zenith": zenith, "azimuth": 0.0}, "slant": {"parallax": True}}
-    displaced = scene(image=image, clouds={"type": "altostratus"}, **view)
+    displaced = scene(image=image, clouds={"type": "altostratus"}, output=output, **view)
     expected, without = (hcss_twin.simulate(each)["radiance"].values[0, -1] for each in (displaced, plain))
     position = LinesOfSight(30.0, 150.0, zenith, 0.0, 3e6).sensor_m
     trajectory = PositionTable([-1.0, 200.0], [position, position])

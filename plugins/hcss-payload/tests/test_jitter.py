@@ -9,7 +9,7 @@ from scipy.integrate import trapezoid
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
 def test_every_octave_has_the_power_of_the_spectrum_within_a_tenth(exponent):
     jitter = Jitter((1e-5, 2e-5, 5e-6), 0.5, 64.0, exponent, seed=3)
-    rate, count = 256.0, 2**16
+    rate, count = 256.0, 2**15
     turns = jitter.at(np.arange(count) / rate)
     window = np.hanning(count)
     power = np.abs(np.fft.rfft(turns * window[:, None], axis=0)) ** 2 * 2.0 / np.sum(window**2) / rate

@@ -15,6 +15,9 @@ from hcss_twin.plan.windows import Window, length
 PIXELS_AT_ONCE = 2**19
 """Pixels whose coordinates are computed together: the lines of sight of a full disk would take 3 GB."""
 
+STEPS_PER_DEGREE = 2.0**26
+"""Latitudes and longitudes are multiples of its inverse, 1.7 mm: what double precision has below does not compress."""
+
 
 def complete(
     frame: dict[str, NDArray[Any]], geometry: FrameGeometry, extent: Window, shows_limb: bool, limb: Limb | None
@@ -44,7 +47,7 @@ def complete(
                 if values.dtype.kind == "f":
                     values[..., strip, :][..., beyond] = np.nan
                     values[..., strip, :][..., space] = 0.0
-        latitude, longitude = geometry.place(rays)
+        latitude, longitude = (np.rint(each * STEPS_PER_DEGREE) / STEPS_PER_DEGREE for each in geometry.place(rays))
         zenith, azimuth = geometry.angles_deg(rays)
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
         each = latitude, longitude, zenith, azimuth, distance, rays.kind

@@ -38,8 +38,8 @@ class Directions(Protocol):
         """Return the view from positions (x, y), -1 to 1 from edge to edge."""
         ...
 
-    def places(self, toward: Array) -> tuple[Array, Array]:
-        """Return the positions x and y (...) of directions (..., 3)."""
+    def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
+        """Return the positions x and y (...) of directions (..., 3) from Earth-fixed positions (..., 3)."""
         ...
 
 
@@ -79,7 +79,7 @@ class Strip:
             views.append(view_of(angles @ self.axes))
         return views
 
-    def places(self, toward: Array) -> tuple[Array, Array]:
+    def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions of directions."""
         along, across = _angles(self.axes, toward)
         return _scaled(along, self.along_rad), _scaled(across, self.across_rad)
@@ -105,7 +105,7 @@ class Hemisphere:
             for x, y in places
         ]
 
-    def places(self, toward: Array) -> tuple[Array, Array]:
+    def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions of directions."""
         azimuth = np.arctan2(toward[..., 0], toward[..., 1]) % (2.0 * np.pi)
         return _scaled(1.0 / toward[..., 2], self.slant), azimuth / np.pi - 1.0

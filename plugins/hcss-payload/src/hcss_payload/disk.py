@@ -73,7 +73,7 @@ class Disk:
         flat = plane * (np.sqrt(1.0 + slant) / slant)[:, None]
         return self.views_of(self._seen_in(np.column_stack((flat, 1.0 / slant))))
 
-    def places(self, toward: Array) -> tuple[Array, Array]:
+    def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions x and y (...) of directions (..., 3)."""
         scale = 1.0 / (self.edge * np.sqrt(toward[..., 2] * (1.0 + toward[..., 2])))
         x, y = toward[..., 0] * scale, toward[..., 1] * scale

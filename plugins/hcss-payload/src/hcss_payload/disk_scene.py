@@ -10,6 +10,7 @@ from hcss_payload.disk import Disk, disk_around, with_glint
 from hcss_payload.sampled_pass import SampledPass
 from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
 from hcss_payload.trajectory import Trajectory
+from hcss_payload.zonal_disk import ZonalDisk, zonal_disk
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -63,7 +64,7 @@ def whole_disk(
     seen: SampledPass,
     times_s: Array,
     climate: bool,
-) -> Disk | None:
+) -> Disk | ZonalDisk | None:
     """Return the directions of a disk whose places differ; None if all pixels have the sun and air of [place].
 
     Places differ where directions fill the hemisphere, the camera stands still above the Earth, and sunlight or
@@ -105,6 +106,8 @@ def whole_disk(
             f"{below[0]:.2f} N {below[1]:.2f} E"
         )
         raise ScenarioError([Problem("place", message)])
+    if not lit and scenario.sea.wind_from % 90.0 == 0.0:  # the east of the disk is the mirror image of its west
+        return zonal_disk(disk, seen.toward, seen.place_deg[:, 0], seen.limit_deg)
     bands = [spectral_band(band, catalog) for band in scenario.bands]
     return with_glint(disk) if lit and any(band.lower_um < SUNLIT_UM for band in bands) else disk
 

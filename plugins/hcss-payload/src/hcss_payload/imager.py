@@ -26,6 +26,7 @@ from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.sampled_pass import sample_pass
 from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
+from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -130,7 +131,7 @@ class CameraImager:
         disk = whole_disk(scenario, catalog, payload.trajectory, self.views, seen, times, self.climate is not None)
         if disk is not None:
             self.views, self._centre, self._last = disk, disk.centre, None
-        middle = self._geometry(float(times[times.size // 2])).nodes()
+        middle, _ = self._geometry(float(times[times.size // 2])).nodes()
         self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(seen.toward[len(seen.toward) // 2])
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
         self.pixel_size_m = float(np.median(footprints))
@@ -256,7 +257,7 @@ class CameraImager:
         """Return the exact view of pixels."""
         row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
         rays = self._geometry(time_s).exact(row, column)
-        if isinstance(self.views, Disk):
+        if isinstance(self.views, Disk | ZonalDisk):
             return self.views.views_of(rays.position_m)
         return [view_of(toward) for toward in rays.toward]
 

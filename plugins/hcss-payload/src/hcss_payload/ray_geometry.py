@@ -89,10 +89,11 @@ class FrameGeometry:
         values[met] = self._of(position[met])
         return self._rays(values, row, column)
 
-    def nodes(self) -> Array:
-        """Return the directions (N, 3) to the camera at the nodes of the mesh that see the ground."""
-        toward = self._values.at_nodes[..., 3:].reshape(-1, 3)
-        return toward[~np.isnan(toward[:, 0])]
+    def nodes(self) -> tuple[Array, Array]:
+        """Return the directions to the camera, and positions, (N, 3) of the nodes of the mesh that see the ground."""
+        values = self._values.at_nodes.reshape(-1, 6)
+        values = values[~np.isnan(values[:, 3])]
+        return values[:, 3:], values[:, :3]
 
     @property
     def sees_limb(self) -> bool:

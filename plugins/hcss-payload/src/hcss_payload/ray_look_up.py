@@ -87,10 +87,10 @@ def frame_views(
     """
     orders = axis.order_x, axis.order_y
     whole = FrameViews((0.0, 0.0), (1.0, 1.0), orders, None)
-    toward, at_limb = geometry.nodes(), geometry.sees_limb
+    (toward, positions), at_limb = geometry.nodes(), geometry.sees_limb
     if max(orders) == 0 or not toward.size or at_limb or any(table.both is not None for table in tables):
         return whole
-    places = [np.clip(each, -1.0, 1.0) for each in directions.places(toward)]
+    places = [np.clip(each, -1.0, 1.0) for each in directions.places(toward, positions)]
     middle = tuple(float(0.5 * (each.min() + each.max())) for each in places)
     half = tuple(max(float(0.5 * (each.max() - each.min())), 1e-9) for each in places)
     sample = np.stack(
@@ -193,7 +193,9 @@ def _pixel_positions(
     x, y = (
         np.where(ground, each, middle)
         for each, middle in zip(
-            directions.places(np.where(ground[..., None], rays.toward, 1.0)), views.middle, strict=True
+            directions.places(*(np.where(ground[..., None], each, 1.0) for each in (rays.toward, rays.position_m))),
+            views.middle,
+            strict=True,
         )
     )
     require_inside(x, y)

@@ -89,15 +89,19 @@ def node_places(directions: Any, turn: Any, origin: Any, axes: Any, frame: Any, 
 
 
 @kernel(error_model="numpy")
-def reach_of(points: Any) -> Any:
-    """Return the smallest x and y, and the largest ones, of points (N, M, 2)."""
-    low_x, low_y = points[0, 0, 0], points[0, 0, 1]
-    high_x, high_y = low_x, low_y
-    for i in range(points.shape[0]):
-        for j in range(points.shape[1]):
-            x, y = points[i, j, 0], points[i, j, 1]
-            low_x, high_x = min(low_x, x), max(high_x, x)
-            low_y, high_y = min(low_y, y), max(high_y, y)
+def to_points(places: Any, x: Any, y: Any, point_m: Any) -> Any:
+    """Turn places (N, M, 2) in m, moved by x and y, into points in place; return the smallest and largest x and y.
+
+    numpy would allocate as much as there are places.
+    """
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    for i in range(places.shape[0]):
+        for j in range(places.shape[1]):
+            own_x, own_y = (places[i, j, 0] + x) / point_m, (places[i, j, 1] + y) / point_m
+            places[i, j, 0], places[i, j, 1] = own_x, own_y
+            low_x, high_x = min(low_x, own_x), max(high_x, own_x)
+            low_y, high_y = min(low_y, own_y), max(high_y, own_y)
     return low_x, low_y, high_x, high_y
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.checks import PayloadError
-from hcss_payload.live.kernels import TILE, VALUE_STEP, WIDE, pack, reach_of
+from hcss_payload.live.kernels import TILE, VALUE_STEP, WIDE, pack
 from hcss_payload.live.octaves import SeenOctaves
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
@@ -230,9 +230,12 @@ def _names(tiles: Tiles) -> list[tuple[int, int, int]]:
     ]
 
 
-def tiles_around(points: Array, keyframe: int) -> Tiles:
-    """Return the tiles that hold points (N, M, 2) of the sky; blocks begin up to two points before their nodes."""
-    low_x, low_y, high_x, high_y = (float(each) for each in reach_of(points))
+def tiles_around(reach: tuple[float, float, float, float], keyframe: int) -> Tiles:
+    """Return the tiles that hold points of the sky, given their smallest and largest x and y.
+
+    Blocks begin up to two points before their nodes.
+    """
+    low_x, low_y, high_x, high_y = reach
     left, bottom = math.floor(low_x - 2.0) // TILE, math.floor(low_y - 2.0) // TILE
     right, top = math.floor(high_x + 2.0) // TILE, math.floor(high_y + 2.0) // TILE
     return Tiles(bottom, left, top + 1, right + 1, keyframe)

@@ -18,7 +18,7 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
 from hcss_payload.live.footprints import PassFootprints
-from hcss_payload.live.kernels import sky_rows
+from hcss_payload.live.kernels import sky_rows, to_points
 from hcss_payload.live.plane import fit_plane
 from hcss_payload.live.radiance import FieldRadiance
 from hcss_payload.live.sensor import LiveSensor
@@ -311,9 +311,8 @@ class PreparedPass:
     def _tiles(self, time_s: float, places: Array) -> Tiles:
         """Turn places in the plane into points of the sky, which drifts, in the same array; return their tiles."""
         keyframe = int(np.floor(time_s / self.interval_s))
-        places += self._drift * time_s
-        places /= self._seen.point_m(keyframe)
-        return tiles_around(places, keyframe)
+        drift_x, drift_y = (self._drift * time_s).tolist()
+        return tiles_around(to_points(places, drift_x, drift_y, self._seen.point_m(keyframe)), keyframe)
 
     def _ahead(self, time_s: float) -> Iterator[Tiles]:
         """Yield the tiles that frames soon after a time need."""
