@@ -9,16 +9,14 @@ much broken clouds matter in the scene; the shares were found by Monte Carlo in 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from hcss_light.source import Direction
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
-
-if TYPE_CHECKING:
-    from hcss_light.transport import SourceLight
 
 SIDE, WINDOWS = 24, 2
 """Points along the sides of a window, and windows along each side of the image if these fit into it twice."""
@@ -36,20 +34,31 @@ FACTOR = 1.5
 """What is stated over what is expected: pixels differ, and most scenes are to be within it."""
 
 
-def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | None) -> list[Array]:
-    """Return by how much columns, and another tier, differ (B,) from ``source``: rms over points over the mean."""
+def differences(
+    inputs: LightInputs, lights: Sequence[Any], reach: Sequence[tuple[int, int]], clouds: Callable[[slice, slice], Any]
+) -> list[Array]:
+    """Return by how much columns, and other tiers, differ (B,) from ``source``: rms over points over the mean.
+
+    Parameters
+    ----------
+    lights : sequence of ScatteredLight
+        The tier ``source``, and others.
+    reach : sequence of (int, int)
+        Rows, and columns, of points around others that matter to them.
+    clouds : callable
+        Returns the thickness of clouds in rows and columns, and their shares of heights.
+    """
     sun, parts = lowest_sun(inputs), list[list[Array]]()
-    lights = [each.at(sun) for each in (source, other) if each is not None]
+    instants = [each.at(sun) for each in lights]
     for window in windows_of(inputs.image):
-        wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, source.reach, strict=True)]
-        thickness, shares = inputs.clouds(wide[0], wide[1], source.edges_m)
-        thickness = np.ascontiguousarray(thickness)
-        inner = [slice(low, low + own.stop - own.start) for own, (low, _) in zip(window, source.reach, strict=True)]
+        wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, reach, strict=True)]
+        inner = [slice(low, low + own.stop - own.start) for own, (low, _) in zip(window, reach, strict=True)]
+        thickness, shares = clouds(wide[0], wide[1])
         # Tables are not known yet: uniform cloud is that of the tier source.
-        found = [lights[0].uniform(thickness)]
-        for light in lights:
+        found = [instants[0].uniform(thickness)]
+        for light in instants:
             amount, share, change = light.correct(thickness, shares=shares)
-            found.append(lights[0].uniform(amount) * share + change)
+            found.append(instants[0].uniform(amount) * share + change)
         parts.append([each[:, *inner].reshape(each.shape[0], -1) for each in found])
     columns, exact, *others = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
     mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
