@@ -42,7 +42,7 @@ GIVEN = ["seed", "type", "coverage", "view_deg", "azimuth_deg", "hour", "wavelen
 def columns_of(layers: int) -> list[str]:
     """Return the names of the columns of a table."""
     upper = ["upper", "upper_coverage"] if layers == 2 else []
-    return [*GIVEN, *upper, *TIERS[layers], "noise", *(f"stated_{tier}" for tier in TIERS[layers])]
+    return [*GIVEN, *upper, *TIERS[layers], "noise", "pixels", *(f"stated_{tier}" for tier in TIERS[layers])]
 
 
 def scene(seed: int, layers: int = 1) -> tuple[Scenario, dict[str, Any]]:
@@ -98,7 +98,7 @@ def measure(table: Path, layers: int, scenes: int, pixels: int, photons: int) ->
             print(f"scene {seed} is refused: {error}")
             continue
         row |= {tier: round(band["errors"][tier]["rms"], 5) for tier in TIERS[layers]}
-        row |= {"noise": round(band["noise"], 5)} | stated(given)
+        row |= {"noise": round(band["noise"], 5), "pixels": pixels} | stated(given)
         with table.open("a", encoding="utf-8") as file:
             print(*(row[each] for each in columns_of(layers)), sep=",", file=file)
 

@@ -72,16 +72,18 @@ class ScatteredLight:
 
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
-        own = 0.0 if self.tier == "source" else self._differences[1]
-        return stated_errors(self._inputs, self._differences[0], own)
+        columns, *others = self._differences
+        own = 0.0 if self.tier == "source" else others[0]
+        return stated_errors(self._inputs, columns, others[0] if others else None, own)
 
     def errors_of_columns(self) -> list[float]:
         """Return the same of independent columns."""
-        return stated_errors(self._inputs, self._differences[0], self._differences[0])
+        columns, *others = self._differences
+        return stated_errors(self._inputs, columns, others[0] if others else None, columns)
 
     @cached_property
     def _differences(self) -> list[Array]:
-        """How much (B,) columns, and the tier ``slant`` if this is it, differ from ``source``: rms over mean."""
+        """How much (B,) columns, and the tier ``slant`` if there, differ from ``source``: rms over mean."""
         raise NotImplementedError
 
 

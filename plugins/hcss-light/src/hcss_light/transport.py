@@ -95,8 +95,7 @@ class SourceLight(ScatteredLight):
             thickness, shares = self._inputs.clouds(rows, columns, source.edges_m)
             return np.ascontiguousarray(thickness), shares
 
-        others = [self] if self.tier == "slant" else []
-        return differences(self._inputs, [source, *others], source.reach, clouds)
+        return differences(self._inputs, [source, SlantLight(self._inputs)], source.reach, clouds)
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
