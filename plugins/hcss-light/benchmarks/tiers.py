@@ -3,8 +3,8 @@
     python plugins/hcss-light/benchmarks/tiers.py
     python plugins/hcss-light/benchmarks/tiers.py --table grazing.csv --views 60 --types cumulus --cases grazing
     python plugins/hcss-light/benchmarks/tiers.py --table 50m.csv --views 0 60 --pixel-size 50
-    python plugins/hcss-light/benchmarks/tiers.py --table 20m.csv --views 0 45 60 --types stratus stratocumulus cumulus \\
-        --pixel-size 20 --pixels 10 --photons 600
+    python plugins/hcss-light/benchmarks/tiers.py --table 20m.csv --views 0 45 60 --pixel-size 20 --pixels 10
+        (with --photons 600 --types stratus stratocumulus cumulus)
     python plugins/hcss-light/benchmarks/tiers.py --table h2o.csv --views 0 60 --bands h2o
     python plugins/hcss-light/benchmarks/tiers.py --layers --views 0 45 60 --pixels 16 --photons 400
 
