@@ -1,4 +1,4 @@
-"""Tables of errors in the README and in docs/how-to/clouds-with-sides.md, from those of tiers.py and layers.py.
+"""Tables of errors in the README and in docs/how-to/clouds-with-sides.md, from those of tiers.py.
 
 python plugins/hcss-light/benchmarks/tables.py [--check]
 """
@@ -17,9 +17,9 @@ HIDDEN = 3.0
 """Standard errors of the mean below which an rms is hidden in the noise, as in hcss_light.stated."""
 
 
-def markdown() -> str:
+def markdown(path: Path) -> str:
     """Return the table of bias and rms: kelvin by night, percent by day."""
-    with (PLUGIN / "src" / "hcss_light" / "errors.csv").open(encoding="utf-8") as file:
+    with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     cases: dict[tuple[str, float, str, str], dict[str, dict[str, str]]] = {}
     for row in rows:
@@ -62,7 +62,11 @@ def _cell(row: dict[str, str], sun: str) -> str:
 
 def main() -> int:
     """Write the tables; with ``--check`` tell pages whose table is another."""
-    tables = {"table": markdown(), "layers": of_layers()}
+    tables = {
+        "table": markdown(PLUGIN / "src" / "hcss_light" / "errors.csv"),
+        "pixels of 20 m": markdown(PLUGIN / "benchmarks" / "errors-20m.csv"),
+        "layers": of_layers(),
+    }
     stale = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")

@@ -10,14 +10,14 @@ from hcss_light.stacked_light import StackedSource
 from hcss_light.stacked_source import StackedGroup, stacked_radiance, stacked_source
 from hcss_light.transport import SourceLight
 from hcss_light.voxels import Voxels, henyey_greenstein
+from light_scene import DAY, NIGHT, scene
 
-from hcss_twin import Scenario, simulate
+from hcss_twin import simulate
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
 
-NIGHT, DAY = "2024-04-20T23:30:00+10:00", "2024-04-20T14:30:00+10:00"
 WATER, ICE = Particles(0.03, 0.8, np.array([1.0, 0.85])), Particles(0.002, 0.6, np.array([1.0, 0.9]))
 LOWER, UPPER = Slices(100.0, 700.0, 20, "base", 100.0), Slices(1500.0, 2500.0, 16, "top", 100.0)
 
@@ -40,21 +40,11 @@ def group(of, emitted, sky=0.0, below=0.0, sunlight=0.0, gas=0.0):
     return StackedGroup((WATER, ICE), around)
 
 
-def scene(light="source", upper=0.5, **changes):
+def two(light="source", upper=0.5, **changes):
+    """The scene with a second layer, of large pixels: light reaches few of them."""
     layers = [{"type": "stratocumulus", "coverage": 0.5}, {"type": "cirrus", "coverage": upper}]
-    values = {
-        "time": NIGHT,
-        "place": {"latitude": 20.0, "longitude": 150.0},
-        "view": {"zenith": 40.0, "azimuth": 30.0},
-        "image": {"rows": 12, "columns": 10, "pixel_size": 1000.0},
-        "frames": {"count": 1},
-        "accuracy": 0.02,
-        "bands": [[10.5, 11.0]],
-        "clouds": {"layers": layers},
-        "output": {"variables": ["radiance"], "certificate": 2},
-        "radiance": {"light": light},
-    }
-    return Scenario.from_dict(values | changes)
+    values = {"image": {"rows": 6, "columns": 5, "pixel_size": 1000.0}, "clouds": {"layers": layers}}
+    return scene(light, 2, **(values | changes))
 
 
 @pytest.mark.parametrize("zenith", [0.0, 50.0, 80.0])
@@ -133,7 +123,7 @@ def test_a_thick_layer_above_leaves_the_one_below_dark_where_its_shadow_falls():
 
 @pytest.mark.parametrize("time", [NIGHT, DAY])
 def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes_nothing(time):
-    plan = make_plan(scene("columns", time=time, bands=[[3.6, 3.7]]))
+    plan = make_plan(two("columns", time=time, bands=[[3.6, 3.7]]))
     tables = tables_of(plan)
     inputs, sun = light_inputs(plan, tables.spectrum.nodes), plan.sun_at(0.0)
     light = StackedSource(inputs).at(sun)
@@ -155,13 +145,13 @@ def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes
 
 
 def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_those_of_the_image():
-    both = simulate(scene(upper=0.0))
-    alone = simulate(scene(clouds={"type": "stratocumulus", "coverage": 0.5}))
+    both = simulate(two(upper=0.0))
+    alone = simulate(two(clouds={"type": "stratocumulus", "coverage": 0.5}))
     np.testing.assert_array_equal(both.radiance.values, alone.radiance.values)
-    whole = simulate(scene())
-    image = {"rows": 12, "columns": 10, "pixel_size": 1000.0, "window": {"rows": [5, 12], "columns": [2, 6]}}
-    part = simulate(scene(image=image))
-    np.testing.assert_array_equal(part.radiance.values, whole.radiance.values[:, :, 5:12, 2:6])
+    whole = simulate(two())
+    image = {"rows": 6, "columns": 5, "pixel_size": 1000.0, "window": {"rows": [2, 6], "columns": [1, 4]}}
+    part = simulate(two(image=image))
+    np.testing.assert_array_equal(part.radiance.values, whole.radiance.values[:, :, 2:6, 1:4])
     assert "PASSED" in whole.attrs["hcss_certificate"]
     assert "against Monte Carlo of 2 random pixels" in whole.attrs["hcss_certificate"]
     assert np.any(whole.radiance.values != both.radiance.values)
@@ -169,10 +159,10 @@ def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_t
 
 def test_lights_that_know_one_layer_are_refused_by_name():
     with pytest.raises(ScenarioError, match=r"radiance.light.*'slant' computes one layer.*'source'"):
-        make_plan(scene("slant"))
+        make_plan(two("slant"))
 
 
 def test_monte_carlo_as_a_tier_knows_both_layers():
     image = {"rows": 4, "columns": 4, "pixel_size": 1000.0}
-    reference, source = (simulate(scene(light, image=image)).radiance.values for light in ("reference", "source"))
+    reference, source = (simulate(two(light, image=image)).radiance.values for light in ("reference", "source"))
     assert np.mean(reference) == pytest.approx(np.mean(source), rel=0.01)

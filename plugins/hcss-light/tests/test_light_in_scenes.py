@@ -13,32 +13,15 @@ from hcss_light.command import reference
 from hcss_light.comparison import compare, write_to_cube
 from hcss_light.transport import SlantLight, SourceLight
 from hcss_light.voxels import LightError
+from light_scene import DAY, NIGHT, scene
 
-from hcss_twin import Scenario, simulate
+from hcss_twin import simulate
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.plan import choose_light
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
-
-NIGHT, DAY = "2024-04-20T23:30:00+10:00", "2024-04-20T14:30:00+10:00"
-
-
-def scene(light="source", **changes):
-    values = {
-        "time": NIGHT,
-        "place": {"latitude": 20.0, "longitude": 150.0},
-        "view": {"zenith": 50.0, "azimuth": 30.0},
-        "image": {"rows": 40, "columns": 30, "pixel_size": 100.0},
-        "frames": {"count": 1},
-        "accuracy": 0.02,
-        "bands": [[10.5, 11.0]],
-        "clouds": {"type": "stratocumulus", "coverage": 0.5},
-        "output": {"variables": ["radiance"], "certificate": 4},
-        "radiance": {"light": light},
-    }
-    return Scenario.from_dict(values | changes)
 
 
 @pytest.mark.parametrize("tier", [SlantLight, SourceLight])

@@ -89,7 +89,7 @@ def test_uniform_clouds_reflect_as_adding_doubling_finds(thickness, sun, view):
     brdf, _ = solve_sun(*layer, np.array([up]), float(down), np.array([0.0]), 64, 64, kept_moments=64)
     uniform = Voxels(np.full((4, 4, 1), thickness / 250.0), [0.0, 250.0], (100.0, 100.0), 1.0, [0.0], [0.0])
     table = henyey_greenstein(0.85)
-    found = radiance(uniform, table, view_zenith_deg=view, sun=Sunlight(sun, 0.0, 1.0), photons=10_000)
+    found = radiance(uniform, table, view_zenith_deg=view, sun=Sunlight(sun, 0.0, 1.0), photons=5_000)
     mean, error = mean_of(found)
     assert abs(mean / down - brdf.item()) < 3.5 * error / down
     assert error / down < 0.02 * brdf.item()

@@ -100,7 +100,7 @@ def test_tops_are_as_high_as_columns_are_thick_over_the_sky(pixel_m):
     plan = make_plan(scene("columns", image={"rows": 32, "columns": 32, "pixel_size": pixel_m}))
     generator, layer = plan.assembly.generators[0], plan.layers[0]
     edges, found = np.linspace(layer.base_m, layer.top_m, 49), []
-    for number in range(32):
+    for number in range(16):
         window = (slice(0, 16), slice(8000 * number, 8000 * number + 16))
         thickness = generator.thickness_around_m(0.0, *window, None)
         cloud = generator.height_shares(0.0, *window, thickness, edges) * thickness
@@ -108,5 +108,5 @@ def test_tops_are_as_high_as_columns_are_thick_over_the_sky(pixel_m):
         top = np.max(np.where(above >= seen, edges[1:, None, None] - layer.base_m, 0.0), axis=0)
         found.append((np.sum(top[thickness > 0.0]), np.sum(thickness - seen)))
     tops, flat = np.sum(found, axis=0)
-    # 32 places scatter by some 5 %; with the thickness as threshold tops were 40 % too high.
+    # 16 places scatter by some 7 %; with the thickness as threshold tops were 40 % too high.
     assert abs(tops - flat) < 0.1 * flat

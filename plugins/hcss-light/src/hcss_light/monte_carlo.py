@@ -119,7 +119,8 @@ def radiance(
     angles = voxels.kind, *(np.stack(each) for each in of_kinds)
     light = toward, view_zenith_deg is None, to_sun, float(irradiance)
     waves = (0.0, 2.0, 0.0) if sea is None else (0.5 * sea.mean_square_slope, sea.index, sea.strength)
-    starts = (places + np.array(displaced_m) / np.array(voxels.size_m)).astype(np.float64)
+    # In one order of memory: another one is another compilation.
+    starts = (places + np.array(displaced_m) / np.array(voxels.size_m)).astype(np.float64, order="C")
     _trace_all(mean, error, starts, *air, *borders, *waves, *angles, *light, photons, np.random.default_rng(seed))
     return (mean.reshape(shape), error.reshape(shape)) if columns is None else (mean, error)
 

@@ -14,9 +14,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hcss_light.reference import levels_of, reference_radiance
+from hcss_light.scattered import LOWEST_SUN_DEG, ScatteredLight
 from hcss_light.slices import Field, Slices
 from hcss_light.stage import stage
-from hcss_light.transport import LOWEST_SUN_DEG, SourceLight
+from hcss_light.transport import SourceLight
 from hcss_light.voxels import LightError
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -68,8 +69,8 @@ def highest_sun(inputs: LightInputs) -> Sun | None:
     return Sun(float(inputs.sun_zenith_deg[highest]), float(inputs.sun_azimuth_deg[highest]), 1.0)
 
 
-class ReferenceLight(SourceLight):
-    """Light in broken clouds, tier ``reference``; see :class:`hcss_twin.providers.light.LightTransport`.
+class PhotonLight(ScatteredLight):
+    """Base of the tier ``reference``, for one layer and for several.
 
     Raises
     ------
@@ -81,8 +82,20 @@ class ReferenceLight(SourceLight):
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
-        self.reach = self.sea_reach
         self._photons, self._noise = photons_of(inputs, self._noise_of_one_photon)
+
+    def _noise_of_one_photon(self) -> Array:
+        """Return the standard deviation (B,) of photons over their mean, among clouds of all thicknesses."""
+        draw, most = np.random.default_rng(22), [each.layer.thickness_max_m for each in self._inputs.stack]
+        shape = len(most), 8, 8
+        thickness = draw.uniform(0.0, np.reshape(most, (-1, 1, 1)), shape) * (draw.random(shape) < 0.5)
+        points, sun = np.argwhere(np.ones((4, 4))).astype(np.float64), highest_sun(self._inputs)
+        mean, error = self._pilot(thickness.astype(np.float32), points, sun)
+        return np.asarray(np.sqrt(np.mean(error**2, axis=0) * PILOT) / np.mean(mean, axis=0))
+
+    def _pilot(self, thickness_m: Field, points: Array, sun: Sun | None) -> tuple[Array, Array]:
+        """Return the radiance (N, B) of points among clouds (L, y, x), and its standard error."""
+        raise NotImplementedError
 
     def expected_errors(self) -> list[float]:
         """Return the noise (B,), rms over pixels relative to the mean radiance."""
@@ -92,6 +105,14 @@ class ReferenceLight(SourceLight):
     def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
         """Return nothing: the light is Monte Carlo itself."""
         return {}
+
+
+class ReferenceLight(PhotonLight, SourceLight):
+    """Light in one layer of broken clouds, tier ``reference``."""
+
+    def __init__(self, inputs: LightInputs) -> None:
+        super().__init__(inputs)
+        self.reach = self.sea_reach
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -107,16 +128,8 @@ class ReferenceLight(SourceLight):
         """Return the light at one instant."""
         return InstantPhotons(self._inputs, self.slices, self.reach, sun, self._photons)
 
-    def _noise_of_one_photon(self) -> Array:
-        """Return the standard deviation (B,) of photons over their mean, among clouds of all thicknesses."""
-        inputs = self._inputs
-        sun = highest_sun(inputs)
-        draw = np.random.default_rng(22)
-        thickness = draw.uniform(0.0, inputs.layer.thickness_max_m, (8, 8)) * (draw.random((8, 8)) < 0.5)
-        points = np.argwhere(np.ones((4, 4))).astype(np.float64)
-        mean, error = reference_radiance(inputs, self.slices, thickness.astype(np.float32), points, sun, PILOT)
-        result: Array = np.sqrt(np.mean(error**2, axis=0) * PILOT) / np.mean(mean, axis=0)
-        return result
+    def _pilot(self, thickness_m: Field, points: Array, sun: Sun | None) -> tuple[Array, Array]:
+        return reference_radiance(self._inputs, self.slices, thickness_m[0], points, sun, PILOT)
 
 
 class InstantPhotons:

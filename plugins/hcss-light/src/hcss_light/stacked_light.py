@@ -6,16 +6,16 @@ difference between broken and uniform layers, both by successive orders, is adde
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from hcss_light.bands import sunlight_of_air
+from hcss_light.scattered import ScatteredLight, share_and_change, shining
 from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import MOST_SHADED
 from hcss_light.slices import Field, paths
@@ -23,8 +23,7 @@ from hcss_light.source import Direction
 from hcss_light.stack import Stack, reach_of, stack_of
 from hcss_light.stacked_sea import StackedPaths, StackedSea
 from hcss_light.stacked_source import StackedGroup, stacked_groups, stacked_radiance, stacked_source, stacked_sunlight
-from hcss_light.stated import lowest_sun, stated_errors, windows_of
-from hcss_light.transport import FAINT, LOWEST_SUN_DEG, MOST_SPREADING, SPREADING
+from hcss_light.stated import differences
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
@@ -38,95 +37,38 @@ Window = Sequence[slice]
 WHOLE = (slice(None), slice(None))
 
 
-class StackedSource:
-    """Light in several layers of broken cloud; see :class:`hcss_twin.providers.light.LightTransport`.
-
-    Parameters
-    ----------
-    inputs : LightInputs
-        Of the lowest layer.
-
-    Raises
-    ------
-    LightError
-        If view or sun are so slanted that too many slices are needed.
-    """
-
-    tier: ClassVar[str] = "source"
-    cost: ClassVar[float] = 10.0
+class StackedSource(ScatteredLight):
+    """Light in several layers of broken cloud, tier ``source``."""
 
     def __init__(self, inputs: LightInputs) -> None:
-        self._inputs, view, self.point_m = inputs, inputs.view, inputs.point_m
-        shone = inputs.sun_zenith_deg <= LOWEST_SUN_DEG
-        zenith, azimuth = inputs.sun_zenith_deg[shone], inputs.sun_azimuth_deg[shone]
-        optical = []
-        for each in inputs.stack:
-            cloud = each.optics.single_scattering(each.layer.microphysics, each.wavenumber_cm1)
-            thickest = np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2))
-            optical.append(float(thickest) * each.layer.thickness_max_m)
-        steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
-        self.stack = stack = stack_of(inputs, steepest, optical)
-        suns = [Direction(*each) for each in zip(zenith.tolist(), azimuth.tolist(), strict=True)]
-        height = max(each.layer.thickness_max_m for each in inputs.stack) / inputs.point_m
-        spread = min(math.ceil(SPREADING * height), MOST_SPREADING)
+        super().__init__(inputs)
+        self.stack = stack = stack_of(inputs, self._steepest_deg, self._optical)
         within, across = [stack.shifts(stack.view)], []
-        for sun in suns:
+        for sun in self._suns:
             moved = stack.shifts(sun)
             within += [moved[part] - moved[part.start] for part in stack.parts]
             across += [moved - moved[end] for part in stack.parts for end in (part.start, part.stop - 1)]
-        self.reach_of_light = reach_of(within, spread + 2)
+        self.reach_of_light = reach_of(within, self._spread + 2)
         """Points around others that send light to them; and with the shadows of higher layers and those on the sea."""
         far = reach_of([np.clip(each, -MOST_SHADED, MOST_SHADED) for each in across], 1)
         shadows = [(a + c, b + d) for (a, b), (c, d) in zip(self.reach_of_light, far, strict=True)]
-        seas = [StackedSea(stack, sun).reach for sun in (None, *suns)]
+        seas = [StackedSea(stack, sun).reach for sun in (None, *self._suns)]
         self.reach: tuple[tuple[int, int], ...] = tuple(map(tuple, np.max([shadows, *seas], axis=0).tolist()))
-
-    @staticmethod
-    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
-        """Return how some pixels of a frame compare with Monte Carlo, for the certificate."""
-        from hcss_light.comparison import check  # not for plans alone
-
-        return check(plan, tables, frame)
 
     @property
     def edges_m(self) -> tuple[Array, ...]:
         """Altitudes at which the shares of heights of each layer are asked."""
         return tuple(each.edges_m for each in self.stack.layers)
 
-    def expected_errors(self) -> list[float]:
-        """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
-        return stated_errors(self._inputs, self._differences, 0.0)
-
-    def errors_of_columns(self) -> list[float]:
-        """Return the same of independent columns."""
-        return stated_errors(self._inputs, self._differences, self._differences)
-
     @cached_property
-    def _differences(self) -> Array:
-        """How much columns differ (B,) from this tier in windows of the scene's clouds: rms over mean."""
-        sun, found = lowest_sun(self._inputs), list[Array]()
-        light = self.at(sun)
-        for window in windows_of(self._inputs.image):
-            wide = [
-                slice(own.start - low, own.stop + high)
-                for own, (low, high) in zip(window, self.reach_of_light, strict=True)
-            ]
-            clouds = [
-                each.clouds(wide[0], wide[1], edges)
-                for each, edges in zip(self._inputs.stack, self.edges_m, strict=True)
-            ]
-            thickness = np.stack([each for each, _ in clouds])
-            # Shadows from farther away are those of the same clouds, continued periodically.
-            amount, share, change = light.correct(thickness, [each for _, each in clouds])
-            both = np.stack((light.uniform(thickness), light.uniform(amount) * share + change))
-            rows, columns = (
-                slice(low, low + own.stop - own.start)
-                for own, (low, _) in zip(window, self.reach_of_light, strict=True)
-            )
-            found.append(both[:, :, rows, columns].reshape(2, both.shape[1], -1))
-        columns_alone, exact = np.concatenate(found, axis=2)
-        mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
-        return np.asarray(np.sqrt(np.mean((columns_alone - exact) ** 2, axis=1)) / mean)
+    def _differences(self) -> list[Array]:
+        # Shadows from farther away are those of the same clouds, continued periodically.
+        return differences(self._inputs, [self], self.reach_of_light, self._clouds)
+
+    def _clouds(self, rows: slice, columns: slice) -> tuple[Field, list[Field | None]]:
+        """Return the thickness (L, y, x) of all layers in the first frame, and their shares of heights."""
+        clouds = [own.clouds(rows, columns, edges) for own, edges in zip(self._inputs.stack, self.edges_m, strict=True)]
+        return np.stack([thickness for thickness, _ in clouds]), [shares for _, shares in clouds]
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -137,8 +79,7 @@ class StackedSource:
 
     def at(self, sun: Sun | None) -> StackedLight:
         """Return the light at one instant."""
-        if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
-            sun = None
+        sun = shining(sun)
         return StackedLight(self._inputs, self.stack, stacked_groups(self._inputs, self.stack, sun), sun)
 
 
@@ -223,11 +164,7 @@ class StackedLight:
         given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
         total = np.array([sum(_seen(each, *given) for each in own) for own in self._groups])
         uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
-        sunlight = uniform - dark
-        lit = sunlight > FAINT * uniform
-        share = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
-        # Tables have the sunlight that the air above scatters, which is not shaded.
-        return amount, share, total - share * uniform + (1.0 - share) * self._air[:, None, None]
+        return amount, *share_and_change(total, uniform, dark, self._air)
 
 
 def _seen(

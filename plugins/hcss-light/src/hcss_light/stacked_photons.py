@@ -3,47 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_light.photons import PILOT, highest_sun, photons_of
+from hcss_light.photons import PILOT, PhotonLight
 from hcss_light.reference import levels_of, radiance_of_layers
 from hcss_light.slices import Field
 from hcss_light.stacked_light import WHOLE, StackedSource, Window
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
 
-class StackedReference(StackedSource):
-    """Light in several layers of broken cloud, tier ``reference``.
-
-    Raises
-    ------
-    LightError
-        If the image has too many points, or photons for its accuracy would be too many.
-    """
-
-    cost: ClassVar[float] = math.inf
+class StackedReference(PhotonLight, StackedSource):
+    """Light in several layers of broken cloud, tier ``reference``."""
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
         self.reach_of_light = ((0, 0), (0, 0))
-        self._photons, self._noise = photons_of(inputs, self._noise_of_one_photon)
-
-    def expected_errors(self) -> list[float]:
-        """Return the noise (B,), rms over pixels relative to the mean radiance."""
-        return [float(each) for each in self._noise]
-
-    @staticmethod
-    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
-        """Return nothing: the light is Monte Carlo itself."""
-        return {}
 
     @property
     def edges_m(self) -> tuple[Array, ...]:
@@ -54,15 +32,9 @@ class StackedReference(StackedSource):
         """Return the light at one instant."""
         return StackedPhotons(self, self._inputs, sun, self._photons)
 
-    def _noise_of_one_photon(self) -> Array:
-        """Return the standard deviation (B,) of photons over their mean, among clouds of all thicknesses."""
-        draw = np.random.default_rng(22)
-        most = np.array([each.layer.thickness_max_m for each in self._inputs.stack])[:, None, None]
-        shape = most.size, 8, 8
-        thickness = draw.uniform(0.0, most, shape) * (draw.random(shape) < 0.5)
-        light = StackedPhotons(self, self._inputs, highest_sun(self._inputs), PILOT)
-        mean, error = light.radiance(thickness.astype(np.float32), None, np.argwhere(np.ones((4, 4))), 0)
-        return np.asarray(np.sqrt(np.mean(error**2, axis=0) * PILOT) / np.mean(mean, axis=0))
+    def _pilot(self, thickness_m: Field, points: Array, sun: Sun | None) -> tuple[Array, Array]:
+        light = StackedPhotons(self, self._inputs, sun, PILOT)
+        return light.radiance(thickness_m, None, points.astype(np.intp), 0)
 
 
 class StackedPhotons:

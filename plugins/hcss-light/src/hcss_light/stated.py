@@ -1,15 +1,18 @@
 """Errors that the tiers state for a scene, from clouds of the scene itself.
 
 In some windows of the first frame the tier ``source`` is computed and compared with columns and ``slant``: what they
-differ by is their error as far as ``source`` is right. Its own error grows with the same difference, that is with how
-much broken clouds matter in the scene; the shares were found by Monte Carlo in random scenes
-(``benchmarks/estimates.py``). No table of cloud types, angles or pixels is needed.
+differ by is their error as far as ``source`` is right. Its own error grows with the same differences, that is with how
+much broken clouds, and light scattered in them, matter in the scene, and by day with the size of voxels and toward the
+direction of the sun; the shares were found by Monte Carlo in random scenes (``benchmarks/estimates.py``). No table of
+cloud types, angles or pixels is needed.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,69 +20,107 @@ from hcss_light.source import Direction
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
-if TYPE_CHECKING:
-    from hcss_light.transport import SourceLight
-
 SIDE, WINDOWS = 24, 2
 """Points along the sides of a window, and windows along each side of the image if these fit into it twice."""
 
 EMITTED_UM = 5.0
 """Wavelength above which sunlight does not matter."""
 
-SUNLIT, SHORT, LONG = (0.02, 0.2), (0.005, 0.05), (0.0012, 0.05)
-"""Least error of ``source``, and its share of the difference of columns: by day below 5 um, by night, and above."""
 
-OPPOSITE_DEG = 10.0
-"""Angle between view and sun within which the share grows to 1: there the parts of voxels are seen that are lit."""
+@dataclass(frozen=True)
+class Shares:
+    """Error of ``source``: a least one, and shares of what columns and ``slant`` differ by, added in squares."""
 
-FACTOR = 1.5
-"""What is stated over what is expected: pixels differ, and most scenes are to be within it."""
+    least: float
+    of_columns: float
+    of_slant: float
 
 
-def differences(inputs: LightInputs, source: SourceLight, other: SourceLight | None) -> list[Array]:
-    """Return by how much columns, and another tier, differ (B,) from ``source``: rms over points over the mean."""
+SUNLIT, SHORT, LONG = Shares(0.01, 0.15, 0.0), Shares(0.0045, 0.0, 0.25), Shares(0.0015, 0.05, 0.6)
+"""By day below 5 um for points of :data:`POINT_M`, by night, and above 5 um. Scattered light makes ``slant`` err."""
+
+OF_LAYERS = Shares(0.03, 0.3, 0.0), Shares(0.015, 0.1, 0.0), Shares(0.005, 0.06, 0.0)
+"""The same for several layers, which have no tier ``slant`` (``benchmarks/errors-layers.csv``)."""
+
+POINT_M = 100.0
+"""By day the share grows as the root of the distance of points: sunlight varies within thick voxels."""
+
+OPPOSITE_DEG, OPPOSITE = 25.0, 0.8
+"""Angle between view and sun within which the share grows to this: there the parts of voxels are seen that are lit."""
+
+FACTOR, FACTOR_OF_LAYERS, FACTOR_OF_SOURCE = 1.2, 1.5, 1.4
+"""What is stated over the difference from ``source``, and over its expected error: most scenes are to be within it."""
+
+
+def differences(
+    inputs: LightInputs, lights: Sequence[Any], reach: Sequence[tuple[int, int]], clouds: Callable[[slice, slice], Any]
+) -> list[Array]:
+    """Return by how much columns, and other tiers, differ (B,) from ``source``: rms over points over the mean.
+
+    Parameters
+    ----------
+    lights : sequence of ScatteredLight
+        The tier ``source``, and others.
+    reach : sequence of (int, int)
+        Rows, and columns, of points around others that matter to them.
+    clouds : callable
+        Returns the thickness of clouds in rows and columns, and their shares of heights.
+    """
     sun, parts = lowest_sun(inputs), list[list[Array]]()
-    lights = [each.at(sun) for each in (source, other) if each is not None]
+    instants = [each.at(sun) for each in lights]
     for window in windows_of(inputs.image):
-        wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, source.reach, strict=True)]
-        thickness, shares = inputs.clouds(wide[0], wide[1], source.edges_m)
-        thickness = np.ascontiguousarray(thickness)
-        inner = [slice(low, low + own.stop - own.start) for own, (low, _) in zip(window, source.reach, strict=True)]
+        wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, reach, strict=True)]
+        inner = [slice(low, low + own.stop - own.start) for own, (low, _) in zip(window, reach, strict=True)]
+        thickness, shares = clouds(wide[0], wide[1])
         # Tables are not known yet: uniform cloud is that of the tier source.
-        found = [lights[0].uniform(thickness)]
-        for light in lights:
+        found = [instants[0].uniform(thickness)]
+        for light in instants:
             amount, share, change = light.correct(thickness, shares=shares)
-            found.append(lights[0].uniform(amount) * share + change)
+            found.append(instants[0].uniform(amount) * share + change)
         parts.append([each[:, *inner].reshape(each.shape[0], -1) for each in found])
     columns, exact, *others = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
     mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
     return [np.sqrt(np.mean((each - exact) ** 2, axis=1)) / mean for each in (columns, *others)]
 
 
-def error_of_source(inputs: LightInputs, of_columns: Array) -> Array:
-    """Return the error (B,) to expect of the tier ``source`` from the difference (B,) of columns."""
+def error_of_source(inputs: LightInputs, of_columns: Array, of_slant: Array | None) -> Array:
+    """Return the error (B,) to expect of ``source`` from the differences (B,) of columns and of ``slant``, if any."""
     weights = np.maximum(inputs.weights_cm1, 0.0)
     wavelength_um, sun = 1e4 * np.sum(weights, axis=1) / (weights @ inputs.wavenumber_cm1), lowest_sun(inputs)
-    errors = []
-    for wavelength, difference in zip(wavelength_um.tolist(), of_columns.tolist(), strict=True):
-        lit = sun is not None and wavelength < EMITTED_UM
-        least, share = SUNLIT if lit else SHORT if wavelength < EMITTED_UM else LONG
-        if lit and sun is not None:
-            toward = Direction(sun.zenith_deg, sun.azimuth_deg).vector
-            across = toward @ Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg).vector
-            angle = math.degrees(math.acos(min(max(float(across), -1.0), 1.0)))
-            share += (1.0 - share) * math.exp(-((angle / OPPOSITE_DEG) ** 2))
-        errors.append(math.hypot(least, share * difference))
-    return np.array(errors)
+    angle_deg = None
+    if sun is not None:
+        toward = Direction(sun.zenith_deg, sun.azimuth_deg).vector
+        across = float(toward @ Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg).vector)
+        angle_deg = math.degrees(math.acos(min(max(across, -1.0), 1.0)))
+    slant = [None] * of_columns.size if of_slant is None else of_slant.tolist()
+    given = zip(wavelength_um.tolist(), of_columns.tolist(), slant, strict=True)
+    return np.array([expected_error(*each, angle_deg, inputs.point_m) for each in given])
 
 
-def stated_errors(inputs: LightInputs, of_columns: Array, of_tier: Array | float) -> list[float]:
-    """Return the error (B,) of a tier from its difference from ``source``, and from that of columns.
+def expected_error(
+    wavelength_um: float, of_columns: float, of_slant: float | None, angle_deg: float | None, point_m: float
+) -> float:
+    """Return the error to expect of ``source``; the angle is that between view and sun, None at night."""
+    lit = angle_deg is not None and wavelength_um < EMITTED_UM
+    sunlit, short, long = OF_LAYERS if of_slant is None else (SUNLIT, SHORT, LONG)
+    shares = sunlit if lit else short if wavelength_um < EMITTED_UM else long
+    share = shares.of_columns
+    if lit and angle_deg is not None:
+        share *= math.sqrt(point_m / POINT_M)
+        share += max(OPPOSITE - share, 0.0) * math.exp(-((angle_deg / OPPOSITE_DEG) ** 2))
+    return math.hypot(shares.least, share * of_columns, shares.of_slant * (of_slant or 0.0))
+
+
+def stated_errors(
+    inputs: LightInputs, of_columns: Array, of_slant: Array | None, of_tier: Array | float
+) -> list[float]:
+    """Return the error (B,) of a tier from its difference (B,) from ``source``, and those of columns and ``slant``.
 
     It is a bound for the rms over pixels, relative to the mean radiance, not its mean over scenes.
     """
-    own = error_of_source(inputs, of_columns)
-    return [FACTOR * float(each) for each in np.hypot(of_tier, own)]
+    own = FACTOR_OF_SOURCE * error_of_source(inputs, of_columns, of_slant)
+    factor = FACTOR_OF_LAYERS if of_slant is None else FACTOR
+    return [float(each) for each in np.hypot(factor * np.asarray(of_tier), own)]
 
 
 def lowest_sun(inputs: LightInputs) -> Sun | None:

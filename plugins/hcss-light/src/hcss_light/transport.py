@@ -13,17 +13,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from hcss_light.bands import Group, groups_of_bands, sunlight_of_air
 from hcss_light.kept import KeptSource
+from hcss_light.scattered import ScatteredLight, share_and_change, shining
 from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import Sea, SeaPaths
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
-from hcss_light.stated import differences, stated_errors
+from hcss_light.stated import differences
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.engine.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -32,51 +33,20 @@ from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
 NODES_PER_SLICE = 4
-FAINT = 1e-3
-"""Share of sunlight in the radiance of uniform cloud below which it counts as none."""
-
-SPREADING = 1.0
-"""Light that clouds scatter and emit is taken from up to so many heights of the layer aside."""
-
-MOST_SPREADING = 24
-"""The same limit in points."""
-
-LOWEST_SUN_DEG = 85.0
-"""Below it sunlight is that of uniform cloud: its rays would cross the whole image."""
 
 
-class SourceLight:
-    """Light in broken clouds, tier ``source``; see :class:`hcss_twin.providers.light.LightTransport`.
-
-    Parameters
-    ----------
-    inputs : LightInputs
-
-    Raises
-    ------
-    LightError
-        If view or sun are so slanted that too many slices are needed.
-    """
-
-    tier: ClassVar[str] = "source"
-    cost: ClassVar[float] = 10.0
+class SourceLight(ScatteredLight):
+    """Light in one layer of broken clouds, tier ``source``."""
 
     def __init__(self, inputs: LightInputs) -> None:
-        self._inputs = inputs
+        super().__init__(inputs)
         layer, view = inputs.layer, inputs.view
-        shone = inputs.sun_zenith_deg <= LOWEST_SUN_DEG
-        zenith, azimuth = inputs.sun_zenith_deg[shone], inputs.sun_azimuth_deg[shone]
-        cloud = inputs.optics.single_scattering(layer.microphysics, inputs.wavenumber_cm1)
-        thickest = float(np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2)))
-        optical = thickest * layer.thickness_max_m
-        steepest = max(view.zenith_deg, float(np.max(zenith, initial=0.0)))
-        self.slices = slices_of(
-            layer.base_m, layer.top_m, layer.anchor, inputs.point_m, steepest, optical
-        )  # fmt: skip
-        height = layer.thickness_max_m / inputs.point_m
-        spread = min(math.ceil(SPREADING * height), MOST_SPREADING) if self.tier == "source" else 0
+        given = layer.base_m, layer.top_m, layer.anchor, inputs.point_m
+        self.slices = slices_of(*given, self._steepest_deg, self._optical[0])
+        spread = self._spread if self.tier == "source" else 0
         seen = self.slices.shifts(view.zenith_deg, view.azimuth_deg, inputs.reference_m)
-        lit = height * np.tan(np.radians(zenith)) * np.stack((np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))))
+        zenith, azimuth = np.radians([(each.zenith_deg, each.azimuth_deg) for each in self._suns]).reshape(-1, 2).T
+        lit = self._heights[0] * np.tan(zenith) * np.stack((np.cos(azimuth), np.sin(azimuth)))
         before, after = (
             [
                 math.ceil(max(sign * float(limit(own)), 0.0) + max(float(np.max(sign * sun, initial=0.0)), 0.0))
@@ -86,9 +56,8 @@ class SourceLight:
         )
         # One point for each of two interpolations.
         self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
-        suns = [Direction(*each) for each in zip(zenith.tolist(), azimuth.tolist(), strict=True)]
         toward = Direction(view.zenith_deg, view.azimuth_deg)
-        seas = [Sea(self.slices, toward, each, inputs.reference_m).reach for each in (None, *suns)]
+        seas = [Sea(self.slices, toward, each, inputs.reference_m).reach for each in (None, *self._suns)]
         self.sea_reach: tuple[tuple[int, int], ...] = tuple(map(tuple, np.max([self.reach, *seas], axis=0).tolist()))
         if self.tier == "source":
             self.seen = tuple(
@@ -96,26 +65,10 @@ class SourceLight:
                 for own in seen.T
             )
 
-    @staticmethod
-    def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
-        """Return how some pixels of a frame compare with Monte Carlo, for the certificate."""
-        from hcss_light.comparison import check  # not for plans alone
-
-        return check(plan, tables, frame)
-
     @property
     def edges_m(self) -> Array:
         """Altitudes at which the shares of heights are asked."""
         return self.slices.edges_m
-
-    def expected_errors(self) -> list[float]:
-        """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
-        own = 0.0 if self.tier == "source" else self._differences[1]
-        return stated_errors(self._inputs, self._differences[0], own)
-
-    def errors_of_columns(self) -> list[float]:
-        """Return the same of independent columns."""
-        return stated_errors(self._inputs, self._differences[0], self._differences[0])
 
     def over_views(self, plan: Plan) -> tuple[list[float], str]:
         """Return the same errors over an image whose view varies, and a note about its directions.
@@ -136,9 +89,13 @@ class SourceLight:
 
     @cached_property
     def _differences(self) -> list[Array]:
-        """How much columns, and the tier ``slant`` if this is it, differ from ``source``."""
         source = SourceLight(self._inputs)
-        return differences(self._inputs, source, self if self.tier == "slant" else None)
+
+        def clouds(rows: slice, columns: slice) -> tuple[Field, Field | None]:
+            thickness, shares = self._inputs.clouds(rows, columns, source.edges_m)
+            return np.ascontiguousarray(thickness), shares
+
+        return differences(self._inputs, [source, SlantLight(self._inputs)], source.reach, clouds)
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -149,8 +106,7 @@ class SourceLight:
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
-        if sun is not None and sun.zenith_deg > LOWEST_SUN_DEG:
-            sun = None
+        sun = shining(sun)
         groups = groups_of_bands(self._inputs, self.slices.middle_m, sun)
         return InstantLight(self.tier, self._inputs, self.slices, groups, sun)
 
@@ -232,21 +188,17 @@ class InstantLight:
         seas = iter(self.over_sea(thickness_m, shares) if over_sea is None else over_sea)
         density = self._slices.density(thickness_m, self._shape, shares)
         sources = iter(() if kept is None else kept.at(density, moved))
-        share, change = np.empty((2, len(self._lights), *thickness_m.shape))
+        total = np.zeros((len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
-        for band, own in enumerate(self._lights):
-            total = np.zeros(thickness_m.shape)
+        for band, own in zip(total, self._lights, strict=True):
             for each in own:
                 amount, radiance = each.radiance(density, next(sources, None))
-                total += radiance + each.unveiled(amount) * next(seas)
-            np.minimum(amount, self._most_m, out=amount)
-            uniform, dark = (np.interp(amount, self._nodes_m, each[band]) for each in (self._uniform, self._dark))
-            sunlight = uniform - dark
-            lit = sunlight > FAINT * uniform
-            share[band] = np.where(lit, np.clip((total - dark) / np.where(lit, sunlight, 1.0), 0.0, 1.0), 1.0)
-            # Tables have the sunlight that the air above scatters, which is not shaded.
-            change[band] = total - share[band] * uniform + (1.0 - share[band]) * self._air[band]
-        return amount, share, change
+                band += radiance + each.unveiled(amount) * next(seas)
+        np.minimum(amount, self._most_m, out=amount)
+        uniform, dark = (
+            np.array([np.interp(amount, self._nodes_m, band) for band in each]) for each in (self._uniform, self._dark)
+        )
+        return amount, *share_and_change(total, uniform, dark, self._air)
 
 
 class GroupLight:
