@@ -12,9 +12,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hcss_skies.detail import deviations, halve, normal_quantiles
+from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.example import DETAIL_STRENGTHS, Detail
+from hcss_skies.refining import MARGIN, refine, textures
 from hcss_twin.providers import Array
 
 _SIDES = 8, 4, 2
@@ -53,10 +55,10 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     own = 1.0 - math.log2(octaves[1] / octaves[0])
     exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
     wanted = _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
-    low, high = DETAIL_STRENGTHS[0], STRONGEST
+    low, high, fibres = DETAIL_STRENGTHS[0], STRONGEST, textures()
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)
-        low, high = (strength, high) if _first_halving(halved, strength, exponent) < wanted else (low, strength)
+        low, high = (strength, high) if _first_halving(halved, strength, exponent, fibres) < wanted else (low, strength)
     return Detail(0.5 * (low + high) if high < STRONGEST else STRONGEST, exponent)
 
 
@@ -87,13 +89,13 @@ def described(detail: Detail | None) -> str:
     )
 
 
-def _first_halving(level: Array, strength: float, exponent: float) -> float:
+def _first_halving(level: Array, strength: float, exponent: float, fibres: NDArray[np.float32]) -> float:
     """Return the variance of the halves of pixels about the pixels."""
-    children = np.empty((2 * level.shape[0] - 4, 2 * level.shape[1] - 4))
-    first = np.zeros(2, np.int64)
-    most = float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example
-    halve(children, level, first, *deviations(strength, exponent, 0), most, np.uint64(1), math.nan, normal_quantiles())
-    return _octave(level[1:-1, 1:-1], children)
+    children = np.empty((2 * level.shape[0] - 4 * MARGIN, 2 * level.shape[1] - 4 * MARGIN))
+    most = 1.0001 * float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example
+    law = np.array([deviation_of(exponent, 0)])
+    refine(children, level, np.zeros(2, np.int64), strength, law, most, 0.1, fibres, *moments_of([1], [math.nan]))
+    return _octave(level[MARGIN:-MARGIN, MARGIN:-MARGIN], children)
 
 
 def _octave(parents: Array, children: Array) -> float:
