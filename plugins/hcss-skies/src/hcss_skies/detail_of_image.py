@@ -32,9 +32,10 @@ BELOW = 2.2
 """Exponent below the pixel of flatter images: fields of small clouds are flat at pixels of 3 km, where clouds end, but
 2.2 to 2.4 is measured below (a Landsat image at 30 m)."""
 
-STRONGEST = 0.7
-"""Strength that is extrapolated at most. Measured ones are .27 to .37; images whose spectrum is flat down to the pixel
-would get .9 and more for a spectrum without a step, which looks like grain."""
+WEAKEST, STRONGEST = 0.3, 0.7
+"""Strengths that are extrapolated; measured ones are .27 to .37. Images whose spectrum is flat down to the pixel would
+get .9 and more for a spectrum without a step, which looks like grain; or 0, where their edges alone have the variance
+of the octave, and clouds would be smooth inside."""
 
 _BISECTIONS = 12
 
@@ -55,11 +56,13 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     own = 1.0 - math.log2(octaves[1] / octaves[0])
     exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
     wanted = _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
-    low, high, fibres = DETAIL_STRENGTHS[0], STRONGEST, textures()
+    weakest = DETAIL_STRENGTHS[0] if own >= EXPONENTS[0] else WEAKEST
+    low, high, fibres = weakest, STRONGEST, textures()
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)
         low, high = (strength, high) if _first_halving(halved, strength, exponent, fibres) < wanted else (low, strength)
-    return Detail(0.5 * (low + high) if high < STRONGEST else STRONGEST, exponent)
+    strength = STRONGEST if high == STRONGEST else 0.5 * (low + high)
+    return Detail(WEAKEST if low == weakest == WEAKEST else strength, exponent)
 
 
 def _level(field: Array) -> Array:
@@ -79,7 +82,7 @@ def described(detail: Detail | None) -> str:
     dimension = f"{3.5 - 0.5 * detail.exponent:.2f}" if detail.exponent <= 3.0 else "2"
     limits = [
         " (limit of the extrapolation)" if limited else ""
-        for limited in (detail.strength == STRONGEST, detail.exponent == EXPONENTS[1])
+        for limited in (detail.strength in (WEAKEST, STRONGEST), detail.exponent == EXPONENTS[1])
     ]
     if detail.exponent == BELOW:
         limits[1] = " (the image is flatter; this is that of other images below 3 km)"

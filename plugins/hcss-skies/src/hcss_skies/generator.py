@@ -96,6 +96,8 @@ class ExampleClouds:
                 f"{1e6 * example.pixel_size_m:g} m with this example"
             )
         self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
+        if self._halvings == 1:  # pixels of half a cell are means of smaller ones, so that all sensors see one sky
+            self._halvings = STAGE
         self._level = level = make_level(example, inputs.grid.pixel_size_m)
         self._visible_m = self._visible_thickness()
         self._textures = textures() if self._halvings else None

@@ -22,7 +22,7 @@ from hcss_twin.core.kernels import inner, kernel
 MARGIN = 7
 """Cells around those that are divided."""
 
-STAGE = 4
+STAGE = 2
 """Most halvings at a time."""
 
 SIDE, DIRECTIONS = 256, 16
@@ -150,9 +150,9 @@ def _orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strengt
         for j in range(1, columns - 1):
             y, x = 0.5 * (cells[i + 1, j] - cells[i - 1, j]), 0.5 * (cells[i, j + 1] - cells[i, j - 1])
             mean = np.sum(cells[i - 1 : i + 2, j - 1 : j + 2]) / 9.0
-            change[0, i, j] = strength * math.sqrt(min(math.hypot(y, x) / max(mean, 1e-6), _STEEPEST) + FLOOR)
+            change[0, i, j] = strength * math.sqrt(min(math.sqrt(y * y + x * x) / max(mean, 1e-6), _STEEPEST) + FLOOR)
             y, x = 0.5 * (seen[i + 1, j] - seen[i - 1, j]), 0.5 * (seen[i, j + 1] - seen[i, j - 1])
-            change[1, i, j] = edge * math.hypot(y, x)
+            change[1, i, j] = edge * math.sqrt(y * y + x * x)
             tensor[0, i, j], tensor[1, i, j], tensor[2, i, j] = x * x - y * y, 2.0 * x * y, x * x + y * y
     for i in range(2, rows - 2):
         for j in range(2, columns - 2):
@@ -160,7 +160,7 @@ def _orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strengt
             for m in range(i - 1, i + 2):
                 for n in range(j - 1, j + 2):
                     p, q, total = p + tensor[0, m, n], q + tensor[1, m, n], total + tensor[2, m, n]
-            fibres[i, j] = _ALIGNED * math.sqrt(math.hypot(p, q) / total)
+            fibres[i, j] = _ALIGNED * math.sqrt(math.sqrt(p * p + q * q) / total)
             turn = math.atan2(q, p) * (0.5 / math.pi * DIRECTIONS) + DIRECTIONS + 0.5
             which[i, j] = 1 + np.int64(turn) % DIRECTIONS
 
