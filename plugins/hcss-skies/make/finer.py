@@ -1,8 +1,8 @@
 """Detail below the example's pixel against an image of 1 km: ``python make/finer.py GOES-ABI.nc [--figure FILE.png]``.
 
 Reflectance at 0.86 um becomes optical thickness times (1 - g), 2 R / (1 - R), and is averaged to cells of 8 km. The
-generator's detail, with strength and exponent that it finds in these cells, halves them twice, and the image averaged
-to 2 km is compared: root mean square and kurtosis of increments, increments over sides of cells in those inside, the
+generator's detail, with strength and exponent that it finds in these cells, divides them by four, and the image of
+2 km is compared: root mean square and kurtosis of increments, increments over sides of cells in those inside, the
 three Haar coefficients of 2 by 2 pixels (across rows, across columns, diagonal), and AUC of a forest, patches of 64
 pixels. The left half of the image is where the law of the detail was chosen; the right one is held out.
 """
@@ -16,8 +16,9 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 from hcss_evaluate.realism import compare
-from hcss_skies.detail import deviations, halve, normal_quantiles
+from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.detail_of_image import fit_detail
+from hcss_skies.refining import MARGIN, refine, textures
 
 CELL, PIXEL, PATCH, SEEDS = 8, 2, 64, 2
 CLEAR, BRIGHTEST = 0.0137, 0.75  # reflectance factor of the sea (5th percentile), and of thick cloud under this sun
@@ -32,17 +33,17 @@ def averaged(field: np.ndarray, side: int) -> np.ndarray:
 
 
 def finer(cells: np.ndarray, seed: int) -> np.ndarray:
-    """Return cells (rows, columns) halved to pixels, without two at each side."""
+    """Return cells (rows, columns) divided into pixels, without ``MARGIN`` at each side."""
     detail = fit_detail(cells)
     assert detail is not None
-    first, most = np.zeros(2, np.int64), 1.0001 * float(cells.max())
-    for halving in range(int(math.log2(CELL // PIXEL))):
-        children = np.empty((2 * cells.shape[0] - 4, 2 * cells.shape[1] - 4))
-        law = deviations(detail.strength, detail.exponent, halving)
-        halve(children, cells, first, *law, most, np.uint64(97 * seed + halving), math.nan, normal_quantiles())
-        cells, first = children, 2 * (first + 1)
-    trim = 2 * CELL // PIXEL - int(first[0])
-    return cells[trim:-trim, trim:-trim]
+    halvings = int(math.log2(CELL // PIXEL))
+    law = np.array([deviation_of(detail.exponent, each) for each in range(halvings)])
+    out = np.empty(((cells.shape[0] - 2 * MARGIN) * 2**halvings, (cells.shape[1] - 2 * MARGIN) * 2**halvings))
+    moments = moments_of([97 * seed + each for each in range(halvings)], [math.nan] * halvings)
+    refine(
+        out, cells, np.zeros(2, np.int64), detail.strength, law, 1.0001 * float(cells.max()), 0.5, textures(), *moments
+    )
+    return out
 
 
 def reflectance(thickness: np.ndarray) -> np.ndarray:
@@ -75,10 +76,10 @@ def main() -> None:
     thickness = 2.0 * share / (1.0 - share)
     middle = thickness.shape[1] // 2 // CELL * CELL
     for name, half in (("chosen half", thickness[:, :middle]), ("held out", thickness[:, middle:])):
-        border = 2 * CELL // PIXEL
+        border = MARGIN * CELL // PIXEL
         cells, truth = averaged(half, CELL), averaged(half, PIXEL)[border:-border, border:-border]
         skies = [finer(cells, seed) for seed in range(SEEDS)]
-        error = max(np.abs(averaged(sky, CELL // PIXEL) - cells[2:-2, 2:-2]).max() for sky in skies)
+        error = max(np.abs(averaged(sky, CELL // PIXEL) - cells[MARGIN:-MARGIN, MARGIN:-MARGIN]).max() for sky in skies)
         patches = [
             [300.0 - 60.0 * reflectance(field[y : y + PATCH, x : x + PATCH])
              for y in range(0, field.shape[0] - PATCH + 1, PATCH) for x in range(0, field.shape[1] - PATCH + 1, PATCH)]
@@ -95,7 +96,7 @@ def main() -> None:
         if given.figure is not None:
             _draw(
                 given.figure.with_stem(f"{given.figure.stem}-{name.replace(' ', '-')}"),
-                cells[2:-2, 2:-2],
+                cells[MARGIN:-MARGIN, MARGIN:-MARGIN],
                 truth,
                 skies[0],
             )

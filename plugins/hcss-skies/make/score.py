@@ -1,9 +1,9 @@
 """Score examples imported from a file of satellite images through the engine: AUC, copies and coherence.
 
-``python plugins/hcss-skies/make/score.py BLOCKS.nc [--half 0|1] [--clear-sky uniform] [--times 0,30,120]`` imports each
-image of ``ir_108`` (dimensions scene, time, y, x), simulates its sky with a seed of its own, by night, as brightness
-temperature at 10.3 to 11.3 um, and prints the realism test against these images. ``--half`` takes every second scene:
-choose settings with one half and report the other. Needs hcss-evaluate with scikit-learn.
+``python make/score.py BLOCKS.nc [--half 1] [--clear-sky uniform] [--frames 0,1,4] [--seed 3]`` imports each image of
+``ir_108`` (dimensions scene, time, y, x), simulates its sky with a seed of its own, by night, as brightness temperature
+at 10.3 to 11.3 um, and prints the realism test against these images. ``--half`` takes every second scene: choose
+settings with one half and report the other. Needs hcss-evaluate with scikit-learn.
 """
 
 from __future__ import annotations
@@ -66,6 +66,7 @@ def main() -> None:
     parser.add_argument("--clear-sky", default="example", choices=("uniform", "example"))
     parser.add_argument("--frames", default="0", help="Frames to test, 30 min apart: 0,1,4 for 0, 30 and 120 min.")
     parser.add_argument("--time", type=int, default=1, help="Index of the time of the images.")
+    parser.add_argument("--seed", type=int, default=0, help="Other skies of the same images.")
     given = parser.parse_args()
     frames = [int(each) for each in given.frames.split(",")]
     with netCDF4.Dataset(given.file) as file:
@@ -81,7 +82,8 @@ def main() -> None:
             )
             write_example(Path(folder) / "skies" / "block.nc", done.example)
             path = Path(folder) / "scene.toml"
-            path.write_text(SCENARIO.format(seed=scene, count=max(frames) + 1, clear=given.clear_sky), encoding="utf-8")
+            seed = scene + 100 * given.seed
+            path.write_text(SCENARIO.format(seed=seed, count=max(frames) + 1, clear=given.clear_sky), encoding="utf-8")
             cube = hcss_twin.simulate(hcss_twin.Scenario.load(path))
             values = np.asarray(cube["brightness_temperature"].isel(band=0))
             kelvin += [values[each].astype(float) for each in frames]

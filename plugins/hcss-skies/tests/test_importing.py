@@ -10,10 +10,11 @@ import pytest
 from click.testing import CliRunner
 from conftest import cloud_field, rough_field
 from hcss_skies.command import skies
-from hcss_skies.detail import deviations, halve, normal_quantiles
+from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.importing import import_example
 from hcss_skies.missing import filled, largest_rectangle
+from hcss_skies.refining import MARGIN, refine, textures
 from hcss_skies.split_window import DEPTH_RATIO, WAVELENGTHS_UM, height_above_opaque_m
 from scipy.ndimage import gaussian_filter
 
@@ -178,25 +179,52 @@ def test_detail_continues_the_octaves_of_the_image(density):
     fitted = fit_detail(height.reshape(256, 2, 256, 2).mean(axis=(1, 3)))
     assert fitted.exponent == pytest.approx(density - 1.0, abs=0.15)
     parents = height.reshape(256, 2, 256, 2).mean(axis=(1, 3))
-    children = np.empty((508, 508))
-    of_halving = deviations(fitted.strength, fitted.exponent, 0)
-    halve(children, parents, np.zeros(2, np.int64), *of_halving, 1e9, np.uint64(7), np.nan, normal_quantiles())
+    children = divided(parents, fitted.strength, fitted.exponent, 1)
+    cut = slice(MARGIN, -MARGIN)
     variance = [
-        np.mean((each - np.kron(parents[1:-1, 1:-1], np.ones((2, 2)))) ** 2) for each in (children, height[2:-2, 2:-2])
+        np.mean((each - np.kron(parents[cut, cut], np.ones((2, 2)))) ** 2)
+        for each in (children, height[2 * MARGIN : -2 * MARGIN, 2 * MARGIN : -2 * MARGIN])
     ]
     assert abs(10.0 * np.log10(variance[0] / variance[1])) < 1.5
 
 
-def test_changes_over_the_sides_of_halved_cells_are_like_those_inside():
-    """Within a fifth: a measured image has 1.02 (``make/finer.py``), numbers that are all a child's own 1.24 here."""
-    cells, first = 1500.0 * np.exp(0.6 * rough_field(128, 2.9)), np.zeros(2, np.int64)
-    for halving in range(2):
-        children = np.empty((2 * cells.shape[0] - 4, 2 * cells.shape[1] - 4))
-        halve(children, cells, first, *deviations(0.44, 2.2, halving), 1e9, np.uint64(5), np.nan, normal_quantiles())
-        cells, first = children, 2 * (first + 1)
-    step = np.diff(np.log(cells), axis=1)
-    over = (np.arange(step.shape[1]) + first[1]) % 4 == 3
-    assert step[:, over].std() / step[:, ~over].std() == pytest.approx(1.0, abs=0.2)
+def divided(cells, strength, exponent, halvings, most=1e9, visible=100.0):
+    """Return cells with detail, without those at the border."""
+    side = 2**halvings
+    out = np.empty(tuple((each - 2 * MARGIN) * side for each in cells.shape))
+    law = np.array([deviation_of(exponent, each) for each in range(halvings)])
+    moments = moments_of(range(halvings), [np.nan] * halvings)
+    refine(out, cells, np.zeros(2, np.int64), strength, law, most, visible, textures(), *moments)
+    return out
+
+
+def test_changes_over_the_sides_of_divided_cells_are_like_those_inside():
+    """Within a tenth: a measured image has 1.02 (``make/finer.py``)."""
+    step = np.diff(np.log(divided(1500.0 * np.exp(0.6 * rough_field(128, 2.9)), 0.44, 2.2, 2)), axis=1)
+    over = np.arange(step.shape[1]) % 4 == 3
+    assert step[:, over].std() / step[:, ~over].std() == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e3])
+def test_divided_cells_keep_their_mean_within_the_layer(scale):
+    """Cells of 0 to the greatest thickness, clear ones beside full ones, and thicknesses that are hardly any."""
+    rng = np.random.default_rng(4)
+    cells = rng.choice([0.0, 1e-12, 0.02, 0.6, 0.999, 1.0], (40, 40)) * rng.choice([1.0, 1.0, 0.5], (40, 40)) * scale
+    parts = divided(cells, 0.7, 2.2, 4, most=scale, visible=0.1 * scale)
+    means = parts.reshape(26, 16, 26, 16).mean(axis=(1, 3))
+    np.testing.assert_allclose(means, cells[MARGIN:-MARGIN, MARGIN:-MARGIN], rtol=1e-9, atol=1e-12 * scale)
+    assert parts.min() >= 0.0
+    assert parts.max() <= scale * (1.0 + 1e-12)
+
+
+def test_clouds_end_inside_their_cells():
+    """Beside clear cells, parts of cells at the side hold far less than the cell: its square is not seen."""
+    y, x = np.mgrid[-20:20, -20:20] + 0.5
+    cells = np.where(np.hypot(y, x) < 9.0, 600.0, 0.0)
+    parts = divided(cells, 0.3, 2.3, 4, most=1000.0, visible=50.0)
+    fine = np.kron(cells[MARGIN:-MARGIN, MARGIN:-MARGIN], np.ones((16, 16)))
+    at_side = (fine[:, 1:-1] > 0.0) & ((fine[:, :-2] == 0.0) | (fine[:, 2:] == 0.0))
+    assert np.median(parts[:, 1:-1][at_side]) < 0.1 * 600.0
 
 
 def test_too_little_cloud_gives_no_detail_and_an_example_its_own(make, tmp_path):

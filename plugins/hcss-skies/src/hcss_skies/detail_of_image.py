@@ -12,9 +12,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hcss_skies.detail import deviations, halve, normal_quantiles
+from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.example import DETAIL_STRENGTHS, Detail
+from hcss_skies.refining import MARGIN, refine, textures
 from hcss_twin.providers import Array
 
 _SIDES = 8, 4, 2
@@ -30,9 +32,10 @@ BELOW = 2.2
 """Exponent below the pixel of flatter images: fields of small clouds are flat at pixels of 3 km, where clouds end, but
 2.2 to 2.4 is measured below (a Landsat image at 30 m)."""
 
-STRONGEST = 0.7
-"""Strength that is extrapolated at most. Measured ones are .27 to .37; images whose spectrum is flat down to the pixel
-would get .9 and more for a spectrum without a step, which looks like grain."""
+WEAKEST, STRONGEST = 0.3, 0.7
+"""Strengths that are extrapolated; measured ones are .27 to .37. Images whose spectrum is flat down to the pixel would
+get .9 and more for a spectrum without a step, which looks like grain; or 0, where their edges alone have the variance
+of the octave, and clouds would be smooth inside."""
 
 _BISECTIONS = 12
 
@@ -53,11 +56,13 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     own = 1.0 - math.log2(octaves[1] / octaves[0])
     exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
     wanted = _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
-    low, high = DETAIL_STRENGTHS[0], STRONGEST
+    weakest = DETAIL_STRENGTHS[0] if own >= EXPONENTS[0] else WEAKEST
+    low, high, fibres = weakest, STRONGEST, textures()
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)
-        low, high = (strength, high) if _first_halving(halved, strength, exponent) < wanted else (low, strength)
-    return Detail(0.5 * (low + high) if high < STRONGEST else STRONGEST, exponent)
+        low, high = (strength, high) if _first_halving(halved, strength, exponent, fibres) < wanted else (low, strength)
+    strength = STRONGEST if high == STRONGEST else 0.5 * (low + high)
+    return Detail(WEAKEST if low == weakest == WEAKEST else strength, exponent)
 
 
 def _level(field: Array) -> Array:
@@ -77,7 +82,7 @@ def described(detail: Detail | None) -> str:
     dimension = f"{3.5 - 0.5 * detail.exponent:.2f}" if detail.exponent <= 3.0 else "2"
     limits = [
         " (limit of the extrapolation)" if limited else ""
-        for limited in (detail.strength == STRONGEST, detail.exponent == EXPONENTS[1])
+        for limited in (detail.strength in (WEAKEST, STRONGEST), detail.exponent == EXPONENTS[1])
     ]
     if detail.exponent == BELOW:
         limits[1] = " (the image is flatter; this is that of other images below 3 km)"
@@ -87,13 +92,13 @@ def described(detail: Detail | None) -> str:
     )
 
 
-def _first_halving(level: Array, strength: float, exponent: float) -> float:
+def _first_halving(level: Array, strength: float, exponent: float, fibres: NDArray[np.float32]) -> float:
     """Return the variance of the halves of pixels about the pixels."""
-    children = np.empty((2 * level.shape[0] - 4, 2 * level.shape[1] - 4))
-    first = np.zeros(2, np.int64)
-    most = float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example
-    halve(children, level, first, *deviations(strength, exponent, 0), most, np.uint64(1), math.nan, normal_quantiles())
-    return _octave(level[1:-1, 1:-1], children)
+    children = np.empty((2 * level.shape[0] - 4 * MARGIN, 2 * level.shape[1] - 4 * MARGIN))
+    most = 1.0001 * float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example
+    law = np.array([deviation_of(exponent, 0)])
+    refine(children, level, np.zeros(2, np.int64), strength, law, most, 0.1, fibres, *moments_of([1], [math.nan]))
+    return _octave(level[MARGIN:-MARGIN, MARGIN:-MARGIN], children)
 
 
 def _octave(parents: Array, children: Array) -> float:

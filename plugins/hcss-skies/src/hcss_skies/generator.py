@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_skies.blending import blend, put_in_layer
-from hcss_skies.detail import MARGIN, average, deviations, halve, lifetime_s, normal_quantiles
+from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
 from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
+from hcss_skies.refining import MARGIN, STAGE, refine, textures
 from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
 from hcss_twin.errors import ProviderError
@@ -38,10 +39,19 @@ DETAIL = Detail(0.31, 2.3)
 # Share of an image that is warmer than its clear sky: what is left out of the texture of the sea.
 _WARMEST = 0.01
 
+# Pixels that are this close to the coldest cloud keep room for thicker parts, so that clouds can end inside them.
+_FULL, _OPAQUE_K = 0.6, 0.3
+
+# Fuller pixels have no room; share of pixels from which on a note says so.
+_NO_ROOM, _NOTED = 0.8, 0.01
+
+# What is seen of a thickness, without a scene in parts of the greatest; optical thickness 1 hides 63 % of the sea.
+_VISIBLE, _HIDDEN = 0.1, 0.63
+
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
 
-_TILE = 256
+_TILE = 512
 
 
 class ExampleClouds:
@@ -86,8 +96,11 @@ class ExampleClouds:
                 f"{1e6 * example.pixel_size_m:g} m with this example"
             )
         self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
-        self._normals = normal_quantiles()
+        if self._halvings == 1:  # pixels of half a cell are means of smaller ones, so that all sensors see one sky
+            self._halvings = STAGE
         self._level = level = make_level(example, inputs.grid.pixel_size_m)
+        self._visible_m = self._visible_thickness()
+        self._textures = textures() if self._halvings else None
         self._place_lattice()
         self._clear_m = example.clear_m
         if parameters.clear_sky == "example":
@@ -139,11 +152,25 @@ class ExampleClouds:
             )
             notes.append(
                 f"Detail below {example.pixel_size_m:g} m: strength {self._detail.strength:.3g}, exponent "
-                f"{self._detail.exponent:.3g}, {origin}."
+                f"{self._detail.exponent:.3g}, {origin}. Edges and fibres inside its pixels are made, not measured."
             )
+            full = float(chance @ (of_pairs[:, 0] > _NO_ROOM * inputs.layer.thickness_max_m) / chance.sum())
+            if full > _NOTED:
+                notes.append(
+                    f"{full:.0%} of the example's pixels have nearly the greatest thickness of the layer: beside "
+                    f"thinner cloud they look like squares of {example.pixel_size_m:g} m; a deeper layer leaves room."
+                )
         self.declares = CloudDeclaration(
             depends_on=frozenset({"time"}) if changes else frozenset(), evolves=evolves, notes=tuple(notes)
         )
+
+    def _visible_thickness(self) -> float:
+        """Return the thickness that hides 63 % of the sea."""
+        inversion, most = self._inputs.inversion, self._inputs.layer.thickness_max_m
+        if inversion is None:
+            return _VISIBLE * most
+        kelvin = inversion.clear_K - _HIDDEN * (inversion.clear_K - inversion.coldest_K)
+        return max(float(inversion.thickness_m(np.array(kelvin))), 1e-3 * most)
 
     def _place_lattice(self) -> None:
         """Each seed has its lattice elsewhere, so that no place is special."""
@@ -228,7 +255,10 @@ class ExampleClouds:
             thickness = layer.thickness_min_m + (layer.thickness_max_m - layer.thickness_min_m) * share
             return np.where(opaque_m > clear, thickness, 0.0)
         kelvin = self._kelvin_of(opaque_m, inversion)
-        return np.where(opaque_m > clear, inversion.thickness_m(kelvin), 0.0).astype(np.float64)
+        full = max(
+            _FULL * layer.thickness_max_m, float(inversion.thickness_m(np.array(inversion.coldest_K + _OPAQUE_K)))
+        )
+        return np.where(opaque_m > clear, np.minimum(inversion.thickness_m(kelvin), full), 0.0).astype(np.float64)
 
     def _kelvin_of(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
         """Return the brightness temperature of the scene where the example has heights p."""
@@ -287,8 +317,9 @@ class ExampleClouds:
             y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
             out[...] = self._blended(time_s, y, x, which)[..., which]
             return
-        first = [math.floor(each[0]) - MARGIN for each in edges]
-        y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
+        low, high = self._regions(edges)[0]
+        first = list(low)
+        y, x = (np.arange(*ends, dtype=np.float64) + 0.5 for ends in zip(low, high, strict=True))
         cells = self._blended(time_s, y, x, which)[..., which].astype(np.float64)
         if which and self._hanging is not None:
             y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
@@ -319,24 +350,36 @@ class ExampleClouds:
     def _detailed(self, cells: Array, first: list[int], edges: list[Array], time_s: float) -> tuple[Array, list[int]]:
         """Halve cells until they are no larger than pixels; returns them and the index of the first."""
         most = self._inputs.layer.thickness_max_m
-        for halving in range(self._halvings):
-            # Only what the window needs of the next halvings: one cell around it.
-            scale = 2.0**halving
-            cell_m = self.example.pixel_size_m / 2.0 ** (halving + 1)
-            age = time_s * self._rate / lifetime_s(cell_m)
-            wanted = [(math.floor(each[0] * scale) - 3, math.ceil(each[-1] * scale) + 3) for each in edges]
-            low = [max(want[0], start) for want, start in zip(wanted, first, strict=True)]
-            high = [min(want[1], start + size) for want, start, size in zip(wanted, first, cells.shape, strict=True)]
+        for done, (low, high) in zip(range(0, self._halvings, STAGE), self._regions(edges), strict=True):
+            halvings = range(done, min(done + STAGE, self._halvings))
             part = np.ascontiguousarray(
                 cells[low[0] - first[0] : high[0] - first[0], low[1] - first[1] : high[1] - first[1]]
             )
-            children = np.empty((2 * part.shape[0] - 4, 2 * part.shape[1] - 4))
-            halve(
-                children, part, np.array(low), *deviations(self._detail.strength, self._detail.exponent, halving),
-                most, np.uint64(self._key(halving)), age, self._normals,
+            parts = 2 ** len(halvings)
+            finer = np.empty(tuple(parts * (each - 2 * MARGIN) for each in part.shape))
+            law = np.array([deviation_of(self._detail.exponent, each) for each in halvings])
+            cell_m = [self.example.pixel_size_m / 2.0 ** (each + 1) for each in halvings]
+            moments = moments_of(
+                [self._key(each) for each in halvings], [time_s * self._rate / lifetime_s(each) for each in cell_m]
+            )
+            refine(
+                finer, part, np.array(low), self._detail.strength, law, most, self._visible_m, self._textures,
+                *moments,
             )  # fmt: skip
-            cells, first = children, [2 * (each + 1) for each in low]
+            cells, first = finer, [parts * (each + MARGIN) for each in low]
         return cells, first
+
+    def _regions(self, edges: list[Array]) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+        """Return the first and last cell (y, x) that each stage of the detail needs, MARGIN cells around."""
+        scale = 2.0 ** ((self._halvings - 1) // STAGE * STAGE)
+        low = tuple(math.floor(each[0] * scale) - MARGIN for each in edges)
+        high = tuple(math.ceil(each[-1] * scale) + MARGIN for each in edges)
+        regions = [(low, high)]
+        for _ in range((self._halvings - 1) // STAGE):
+            low = tuple((each >> STAGE) - MARGIN for each in low)
+            high = tuple(-(-each >> STAGE) + MARGIN for each in high)
+            regions.insert(0, (low, high))
+        return regions
 
     def _key(self, number: int) -> int:
         return (self._inputs.seed * 0x9E3779B97F4A7C15 + (number + 1) * 0xD1B54A32D192ED03) % 2**64
