@@ -18,6 +18,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import CloudLayer
 
+TERM_TOLERANCE = 10.0
+"""Tolerance of terms over that of their total, which is a tenth of the accuracy: other errors of terms are small."""
+
 
 @dataclass(frozen=True)
 class Source:
@@ -29,10 +32,18 @@ class Source:
         Name of the radiance model in messages.
     terms : tuple of str (K,)
         Names of its terms, in the order of the columns' second axis.
+    wanted : tuple of str
+        Terms that are looked up, too: where cloud is as bright as what it hides, they change and their sum does not.
     """
 
     model: str
     terms: tuple[str, ...]
+    wanted: tuple[str, ...] = ()
+
+    def seen(self, terms: Array) -> Array:
+        """Return what must meet the tolerance (N, Q, B), from terms (N, K, B): the total, and parts of wanted ones."""
+        parts = terms[:, [self.terms.index(each) for each in self.wanted]]
+        return np.concatenate((total(terms)[:, None], parts / TERM_TOLERANCE), axis=1)
 
 
 def worst(guess: Array, exact: Array) -> tuple[int, int]:
@@ -196,7 +207,7 @@ class ThicknessAxis:
 def place_axis(
     columns: ColumnsAt, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
 ) -> ThicknessAxis:
-    """Place nodes so that the total meets the tolerance, measured between the nodes.
+    """Place nodes so that the total and the wanted terms meet the tolerance, measured between the nodes.
 
     Parameters
     ----------
@@ -218,7 +229,7 @@ def place_axis(
     for low, high in pairwise(breakpoints(layer, level_m)):
         nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance, source, layer)
         segments.append(nodes)
-        dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance))
+        dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance, source.seen))
         largest = max(largest, error)
     return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), largest + LINEAR_SHARE * tolerance)
 
@@ -234,7 +245,7 @@ def _segment(
     values, exact = first[: nodes.size], first[nodes.size :]
     while True:
         guess = curve_through(nodes, values)(np.log(middle))
-        error = relative(total(guess), total(exact))
+        error = of_total(source.seen(guess), source.seen(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
         values = np.concatenate((values, exact))[order]
@@ -258,8 +269,15 @@ def _middles(nodes: Array) -> Array:
     return result
 
 
-def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
+def dense_nodes(
+    nodes: Array, values: Array, tolerance: float, seen: Callable[[Array], Array] = lambda terms: total(terms)[:, None]
+) -> Array:
     """Halve intervals of the linear look-up where it deviates from the curve through ``values`` (N, K, B).
+
+    Parameters
+    ----------
+    seen : callable
+        Maps terms (N, K, B) to the total and what else must meet the tolerance of the total, (N, Q, B).
 
     Returns
     -------
@@ -272,10 +290,10 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
     while np.any(suspect):
         left = np.flatnonzero(suspect)
         middle = 0.5 * (dense[left] + dense[left + 1])
-        ends = total(curve(np.log(dense[left]))), total(curve(np.log(dense[left + 1])))
-        exact = total(curve(np.log(middle)))
+        ends = seen(curve(np.log(dense[left]))), seen(curve(np.log(dense[left + 1])))
+        exact = seen(curve(np.log(middle)))
         # Not divided by the exact total, which may be 0 if terms are omitted.
-        coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact), axis=1)
+        coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact[:, :1]), axis=(1, 2))
         position = left[coarse] + 1
         dense = np.insert(dense, position, middle[coarse])
         suspect = np.zeros(dense.size - 1, dtype=bool)
@@ -299,6 +317,11 @@ def total(terms: Array) -> Array:
     """Sum over terms: (N, K, B) to (N, B)."""
     result: Array = np.sum(terms, axis=1)
     return result
+
+
+def of_total(guess: Array, exact: Array) -> float:
+    """Largest difference of totals and terms (N, Q, B) relative to the exact total, which is the first of Q."""
+    return float(np.max(np.abs(guess - exact) / np.maximum(np.abs(exact[:, :1]), np.finfo(float).tiny)))
 
 
 def relative(guess: Array, exact: Array) -> float:
