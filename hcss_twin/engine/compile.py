@@ -77,7 +77,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     times, time_error = _time_nodes(columns.of(few_streams), plan, allowed.time)
     placing = times[len(times) // 2]
     sun = plan.sun_at(placing)
-    source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms, columns.quantities.wanted)
+    source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     # Where nodes must lie hardly depends on the numerical level, either: those of many columns are placed with few
     # streams, whose columns differ little and smoothly from those of the tables.
     many = plan.assembly.numerical_level + plan.assembly.sunlight_steps >= MANY_STREAMS

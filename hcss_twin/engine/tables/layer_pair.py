@@ -258,8 +258,7 @@ def place_pair(
                 most.place,
             )
     placed = [
-        _with_dense_nodes(axis, np.moveaxis(values, which, 0), LINEAR_SHARE * share, source)
-        for which, axis in enumerate(axes)
+        _with_dense_nodes(axis, np.moveaxis(values, which, 0), LINEAR_SHARE * share) for which, axis in enumerate(axes)
     ]
     largest = sum(max(each) for each in errors)
     cross = CROSS_SHARE * tolerance
@@ -302,11 +301,11 @@ def _halved(axis: ThicknessAxis, coarse: list[bool]) -> ThicknessAxis:
     return replace(axis, segments=segments)
 
 
-def _with_dense_nodes(axis: ThicknessAxis, along: Array, tolerance: float, source: Source) -> ThicknessAxis:
+def _with_dense_nodes(axis: ThicknessAxis, along: Array, tolerance: float) -> ThicknessAxis:
     """Add the dense nodes that columns with both layers need; ``along`` (E, F, K, B) has this axis first."""
     as_bands = np.moveaxis(along, 1, 2).reshape(along.shape[0], along.shape[2], -1)
     dense = [
-        dense_nodes(segment, as_bands[place], tolerance, source.seen)
+        dense_nodes(segment, as_bands[place], tolerance)
         for segment, place in zip(axis.segments, axis.places, strict=True)
     ]
     return replace(axis, dense_m=np.unique(np.concatenate((axis.dense_m, *dense))))

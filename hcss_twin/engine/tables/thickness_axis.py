@@ -32,18 +32,10 @@ class Source:
         Name of the radiance model in messages.
     terms : tuple of str (K,)
         Names of its terms, in the order of the columns' second axis.
-    wanted : tuple of str
-        Terms that are looked up, too: where cloud is as bright as what it hides, they change and their sum does not.
     """
 
     model: str
     terms: tuple[str, ...]
-    wanted: tuple[str, ...] = ()
-
-    def seen(self, terms: Array) -> Array:
-        """Return what must meet the tolerance (N, Q, B), from terms (N, K, B): the total, and parts of wanted ones."""
-        parts = terms[:, [self.terms.index(each) for each in self.wanted]]
-        return np.concatenate((total(terms)[:, None], parts / TERM_TOLERANCE), axis=1)
 
 
 def worst(guess: Array, exact: Array) -> tuple[int, int]:
@@ -207,7 +199,7 @@ class ThicknessAxis:
 def place_axis(
     columns: ColumnsAt, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
 ) -> ThicknessAxis:
-    """Place nodes so that the total and the wanted terms meet the tolerance, measured between the nodes.
+    """Place nodes so that the total and the terms meet the tolerance, measured between the nodes.
 
     Parameters
     ----------
@@ -229,7 +221,7 @@ def place_axis(
     for low, high in pairwise(breakpoints(layer, level_m)):
         nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance, source, layer)
         segments.append(nodes)
-        dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance, source.seen))
+        dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance))
         largest = max(largest, error)
     return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), largest + LINEAR_SHARE * tolerance)
 
@@ -245,7 +237,7 @@ def _segment(
     values, exact = first[: nodes.size], first[nodes.size :]
     while True:
         guess = curve_through(nodes, values)(np.log(middle))
-        error = of_total(source.seen(guess), source.seen(exact))
+        error = of_total(total_and_terms(guess), total_and_terms(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
         values = np.concatenate((values, exact))[order]
@@ -269,15 +261,8 @@ def _middles(nodes: Array) -> Array:
     return result
 
 
-def dense_nodes(
-    nodes: Array, values: Array, tolerance: float, seen: Callable[[Array], Array] = lambda terms: total(terms)[:, None]
-) -> Array:
+def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
     """Halve intervals of the linear look-up where it deviates from the curve through ``values`` (N, K, B).
-
-    Parameters
-    ----------
-    seen : callable
-        Maps terms (N, K, B) to the total and what else must meet the tolerance of the total, (N, Q, B).
 
     Returns
     -------
@@ -290,8 +275,8 @@ def dense_nodes(
     while np.any(suspect):
         left = np.flatnonzero(suspect)
         middle = 0.5 * (dense[left] + dense[left + 1])
-        ends = seen(curve(np.log(dense[left]))), seen(curve(np.log(dense[left + 1])))
-        exact = seen(curve(np.log(middle)))
+        ends = [total_and_terms(curve(np.log(dense[left + end]))) for end in (0, 1)]
+        exact = total_and_terms(curve(np.log(middle)))
         # Not divided by the exact total, which may be 0 if terms are omitted.
         coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact[:, :1]), axis=(1, 2))
         position = left[coarse] + 1
@@ -319,8 +304,17 @@ def total(terms: Array) -> Array:
     return result
 
 
+def total_and_terms(terms: Array) -> Array:
+    """Return what must meet the tolerance (N, 1 + K, B), from terms (N, K, B): the total, and a tenth of each term.
+
+    Where cloud is as bright as what it hides, terms change and their sum does not. All terms count, so that radiance
+    does not depend on those that are written.
+    """
+    return np.concatenate((total(terms)[:, None], terms / TERM_TOLERANCE), axis=1)
+
+
 def of_total(guess: Array, exact: Array) -> float:
-    """Largest difference of totals and terms (N, Q, B) relative to the exact total, which is the first of Q."""
+    """Largest difference of totals and terms (N, 1 + K, B) relative to the exact total, which is the first."""
     return float(np.max(np.abs(guess - exact) / np.maximum(np.abs(exact[:, :1]), np.finfo(float).tiny)))
 
 

@@ -68,8 +68,7 @@ def tables_together(
         return None
     suns = [plan.sun_at(time_s) for time_s in frames]
     sun = suns[len(suns) // 2]
-    quantities = toward[0].quantities
-    source = Source(plan.assembly.entries["radiance"].label, quantities.terms, quantities.wanted)
+    source = Source(plan.assembly.entries["radiance"].label, toward[0].quantities.terms)
     levels, share = plan.assembly.profile.altitude_m, PLACED_SHARE * allowed.thickness
     axes = tuple(
         place_axis(_beside(toward, index, sun), layer, levels, share, source) if cloudy else None
