@@ -60,6 +60,18 @@ def test_an_inversion_gives_thickness_and_the_clear_sky_of_the_scene(make):
     np.testing.assert_allclose(found, [0.0, 0.0, expected], rtol=1e-5)
 
 
+def test_pixels_of_an_image_are_as_much_colder_than_clear_sky_as_they_were(make, tmp_path):
+    """Whatever the temperature of the scene's air is at their heights."""
+    provider = make()
+    of_image = replace(provider.example, lapse_K_m=5e-3)
+    write_example(tmp_path / "skies" / "image.nc", of_image)
+    inputs = replace(provider._inputs, inversion=WarmSky())
+    generator = ExampleClouds(inputs, ExampleParameters(example="image"))
+    assert generator.example.lapse_K_m == of_image.lapse_K_m
+    found = generator._thickness_of(np.array([0.0, 300.0, 800.0]))
+    np.testing.assert_allclose(found, [0.0, 0.0, 100.0 * 5e-3 * 800.0], rtol=1e-5)
+
+
 def test_blended_fields_have_the_distribution_of_the_example(make):
     """Quantiles over 16 skies against those of eq 7 of the example, in parts of its range."""
     fields = np.stack([whole(make(seed=seed, size=256), 256) for seed in range(16)])

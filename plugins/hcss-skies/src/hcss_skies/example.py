@@ -72,6 +72,8 @@ class Example:
         False if x is 0 because the source has one channel.
     detail : Detail or None
         Of the image, extrapolated below its pixel; None if not estimated.
+    lapse_K_m : float or None
+        Of an image of brightness temperature: p is how much colder than clear sky a pixel is, over this lapse rate.
     """
 
     opaque: Bytes
@@ -85,6 +87,7 @@ class Example:
     licence: str
     excess_is_known: bool = True
     detail: Detail | None = None
+    lapse_K_m: float | None = None
 
     @property
     def coverage(self) -> float:
@@ -102,6 +105,7 @@ def make_example(
     source: str,
     licence: str,
     detail: Detail | None = None,
+    lapse_K_m: float | None = None,
 ) -> Example:
     """Return the example of fields of p and x (rows, columns) in m; without x, it is 0 and flagged as unknown."""
     ranks, table = to_ranks(opaque_m)
@@ -111,7 +115,7 @@ def make_example(
         other, other_table = to_ranks(excess_m, ties=opaque_m)
     return Example(
         ranks, other, table, other_table, float(pixel_size_m), float(clear_m), kind, source, licence,
-        excess_m is not None, detail,
+        excess_m is not None, detail, lapse_K_m,
     )  # fmt: skip
 
 
@@ -153,6 +157,8 @@ def write_example(path: Path, example: Example) -> None:
         )  # fmt: skip
         if example.detail is not None:
             file.setncatts({"detail": example.detail.strength, "detail_exponent": example.detail.exponent})
+        if example.lapse_K_m is not None:
+            file.lapse_K_m = example.lapse_K_m
         for name, size in zip(("y", "x", "rank"), (*example.opaque.shape, LEVELS), strict=True):
             file.createDimension(name, size)
         for name, ranks, table, what in (
@@ -191,6 +197,7 @@ def read_example(path: Path) -> Example:
             opaque, excess, opaque_m, excess_m, float(file.pixel_size_m), float(file.clear_m), str(file.kind),
             str(file.source), str(file.license), bool(file.excess_is_known),
             Detail(float(file.detail), float(file.detail_exponent)) if "detail" in file.ncattrs() else None,
+            float(file.lapse_K_m) if "lapse_K_m" in file.ncattrs() else None,
         )  # fmt: skip
     _check(path, example)
     return example
@@ -218,6 +225,8 @@ def _check(path: Any, example: Example) -> None:
         and DETAIL_EXPONENTS[0] <= example.detail.exponent <= DETAIL_EXPONENTS[1]
     ):
         wrong = f"{example.detail}; allowed: a strength of 0 to 1 and an exponent of 1.2 to 4"
+    elif example.lapse_K_m is not None and not 0.0 < example.lapse_K_m < 1.0:
+        wrong = f"lapse_K_m {example.lapse_K_m:g}; allowed: above 0, below 1"
     elif not low <= example.clear_m <= high:
         wrong = f"clear_m {example.clear_m:g}; allowed: {low:g} to {high:g}"
     if wrong:

@@ -58,9 +58,10 @@ class ExampleClouds:
     """Clouds blended from an example.
 
     The field p, the height of an opaque cloud with the same brightness temperature, becomes thickness by the inversion
-    of the scene's own radiance: an image of the scene has the brightness temperatures of the example. The clear sky of
-    the example gets the temperature of that of the scene; the difference vanishes 10 km above. Outside a scene,
-    thickness is linear in p (eq 7 of the HCSS paper) from the clear sky to the example's highest value.
+    of the scene's own radiance. Pixels of an image are as much colder than the clear sky of the scene as they were than
+    that of the image. Heights of other examples, and of clouds with tops of their own, have the temperature of the
+    scene's air; the difference of its clear sky vanishes 10 km above. Outside a scene, thickness is linear in p (eq 7
+    of the HCSS paper) from the clear sky to the example's highest value.
 
     At the example's pixel size and above, a pixel has the value at its centre of the example, averaged to the closest
     power of two. Below, it is the mean over the pixel of cells of the example's size that are halved until they are no
@@ -255,6 +256,8 @@ class ExampleClouds:
             thickness = layer.thickness_min_m + (layer.thickness_max_m - layer.thickness_min_m) * share
             return np.where(opaque_m > clear, thickness, 0.0)
         kelvin = self._kelvin_of(opaque_m, inversion)
+        if self.example.lapse_K_m is not None:  # pixels of an image are as much colder than clear sky as they were
+            kelvin = np.where(opaque_m > self._clear_m, inversion.clear_K - self.example.lapse_K_m * opaque_m, kelvin)
         full = max(
             _FULL * layer.thickness_max_m, float(inversion.thickness_m(np.array(inversion.coldest_K + _OPAQUE_K)))
         )

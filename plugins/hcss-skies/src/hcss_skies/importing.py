@@ -125,6 +125,7 @@ def import_example(
         source=", ".join(each for each in (plane.source, text) if each),
         licence=licence or plane.rights or "not stated",
         detail=detail_of(kelvin, warm),
+        lapse_K_m=1e-3 * lapse_K_km,
     )
     return Imported(
         example, plane.variable, "" if other is None else other.variable, (*plane.notes, *filter(None, [text]))
