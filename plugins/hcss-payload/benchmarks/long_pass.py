@@ -155,12 +155,12 @@ def main(options: argparse.Namespace) -> None:
         with hcss_twin.simulate(scenario, path) as cube:
             progress.stop()
             spent = time.process_time() - began - planned
-            zenith = cube["pixel_view_zenith"].values[[0, options.frames // 2, -1], 0, 0]
             memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
             size = path.stat().st_size / options.frames / 1e6
             print(
                 f"tables, {options.frames} frames and certificate {spent:.0f} s; {memory:.2f} GB; {size:.1f} MB a frame"
             )
+            zenith = cube["pixel_view_zenith"].isel(time=[0, options.frames // 2, -1], row=0, column=0).values
             print(f"zenith {zenith.round(1)} deg; {str(cube.attrs.get('hcss_certificate', 'no certificate'))[:200]}")
             print(f"geolocation against PROJ: {geolocation_m(cube, 200):.2g} m at most")
     print(f"power of jitter, error in octaves from 0.1 Hz: {octaves_off(Jitter(JITTER_RAD)).round(3)}")
