@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from hcss_light.at_once import at_once
 from hcss_light.bands import sunlight_of_air
 from hcss_light.scattered import ScatteredLight, share_and_change, shining
 from hcss_light.sea import FAINT as FAINT_GLINT
@@ -163,8 +162,7 @@ class StackedLight:
             np.minimum(path, most, out=own)
         glints = any(each.around.glint > FAINT_GLINT * each.around.below for own in self._groups for each in own)
         given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
-        seen = iter(at_once(lambda each: _seen(each, *given), [each for own in self._groups for each in own]))
-        total = np.array([sum(next(seen) for _ in own) for own in self._groups])
+        total = np.array([sum(_seen(each, *given) for each in own) for own in self._groups])
         uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
         return amount, *share_and_change(total, uniform, dark, self._air)
 

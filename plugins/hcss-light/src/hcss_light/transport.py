@@ -17,7 +17,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcss_light.at_once import at_once
 from hcss_light.bands import Group, groups_of_bands, sunlight_of_air
 from hcss_light.kept import KeptSource
 from hcss_light.scattered import ScatteredLight, share_and_change, shining
@@ -138,7 +137,7 @@ class InstantLight:
         self._nodes_m = np.concatenate(([0.0, self._least_m], nodes[nodes > self._least_m]))
         columns = [slices.density(np.full((1, 1), each, dtype=np.float32)) for each in self._nodes_m]
         lights = [[GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in own] for own in groups]
-        self._lights, self._groups = lights, [each for own in lights for each in own]
+        self._lights = lights
         self._uniform = self._of_uniform(lights, columns)
         self._dark = self._uniform
         if to_sun is not None:
@@ -154,7 +153,7 @@ class InstantLight:
         """Return what clouds (y, x) change in the radiance of the sea (y, x) below the lines of sight, by group."""
         density = self._slices.density(thickness_m, self._shape, shares)
         paths = self._sea.paths(density, self._glints)
-        return at_once(lambda each: each.over_sea(self._sea, paths, thickness_m.shape), self._groups)
+        return [each.over_sea(self._sea, paths, thickness_m.shape) for own in self._lights for each in own]
 
     def uniform(self, amount_m: Array | Field) -> Array:
         """Return the radiance (B, y, x) of uniform cloud by this tier, and of the air."""
@@ -164,7 +163,7 @@ class InstantLight:
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
         density = self._slices.density(thickness_m, self._shape, shares)
-        sources = at_once(lambda each: each.source(density)[:, *inner], self._groups)
+        sources = [each.source(density)[:, *inner] for own in self._lights for each in own]
         return KeptSource.of(density[:, *inner], sources)
 
     def correct(
@@ -188,14 +187,12 @@ class InstantLight:
         """
         seas = iter(self.over_sea(thickness_m, shares) if over_sea is None else over_sea)
         density = self._slices.density(thickness_m, self._shape, shares)
-        sources = [None] * len(self._groups) if kept is None else list(kept.at(density, moved))
-        lights = list(zip(self._groups, sources, strict=True))
-        seen = iter(at_once(lambda both: both[0].radiance(density, both[1]), lights))
+        sources = iter(() if kept is None else kept.at(density, moved))
         total = np.zeros((len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
         for band, own in zip(total, self._lights, strict=True):
             for each in own:
-                amount, radiance = next(seen)
+                amount, radiance = each.radiance(density, next(sources, None))
                 band += radiance + each.unveiled(amount) * next(seas)
         np.minimum(amount, self._most_m, out=amount)
         uniform, dark = (
