@@ -159,8 +159,8 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
                 from hcss_twin.sweeps.run import check
 
                 count, planned = check(scenario, assigned(assignments))
-                told = {"valid": True, "points": count, "planned": planned}
-                click.echo(json.dumps(told) if as_json else f"valid: {count} points, plans of {planned} of them")
+                result = {"valid": True, "points": count, "planned": planned}
+                click.echo(json.dumps(result) if as_json else f"valid: {count} points, plans of {planned} of them")
                 return
             loaded = load(scenario, assignments)
             make_plan(loaded)

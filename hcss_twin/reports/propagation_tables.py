@@ -196,8 +196,8 @@ def budget(contents: PropagationContents, band: int, stated: Stated | None = Non
 def _size(size: ErrorSize, unknown: str = "not stated") -> str:
     if not math.isfinite(size.kelvin):
         return unknown
-    told = f"{size.kelvin:.3g} K ({100.0 * size.relative:.2g} %)"
-    return f"not told apart from 0 (± {told.replace(' (', ', ')}" if size.is_limit else told
+    kelvin, percent = f"{size.kelvin:.3g} K", f"{100.0 * size.relative:.2g} %"
+    return f"not told apart from 0 (± {kelvin}, {percent})" if size.is_limit else f"{kelvin} ({percent})"
 
 
 def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
