@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -16,6 +17,9 @@ from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, asking
 from hcss_twin.plan.windows import Window, cut, length, relative
+
+_STEP_S = 60.0
+"""Distance of times at which tables can lie: less than that in which sunlight bends."""
 
 
 class SceneAround:
@@ -102,6 +106,8 @@ def tables_at(plan: Plan, tables: RadianceTables | None, instants: tuple[float, 
     before, after = frames[:1] + instants[0], frames[-1:] + instants[1]
     if tables is None or not plan.sun_matters or instants == (0.0, 0.0):
         return tables
-    times = np.unique(np.concatenate((before, frames, after)))
+    # Tables lie at some of these times: close enough that no sensor sees how radiance bends between them.
+    between = np.linspace(before[0], after[0], 1 + math.ceil((after[0] - before[0]) / _STEP_S))
+    times = np.unique(np.concatenate((frames, between)))
     zenith, azimuth, _ = plan.sun_track.positions(times)
     return compile_tables(replace(plan, frame_times_s=times, sun_zenith_deg=zenith, sun_azimuth_deg=azimuth))

@@ -311,14 +311,15 @@ def test_the_scene_at_the_time_of_a_frame_is_the_frame():
     np.testing.assert_array_equal(frame["radiance"], other["radiance"])
 
 
-def test_by_day_the_sun_of_other_instants_is_known(tmp_path):
+@pytest.mark.parametrize("band", ["mwir", {"name": "sunlit", "limits": [3.7, 3.8]}])
+def test_by_day_the_sun_of_other_instants_is_known(tmp_path, band):
     """Three hours after the only frame: the radiance of a frame at that time."""
-    noon = {"time": "2024-04-20T09:30:00+10:00", "frames": {"count": 1}, "accuracy": 1e-2}
+    noon = {"time": "2024-04-20T09:30:00+10:00", "frames": {"count": 1}, "accuracy": 1e-2, "bands": [band]}
     late, clean = measured(tmp_path / "late.nc", [("rollingshutter", {"delay": 900.0})], **noon)
     after = {**noon, "time": "2024-04-20T12:15:00+10:00", "sensor": None}
     run(planned([], **after), tmp_path / "after.nc")
     frame = opened(tmp_path / "after.nc").radiance.to_numpy()
-    np.testing.assert_allclose(late.radiance.to_numpy()[:, :, 11], frame[:, :, 11], rtol=2e-2)
+    np.testing.assert_allclose(late.radiance.to_numpy()[:, :, 11], frame[:, :, 11], rtol=5e-3)
     assert not np.allclose(clean.radiance.to_numpy()[:, 0, 11], frame[:, 0, 11], rtol=4e-2)
 
 
