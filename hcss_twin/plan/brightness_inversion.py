@@ -1,4 +1,4 @@
-"""Thickness of a cloud layer from its brightness temperature at 10.8 um, in the scene itself.
+"""Thickness of a cloud layer from its brightness temperature in a window of the infrared, in the scene itself.
 
 Images show brightness temperature. With the radiance model of the scene, each value is the thickness of a cloud that
 looks like it from where the scene is seen: thin cloud stays thin, and no threshold decides what is cloud.
@@ -23,8 +23,8 @@ from hcss_twin.providers import CloudLayer, RadianceModel
 LIMITS_UM = (10.3, 11.3)
 """Limits of the band, AVHRR channel 4, with equal response in wavenumber."""
 
-WAVENUMBERS = 16
-"""Equal intervals of the band: its radiance differs from that of the fine grid by less than .01 K."""
+WAVENUMBERS, STEP_CM1 = 16, 5.4
+"""Least number, and width, of the intervals of a band: at 10.8 um within .01 K of the fine grid."""
 
 LEVEL = 2
 """Numerical level, whatever the accuracy: clouds must not depend on it."""
@@ -41,7 +41,7 @@ _TEMPERATURES = 4096
 
 
 class LayerBrightness:
-    """Brightness temperature at 10.8 um against the thickness of one layer, the others clear, and its inverse.
+    """Brightness temperature in a band against the thickness of one layer, the others clear, and its inverse.
 
     Parameters
     ----------
@@ -51,13 +51,25 @@ class LayerBrightness:
         Air of the scene.
     layers : sequence of CloudLayer
         Of the scene; ``index`` is the place of this one.
+    limits_um : (float, float)
+        Of the band.
     """
 
     def __init__(
-        self, model_at: Callable[..., RadianceModel], profile: Profile, layers: tuple[CloudLayer, ...], index: int
+        self,
+        model_at: Callable[..., RadianceModel],
+        profile: Profile,
+        layers: tuple[CloudLayer, ...],
+        index: int,
+        limits_um: tuple[float, float] = LIMITS_UM,
     ) -> None:
         self._model_at, self._profile = model_at, profile
         self._layers, self._index = layers, index
+        self._limits_um = limits_um
+
+    def in_band(self, limits_um: tuple[float, float]) -> LayerBrightness:
+        """Return the inversion in another band, as :class:`hcss_twin.providers.BrightnessInversion` describes."""
+        return LayerBrightness(self._model_at, self._profile, self._layers, self._index, limits_um)
 
     @property
     def clear_K(self) -> float:
@@ -111,17 +123,19 @@ class LayerBrightness:
         model = self._model_at(min(LEVEL, self._model_at(0).declares.numerical_levels - 1))
         thickness, temperature = self._curve_of(model, layer, _THICKNESSES)
         if not temperature[1:].min() < temperature[0] - COLDER_K:
+            low, high = self._limits_um
             raise ProviderError(
-                f"clouds of '{layer.name}' are not colder than clear sky at 10.8 um ({temperature[1:].min():.5g} K and "
-                f"{temperature[0]:.5g} K), so that brightness temperature does not tell their thickness; allowed: a "
-                "higher layer, a thicker one, or a method that needs no temperature"
+                f"clouds of '{layer.name}' are not colder than clear sky at {low:g} to {high:g} um "
+                f"({temperature[1:].min():.5g} K and {temperature[0]:.5g} K), so that brightness temperature does not "
+                "tell their thickness; allowed: a higher layer, a thicker one, or a method that needs no temperature"
             )
         return thickness, np.minimum.accumulate(temperature)
 
     def _curve_of(self, model: RadianceModel, layer: CloudLayer, count: int) -> tuple[Array, Array]:
-        edges = 1e4 / np.array(LIMITS_UM)[::-1]
-        step = (edges[1] - edges[0]) / WAVENUMBERS
-        wavenumber = edges[0] + step * (np.arange(WAVENUMBERS) + 0.5)
+        edges = 1e4 / np.array(self._limits_um)[::-1]
+        count = max(WAVENUMBERS, round((edges[1] - edges[0]) / STEP_CM1))
+        step = (edges[1] - edges[0]) / count
+        wavenumber = edges[0] + step * (np.arange(count) + 0.5)
         thinnest = max(layer.thickness_min_m, 1e-4 * layer.thickness_max_m)
         thickness = np.geomspace(thinnest, layer.thickness_max_m, count)
         thickness[-1] = layer.thickness_max_m

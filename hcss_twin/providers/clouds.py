@@ -177,6 +177,10 @@ class BrightnessInversion(Protocol):
         """
         ...
 
+    def in_band(self, limits_um: tuple[float, float]) -> BrightnessInversion:
+        """Return the inversion in a band of equal response in wavenumber, without sunlight."""
+        ...
+
 
 @dataclass(frozen=True)
 class CloudInputs:

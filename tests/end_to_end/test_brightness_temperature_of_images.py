@@ -48,11 +48,19 @@ def _inversion(folder, cloud_type, **layer):
     return make_plan(Scenario.from_dict(scene)).assembly.built["clouds"].inputs.inversion
 
 
-@pytest.mark.parametrize("cloud_type", ["stratus", "cirrus"])
-def test_scene_has_the_brightness_temperature_of_its_image(tmp_path, cloud_type):
+@pytest.mark.parametrize(
+    ("cloud_type", "limits_um"),
+    [("stratus", None), ("cirrus", None), ("cirrus", [3.48, 4.36]), ("cirrus", [11.8, 12.2])],
+)
+def test_scene_has_the_brightness_temperature_of_its_image(tmp_path, cloud_type, limits_um):
+    """In the image's band, by night: 10.8 um, SEVIRI's at 3.9 um, which reaches into the band of CO2, or 12 um."""
     inversion = _inversion(tmp_path, cloud_type, thickness_min=1.0)
+    scene = _scene(tmp_path, cloud_type, thickness_min=1.0)
+    if limits_um is not None:
+        inversion, scene["bands"] = inversion.in_band(tuple(limits_um)), [limits_um]
+        scene["clouds"]["parameters"]["limits_um"] = limits_um
     kelvin = _image(tmp_path, inversion.coldest_K + 0.5, inversion.clear_K + 1.0)
-    cube = simulate(Scenario.from_dict(_scene(tmp_path, cloud_type, thickness_min=1.0)))
+    cube = simulate(Scenario.from_dict(scene))
     seen = cube.brightness_temperature.values[0, 0, ::-1].astype(np.float64)
     # The scene's own clear sky where the image is warmer.
     wanted = np.minimum(kelvin, inversion.clear_K)
@@ -83,6 +91,28 @@ def test_image_without_kelvin_is_refused_by_name(tmp_path):
     _image(tmp_path, 0.0, 255.0, units="1")
     with pytest.raises(ScenarioError, match=r"clouds\.parameters\.method: 'temperature' given .* kelvin"):
         make_plan(Scenario.from_dict(_scene(tmp_path)))
+
+
+@pytest.mark.parametrize(
+    ("band_um", "parameters", "message"),
+    [
+        (3.89, {}, r"limits_um: none given, and the image's band is at 3\.89 um.* closest is about \[3\.79, 3\.99\]"),
+        (3.89, {"limits_um": [4.0, 3.8]}, r"limits_um: \[4, 3\.8\] given.* closest is \[3\.8, 4\]"),
+        (3.89, {"limits_um": [3.8, 4.0], "method": "otsu"}, "limits_um: has no meaning with the method 'otsu'"),
+        (11.2, {}, None),
+    ],
+)
+def test_an_image_of_another_band_needs_its_limits(tmp_path, band_um, parameters, message):
+    _image(tmp_path, 270.0, 285.0)
+    with xr.load_dataset(tmp_path / "image.nc") as image:
+        image.assign(band_wavelength=band_um).to_netcdf(tmp_path / "image.nc")
+    scene = _scene(tmp_path)
+    scene["clouds"]["parameters"] |= {"variable": "brightness_temperature", **parameters}
+    if message is None:
+        make_plan(Scenario.from_dict(scene))
+        return
+    with pytest.raises(ScenarioError, match=message):
+        make_plan(Scenario.from_dict(scene))
 
 
 def test_clouds_that_are_not_colder_than_clear_sky_are_refused(tmp_path):

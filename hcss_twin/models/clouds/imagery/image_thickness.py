@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Literal, cast
 
 import numpy as np
@@ -24,6 +25,9 @@ from hcss_twin.providers import CloudInputs
 
 CLEAR_PERCENTILE = 99.0
 """Of the brightness temperature of an image with some clear sky: that of the clear sky."""
+
+WINDOW_UM = 10.0, 12.6
+"""Bands in which the inversion at 10.8 um is nearly that of the image."""
 
 COLD_K = 2.0
 """How much colder than clear sky a pixel is certainly cloudy."""
@@ -92,6 +96,12 @@ def thickness_by_temperature(
         relative = relative_grey(level[known], float(np.min(level[known])))
         outside[known] = thickness_of(relative, layer.thickness_min_m, layer.thickness_max_m)
         return outside, (" (no scene: linear in temperature)",)
+    band = "10.8 um"
+    if parameters.limits_um is not None:
+        inversion = inversion.in_band(parameters.limits_um)
+        band = f"{parameters.limits_um[0]:g} to {parameters.limits_um[1]:g} um, without sunlight"
+    elif stated := re.search(r"([\d.]+) um", image.band):
+        _require_window(float(stated[1]))
     kelvin = -level
     thickness = inversion.thickness_m(kelvin)
     cold = kelvin[scene] < inversion.clear_K - COLD_K
@@ -100,9 +110,20 @@ def thickness_by_temperature(
     warmer = np.count_nonzero(kelvin[scene] > inversion.clear_K + COLD_K) / cold.size
     notes = (
         f"; the scenario's coverage, {layer.coverage:g}, is not used.",
-        f"Each pixel has the thickness with which the scene has the image's brightness temperature at 10.8 um, from "
+        f"Each pixel has the thickness with which the scene has the image's brightness temperature at {band}, from "
         f"{inversion.clear_K:.5g} K (clear sky) to {inversion.coldest_K:.5g} K. {lost:.2%} of the scene's pixels are "
         f"{COLD_K:g} K colder than clear sky and too thin for the layer, {colder:.2%} are {COLD_K:g} K colder than its "
         f"thickest cloud, {warmer:.2%} are {COLD_K:g} K warmer than clear sky. Shapes do not change.",
     )
     return thickness, notes
+
+
+def _require_window(wavelength_um: float) -> None:
+    """Reject an image whose file states a band far from 10.8 um, in which temperatures would be taken for others."""
+    low, high = WINDOW_UM
+    if not low <= wavelength_um <= high:
+        message = (
+            f"none given, and the image's band is at {wavelength_um:g} um; allowed: leave them out at {low:g} to "
+            f"{high:g} um only; closest is about [{0.975 * wavelength_um:.3g}, {1.025 * wavelength_um:.3g}]"
+        )
+        raise ScenarioError([Problem("clouds.parameters.limits_um", message)], origin="imagery clouds")

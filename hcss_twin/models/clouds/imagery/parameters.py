@@ -7,10 +7,12 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 # Only for an image: the clouds of an entry are already extracted.
-_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
+_OF_AN_IMAGE = ("variable", "method", "limits_um", "window_pixels", "cloud_is")
 
 # Only for a whole scene, which has a border and gaps.
 _OF_A_SCENE = ("row_origin", "column_origin", "missing")
+
+_Wavelength = Annotated[float, Field(ge=3.0, le=15.0)]
 
 
 class ImageReading(BaseModel):
@@ -26,10 +28,15 @@ class ImageReading(BaseModel):
     )
     method: Literal["auto", "temperature", "otsu", "local", "coverage"] = Field(
         "auto",
-        description='Cloud detection: "temperature", for an image in kelvin near 10.8 um, needs no threshold: each '
+        description='Cloud detection: "temperature", for an image in kelvin, needs no threshold: each '
         'pixel gets the thickness with which the scene has that brightness temperature. "otsu" splits the histogram, '
         '"local" adds pixels that are cloudier than their surroundings, "coverage" takes the cloudiest until the '
         'coverage is reached. "auto": "temperature" for images in kelvin where cloud is cold, "otsu" for others.',
+    )
+    limits_um: tuple[_Wavelength, _Wavelength] | None = Field(
+        None,
+        description='Limits of the image\'s band in um, for method "temperature"; default 10.3 to 11.3. An image with '
+        "wavelengths below 5 um must be one by night: there is no sunlight in the inversion.",
     )
     window_pixels: int | None = Field(
         None,
@@ -53,6 +60,20 @@ class ImageReading(BaseModel):
     missing: Literal["error", "clear"] = Field(
         "error", description='Treatment of missing pixels inside the scene: as an error, or as "clear" sky.'
     )
+
+    @model_validator(mode="after")
+    def _limits_of_a_band(self) -> Self:
+        """Reject limits without a band between them, or that would be ignored."""
+        if self.limits_um is None:
+            return self
+        low, high = self.limits_um
+        if not low < high:
+            raise ValueError(
+                f"limits_um: [{low:g}, {high:g}] given; allowed: ascending, closest is [{high:g}, {low:g}]"
+            )
+        if self.method not in ("auto", "temperature"):
+            raise ValueError(f"limits_um: has no meaning with the method {self.method!r}; allowed: leave it out")
+        return self
 
 
 class ImageryParameters(ImageReading):
