@@ -124,7 +124,7 @@ SHAPES: dict[str, dict[str, float]] = {
         "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
     },
 }  # fmt: skip
-"""By kind: parameters that ``tune.py`` chose; those of streets and some of altocumulus and trade cumulus
+"""By kind: parameters that ``tune.py`` chose; those of open cells and some of altocumulus, trade cumulus and streets
 are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
