@@ -1,12 +1,13 @@
 """Score shipped examples against measured blocks of their kind, and kinds against each other.
 
-    python make/kinds.py BLOCKS.nc [--kinds a,b] [--folder LIBRARY] [--side right] [--measured | --pairs] [--features 3]
+    python make/kinds.py BLOCKS.nc [--kinds a,b] [--folder LIBRARY] [--side right] [--seed 2]
+        [--measured | --pairs] [--features 3]
 
 Skies blended from each example (its clear sky's texture included, temperature linear in height) against the blocks
 that ``block-kinds.txt`` gives this kind: AUC of the forest, z-scored, folds by block. ``--measured`` puts measured
 blocks of the kind in the place of the shipped examples, one after the other, against the other blocks of the kind:
 what an example can reach that is none of these blocks. ``--side right`` takes the halves of blocks that ``tune.py`` did
-not see. ``--pairs`` tells the examples of kinds from each other.
+not see, ``--seed`` other skies. ``--pairs`` tells the examples of kinds from each other.
 """
 
 from __future__ import annotations
@@ -101,6 +102,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path(library.__file__).parent, help="Of the examples.")
     parser.add_argument("--time", type=int, default=1)
     parser.add_argument("--features", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=0, help="Of the first sky of each example.")
     parser.add_argument("--side", default="both", choices=("left", "right", "both"))
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--measured", action="store_true")
@@ -120,7 +122,7 @@ def main() -> None:
     for kind in kinds:
         blocks = members[kind]
         if not given.measured:
-            skies = [blended(path, seed)[0] for path in paths[kind] for seed in range(SEEDS)]
+            skies = [blended(path, seed)[0] for path in paths[kind] for seed in range(given.seed, given.seed + SEEDS)]
             numbers = [100 + n for n in range(len(paths[kind])) for _ in range(SEEDS)]
             show(kind, told([kelvin[b] for b in blocks], skies, blocks, numbers), given.features)
             continue

@@ -30,10 +30,14 @@ MECHANISMS = {
 # What all mechanisms have: how the wind draws clouds out, what the clear sea looks like.
 _COMMON = {"stretch": (1.0, 4.0), "pixels": (0.0, 30.0), "sea": (10.0, 90.0), "haze": (0.0, 300.0)}
 _LOW = {**_COMMON, "ragged": (0.2, 1.5), "veil": (0.02, 0.4), "height": (3000.0, 9000.0)}
-_CELLULAR = {
-    "patchiness": (0.1, 1.0), "front": (0.7, 4.0), "crack": (0.0, 0.6), "rough": (0.05, 0.5),
-    "unequal": (0.0, 0.5), "lull": (0.0, 0.4), "width": (0.03, 0.4), "slope": (0.0, 0.1), "grain": (0.0, 0.06),
-    **_LOW, "stretch": (1.0, 2.2), "pixels": (3.0, 14.0),
+_CELLS = {
+    "sizes": (0.0, 0.8), "unequal": (0.0, 0.5), "patchiness": (0.1, 1.0), "front": (0.7, 4.0), "crack": (0.0, 2.0),
+    "rough": (0.05, 0.7), "width": (0.03, 0.6), "slope": (0.0, 0.3), "grain": (0.0, 0.06), **_LOW,
+}  # fmt: skip
+# Of closed cells and streets, so that they look like them: wide cells, little bent or drawn out, little cirrus.
+_LAYER = {
+    **_CELLS, "eddies": (1.5, 10.0), "small": (0.0, 150.0), "slope": (0.04, 0.3), "dome": (0.3, 1.5),
+    "relief": (0.0, 0.1), "stretch": (1.0, 1.6), "pixels": (2.0, 7.0), "haze": (0.0, 100.0), "veil": (0.01, 0.12),
 }  # fmt: skip
 _FIBRES = {
     "length": (4.0, 24.0), "cover": (0.2, 0.95), "width": (0.3, 4.0), "power": (0.7, 3.0), "rough": (0.0, 0.6),
@@ -41,11 +45,14 @@ _FIBRES = {
 }  # fmt: skip
 
 LIMITS: dict[str, dict[str, tuple[float, float]]] = {
-    "open-cells": {"cell": (5.0, 14.0), "regime": (0.1, 1.2), **_CELLULAR},
-    "closed-cells": {"cell": (7.0, 20.0), "regime": (0.7, 1.7), **_CELLULAR},
+    "open-cells": {
+        "cell": (5.0, 14.0), "regime": (0.1, 0.9), "lull": (0.0, 0.4), **_CELLS, "stretch": (1.0, 2.2),
+        "pixels": (3.0, 14.0), "veil": (0.01, 0.12),
+    },
+    "closed-cells": {"cell": (10.0, 18.0), "regime": (0.2, 1.6), **_LAYER, "sizes": (0.15, 0.8), "veil": (0.01, 0.06)},
     "streets": {
-        "roll": (5.0, 14.0), "cover": (0.2, 0.8), "width": (0.05, 1.5), "rolls": (0.2, 2.0), "rough": (0.1, 1.5),
-        "slope": (2.0, 3.4), "tops": (0.0, 0.3), "grain": (0.0, 0.06), **_LOW, "stretch": (1.0, 2.0),
+        "roll": (5.0, 14.0), "puff": (0.4, 1.2), "length": (1.5, 6.0), "rolls": (0.03, 0.5), "regime": (-0.6, 1.2),
+        **_LAYER, "grain": (0.0, 0.2), "sea": (10.0, 50.0),
     },
     "trade-cumulus": {
         "clusters": (300.0, 6000.0), "clustering": (0.3, 2.5), "largest": (2.0, 7.0), "soft": (0.5, 1.5),
@@ -74,18 +81,21 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = {
 
 SHAPES: dict[str, dict[str, float]] = {
     "open-cells": {
-        "cell": 7.8, "regime": 1.19, "patchiness": 0.652, "front": 1.46, "crack": 0.0355, "rough": 0.0741,
+        "cell": 7.8, "sizes": 0.1, "regime": 0.9, "patchiness": 0.652, "front": 1.46, "crack": 0.0355, "rough": 0.0741,
         "ragged": 0.848, "unequal": 0.148, "lull": 0.238, "width": 0.0798, "slope": 0.0022, "grain": 0.00819,
-        "veil": 0.13, "height": 4310.0, "stretch": 1.24, "pixels": 9.34, "sea": 30.3, "haze": 2.69,
+        "veil": 0.05, "height": 4310.0, "stretch": 1.24, "pixels": 9.34, "sea": 30.3, "haze": 2.69,
     },
     "closed-cells": {
-        "cell": 12.0, "regime": 1.26, "patchiness": 0.546, "front": 1.81, "crack": 0.0794, "rough": 0.213,
-        "unequal": 0.284, "lull": 0.0857, "width": 0.101, "slope": 0.0179, "grain": 0.014, "stretch": 1.23,
-        "pixels": 5.26, "sea": 14.9, "haze": 7.08, "ragged": 0.55, "veil": 0.0374, "height": 4540.0,
+        "cell": 10.1, "sizes": 0.196, "regime": 0.708, "patchiness": 0.527, "front": 2.34, "crack": 0.944,
+        "dome": 0.62, "eddies": 1.5, "small": 0.0, "rough": 0.0654, "unequal": 0.107, "width": 0.123, "slope": 0.0524,
+        "grain": 0.0236, "relief": 0.0083, "stretch": 1.05, "pixels": 5.84, "sea": 10.8, "haze": 0.681, "ragged": 0.75,
+        "veil": 0.0406, "height": 3480.0,
     },
     "streets": {
-        "roll": 8.0, "cover": 0.45, "width": 0.25, "rolls": 0.5, "rough": 0.7, "slope": 2.6, "tops": 0.1, "grain": 0.01,
-        "stretch": 1.2, "pixels": 6.0, "sea": 40.0, "haze": 30.0, "ragged": 0.5, "veil": 0.2, "height": 5000.0,
+        "roll": 6.59, "puff": 0.7, "length": 2.47, "rolls": 0.0653, "regime": 0.121, "sizes": 0.6, "unequal": 0.305,
+        "patchiness": 0.479, "front": 2.13, "crack": 1.08, "rough": 0.325, "width": 0.11, "slope": 0.101, "grain": 0.12,
+        "stretch": 1.41, "pixels": 5.6, "sea": 30.3, "haze": 19.4, "ragged": 0.716, "veil": 0.076, "height": 5510.0,
+        "eddies": 5.06, "small": 38.7, "dome": 0.802, "relief": 0.0266,
     },
     "trade-cumulus": {
         "clusters": 1400.0, "clustering": 1.16, "largest": 4.53, "soft": 0.574, "halo": 0.434, "rough": 0.457,
@@ -114,7 +124,7 @@ SHAPES: dict[str, dict[str, float]] = {
         "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
     },
 }  # fmt: skip
-"""By kind: parameters that ``tune.py`` chose; those of streets and some of altocumulus and trade cumulus
+"""By kind: parameters that ``tune.py`` chose; those of open cells and some of altocumulus, trade cumulus and streets
 are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)

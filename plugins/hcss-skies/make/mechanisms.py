@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates, zoom
 from scipy.spatial import cKDTree
 
 SIDE = 256
@@ -93,34 +93,15 @@ def clear_sea(rng: np.random.Generator, metres: float = 40.0, haze: float = 0.0)
     return metres * fractal(rng, 2.2, 96.0) + haze * thin
 
 
-def swift_hohenberg(
-    rng: np.random.Generator,
-    cell: float,
-    forcing: float,
-    quadratic: float,
-    steps: int,
-    across: float = 0.0,
-    angle: float = 0.0,
-) -> Field:
-    """Return convection cells of ``cell`` pixels (J. Swift and P. C. Hohenberg, Phys. Rev. A 15, 319, 1977).
-
-    u_t = [r - (1 + del^2)^2] u + g u^2 - u^3 from noise; r varies slowly, ``across`` damps variation along
-    ``angle``.
-    """
-    ky, kx = wavenumbers()
-    square = (ky**2 + kx**2) * cell**2
-    linear = -((1.0 - square) ** 2) - across * ((np.cos(angle) * kx + np.sin(angle) * ky) * cell) ** 2
-    local = forcing * (1.0 + 0.5 * fractal(rng, 3.0, 96.0))
-    u, dt = 0.3 * rng.standard_normal((SIDE, SIDE)), 0.4
-    for _ in range(steps):
-        push = local * u + quadratic * u**2 - u**3 + 0.17 * rng.standard_normal((SIDE, SIDE))
-        u = np.fft.irfft2((np.fft.rfft2(u + dt * push)) / (1.0 - dt * linear), (SIDE, SIDE))
-    return u / u.std()
-
-
 def capped(depth: Field, width: float) -> Field:
     """Return the opacity of a layer under an inversion: cloud of any depth above ``width`` has the same top."""
     return 1.0 - np.exp(-np.clip(depth, 0.0, None) / width)
+
+
+def seen(depth: Field, width: float) -> Field:
+    """Return the opacity of pixels whose parts of a third of their side are ``capped``: gaps are narrower than 3 km."""
+    parts = zoom(np.pad(depth, 2, mode="wrap"), 3, order=1, grid_mode=True, mode="grid-wrap")[6:-6, 6:-6]
+    return capped(parts, width).reshape(SIDE, 3, SIDE, 3).mean(axis=(1, 3))
 
 
 def under_veil(rng: np.random.Generator, low: Field, of: dict[str, float]) -> tuple[Field, Field]:
@@ -138,54 +119,80 @@ def under_veil(rng: np.random.Generator, low: Field, of: dict[str, float]) -> tu
     return p, np.zeros_like(p)
 
 
-def polygons(rng: np.random.Generator, cell: float, unequal: float) -> Field:
+def polygons(rng: np.random.Generator, size: Field, unequal: float) -> Field:
     """Return distance from the walls of cells in units of the cell, which grow from random centres until they meet.
 
-    Stronger cells begin earlier: their lead has a standard deviation of ``unequal`` cells.
+    Cells are as wide as ``size`` says in their place, and push their centres apart (F. Glassmeier and G. Feingold,
+    Proc. Natl. Acad. Sci. 114, 10578, 2017: networks of cells are Voronoi's). Stronger cells begin earlier: their lead
+    has a standard deviation of ``unequal`` cells.
     """
-    centres = SIDE * rng.random((round((SIDE / cell) ** 2), 2))
+    density = 1.0 / size**2
+    first = rng.choice(SIDE * SIDE, round(density.sum()), p=(density / density.sum()).ravel())
+    centres = np.stack([first // SIDE, first % SIDE], axis=1) + rng.random((first.size, 2))
     y, x = np.mgrid[:SIDE, :SIDE] + 0.5
     points = np.stack([y.ravel(), x.ravel()], axis=1)
-    owner = cKDTree(centres, boxsize=SIDE).query(points)[1]
-    # cells push their centres apart
-    away = (points - centres[owner] + SIDE / 2) % SIDE - SIDE / 2
-    count = np.maximum(np.bincount(owner, minlength=len(centres)), 1)
-    centres += 0.7 * np.stack([np.bincount(owner, each, len(centres)) / count for each in away.T], axis=1)
-    lead = unequal * cell * rng.standard_normal(len(centres))
+    for _ in range(2):
+        owner = cKDTree(centres % SIDE, boxsize=SIDE).query(points)[1]
+        away = (points - centres[owner] + SIDE / 2) % SIDE - SIDE / 2
+        count = np.maximum(np.bincount(owner, minlength=first.size), 1)
+        centres += 0.6 * np.stack([np.bincount(owner, each, first.size) / count for each in away.T], axis=1)
+    lead = unequal * size.ravel()[first] * rng.standard_normal(first.size)
     far, which = cKDTree(centres % SIDE, boxsize=SIDE).query(points, k=8)
     near = np.sort(far - lead[which], axis=1)
-    return (near[:, 1] - near[:, 0]).reshape(SIDE, SIDE) / cell
+    return (near[:, 1] - near[:, 0]).reshape(SIDE, SIDE) / size
 
 
-def cellular(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return a marine layer: clear, open cells (cloud at walls), closed cells (cloud between cracks) or a sheet.
+def cells(rng: np.random.Generator, cell: float, of: dict[str, float]) -> Field:
+    """Return distance from the walls of ragged cells, ``cell`` pixels wide in the mean, wider in some regions."""
+    size = cell * np.exp(of["sizes"] * fractal(rng, 3.0, 200.0))
+    return bent(bent(polygons(rng, size, of["unequal"]), rng, 0.2 * cell, 5.0 * cell), rng, of["ragged"], 12.0, ROUGH)
 
-    Moisture decides, which varies around ``regime`` by ``patchiness``, at once at fronts: below 0 clear sky, from 0 to
-    1 walls of cumulus around clear cells, above 1 cloud with cracks that close with more. Tops are at the inversion.
+
+def moisture(rng: np.random.Generator, of: dict[str, float]) -> Field:
+    """Return moisture, which varies around ``regime`` by ``patchiness`` over hundreds of km, mostly at fronts."""
+    return of["regime"] + of["patchiness"] * np.tanh(of["front"] * fractal(rng, 2.6, 200.0, 1.8, of["angle"]))
+
+
+def open_cells(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
+    """Return walls of cumulus around clear cells, as where cold pools collide, in a layer that closes elsewhere.
+
+    With moisture below 0 the sky is clear, above 1 a sheet with cracks that close with more. Tops are at the inversion.
     """
-    cell, angle = of["cell"], of["angle"]
-    distance = bent(polygons(rng, cell, of["unequal"]), rng, 0.2 * cell, 5.0 * cell)
-    distance = bent(distance, rng, of["ragged"], 12.0, ROUGH)
-    moist = of["regime"] + of["patchiness"] * np.tanh(of["front"] * fractal(rng, 2.6, 200.0, 1.8, angle))
+    cell = of["cell"]
+    distance, moist = np.clip(cells(rng, cell, of) / 0.45, 0.0, 1.0), moisture(rng, of)
     texture = of["rough"] * fractal(rng, 1.7, 1.5 * cell)
-    walls = np.clip(1.0 - distance / 0.45, 0.0, 1.0)
-    open_depth = walls - 0.6 + 0.5 * (moist - 0.5) + texture
-    closed_depth = np.clip(distance / 0.45, 0.0, 1.0) + 0.6 * (moist - 1.2) - of["crack"] + texture
+    open_depth = 0.4 - distance + 0.5 * (moist - 0.5) + texture
+    closed_depth = distance + 0.6 * (moist - 1.2) - of["crack"] + texture
     closed = np.clip(2.0 * (moist - 0.75), 0.0, 1.0)
     opacity = capped((1.0 - closed) * open_depth + closed * closed_depth, of["width"])
-    thin = 1.0 - of["lull"] * np.clip(fractal(rng, 2.6, 128.0, 1.8, angle), 0.0, 2.0)
+    thin = 1.0 - of["lull"] * np.clip(fractal(rng, 2.6, 128.0, 1.8, of["angle"]), 0.0, 2.0)
     top = 1100.0 * (1.0 + of["slope"] * fractal(rng, 3.0, 200.0) + of["grain"] * fractal(rng, 1.3, 8.0))
     return under_veil(rng, opacity * thin * top, of)
 
 
-def open_cells(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return walls of cumulus around clear cells, as where cold pools collide, in a layer that closes elsewhere."""
-    return cellular(rng, **of)
+def convective_layer(
+    rng: np.random.Generator, cell: float, of: dict[str, float], rolls: Field | float = 0.0
+) -> tuple[Field, Field]:
+    """Return a layer that is deepest where air rises in the middle of cells, and thins to gaps where it sinks.
+
+    Liquid water has its mesoscale variance from cells (R. Wood and D. L. Hartmann, J. Climate 19, 1748, 2006) and the
+    spectrum of turbulence, k^-5/3, within (R. F. Cahalan and J. B. Snider, Remote Sens. Environ. 28, 95, 1989). Where
+    moisture is low, gaps widen until cells are islands; where it is high, they close.
+    """
+    domes = np.clip(cells(rng, cell, of) / 0.7, 0.0, 1.0) ** of["dome"]
+    depth = moisture(rng, of) + of["crack"] * (domes - 0.7) + rolls
+    depth = depth + of["rough"] * fractal(rng, 1.7, of["eddies"] * cell, 1.5, of["angle"])
+    top = 1.0 + of["slope"] * fractal(rng, 3.0, 200.0) + of["grain"] * fractal(rng, 1.7, 1.5 * cell)
+    top = 1500.0 * (top + of["relief"] * np.clip(depth, 0.0, 3.0))
+    low = seen(depth, of["width"]) * top
+    if of["small"] > 0.0:  # clouds far smaller than a pixel, in rows
+        low = low + of["small"] * np.exp(0.8 * fractal(rng, 1.6, 48.0, 1.8, of["angle"]))
+    return under_veil(rng, low, of)
 
 
 def closed_cells(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return cloud over cells, separated by cracks of sinking air that widen where the layer is thin."""
-    return cellular(rng, **of)
+    return convective_layer(rng, of["cell"], of)
 
 
 def _wind(shape: dict[str, float]) -> dict[str, float]:
@@ -197,15 +204,17 @@ def _sea(shape: dict[str, float]) -> dict[str, float]:
 
 
 def streets(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return rolls of convection along the wind with cumulus on them, which spread under an inversion."""
-    angle = of["angle"]
-    rolls = bent(swift_hohenberg(rng, of["roll"], 0.3, 0.2, 60, across=0.25, angle=angle), rng, 0.25 * of["roll"])
-    where = fractal(rng, of["slope"], 200.0, 1.8, angle)
-    water = of["rolls"] * rolls + of["rough"] * fractal(rng, 1.7, 24.0, 1.6, angle) + where
-    water = bent(water, rng, of["ragged"], 12.0, ROUGH) / water.std()
-    opacity = capped(water - np.quantile(water, 1.0 - of["cover"]), of["width"])
-    top = 1500.0 * (1.0 + of["tops"] * fractal(rng, 2.6, 128.0) + of["grain"] * fractal(rng, 1.3, 8.0))
-    return under_veil(rng, opacity * top, of)
+    """Return clouds over cells in rows along the wind, as rolls of convection break up downstream.
+
+    B. W. Atkinson and J. W. Zhang, Rev. Geophys. 34, 403, 1996. Rolls are of unequal strength and distance.
+    """
+    ky, kx = wavenumbers()
+    roll, angle = of["roll"], of["angle"]
+    along, across = np.cos(angle) * kx + np.sin(angle) * ky, np.cos(angle) * ky - np.sin(angle) * kx
+    packet = np.exp(-(((np.abs(across) * roll - 1.0) / 0.5) ** 2) - (along * roll * of["length"]) ** 2)
+    rolls = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * packet, (SIDE, SIDE))
+    rolls = bent(rolls / rolls.std(), rng, 0.15 * roll, 6.0 * roll)
+    return convective_layer(rng, of["puff"] * roll, of, of["rolls"] * rolls)
 
 
 def trade_cumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
