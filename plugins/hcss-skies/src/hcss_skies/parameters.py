@@ -29,6 +29,11 @@ class ExampleParameters(BaseModel):
         description="Exponent of the power spectrum, along a line, of the detail; default: that of the example's file, "
         "else 2.3.",
     )
+    distribution: Literal["image", "expected"] = Field(
+        "image",
+        description="Of cloud over the sky: that of the example in the middle of the sky, an area as large as the "
+        "example at time 0, or only in the mean over seeds, which suits images much larger than the example.",
+    )
     clear_sky: Literal["uniform", "example"] = Field(
         "uniform",
         description="Clear sky: without texture, or with that of the example, which cloud of a few metres gives; it "
