@@ -52,7 +52,7 @@ _VISIBLE, _HIDDEN = 0.1, 0.63
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
 
-# The distribution of a sky: samples along a side of its middle, ranks that are mapped, and the largest normal score of a rank.
+# The distribution of a sky: samples along a side of its middle, ranks that are mapped, and the largest score of a rank.
 _SAMPLES, _RANKS, _RANKED = 128, 25, 3.0
 
 _TILE = 512
@@ -181,7 +181,8 @@ class ExampleClouds:
     def _place_lattice(self) -> None:
         """Each seed has its lattice elsewhere, so that no place is special."""
         level = self._level
-        shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2)
+        rows = 0.5 * math.sqrt(3.0), 1.0  # distances of rows and of points in them
+        shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2) * rows
         drift = PATCH_SPEED_M_S * PATCH_S / self.example.pixel_size_m
         self._geometry = np.array(
             [level.spacing, *level.first, *level.span, level.scale, *shift, drift, level.of_excess]
