@@ -99,7 +99,7 @@ def test_the_lattice_is_invisible_in_means_over_seeds(make):
 
 @pytest.mark.parametrize("kind", ["image", "expected"])
 def test_the_middle_of_a_sky_has_the_distribution_of_its_example(make, kind):
-    """Quantiles of single skies as large as the example: within .015 of its range, a sixth of what chance makes."""
+    """Quantiles of single skies as large as the example: within .015 of its range, which chance does not reach."""
     provider = make()
     expected = provider._thickness_of(provider.example.opaque_m[provider.example.opaque])
     shares = (0.4, 0.6, 0.8, 0.95, 0.99)
@@ -108,7 +108,7 @@ def test_the_middle_of_a_sky_has_the_distribution_of_its_example(make, kind):
         for seed in range(6)
     ]
     largest = np.abs(off).max() / expected.max()
-    assert largest < 0.015 if kind == "image" else largest > 0.05
+    assert largest < 0.015 if kind == "image" else largest > 0.03
 
 
 def test_pixel_sizes_share_the_distribution_of_the_middle(make):
