@@ -32,7 +32,7 @@ class ExampleParameters(BaseModel):
     distribution: Literal["image", "expected"] = Field(
         "image",
         description="Of cloud over the sky: that of the example in the middle of the sky, an area as large as the "
-        "example at time 0, or only in the mean over seeds, which suits images much larger than the example.",
+        "example at time 0, or left to chance, with which cold clouds are too few in the mean.",
     )
     clear_sky: Literal["uniform", "example"] = Field(
         "uniform",
