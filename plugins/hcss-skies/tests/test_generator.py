@@ -97,6 +97,27 @@ def test_the_lattice_is_invisible_in_means_over_seeds(make):
     assert np.abs(values.std(axis=0) / values.std() - 1.0).max() < 0.2
 
 
+@pytest.mark.parametrize("kind", ["image", "expected"])
+def test_the_middle_of_a_sky_has_the_distribution_of_its_example(make, kind):
+    """Quantiles of single skies as large as the example: within .015 of its range, which chance does not reach."""
+    provider = make()
+    expected = provider._thickness_of(provider.example.opaque_m[provider.example.opaque])
+    shares = (0.4, 0.6, 0.8, 0.95, 0.99)
+    off = [
+        np.quantile(whole(make(seed=seed, size=256, distribution=kind), 256), shares) - np.quantile(expected, shares)
+        for seed in range(6)
+    ]
+    largest = np.abs(off).max() / expected.max()
+    assert largest < 0.015 if kind == "image" else largest > 0.03
+
+
+def test_pixel_sizes_share_the_distribution_of_the_middle(make):
+    """Whatever part of it an image sees: a frame of one place is the same in small and large images, at any time."""
+    small, large = make(size=64, seed=4, motion=EVOLVING), make(size=300, seed=4, motion=EVOLVING)
+    for time_s in (0.0, 1e4):
+        np.testing.assert_array_equal(whole(small, 64, time_s), whole(large, 300, time_s)[118:182, 118:182])
+
+
 def test_waves_longer_than_patches_have_the_variance_of_the_example(make, tmp_path):
     """Share of variance beyond 1.8 lattice distances, with a Hann window: mean of 12 skies against the example."""
     field = 1500.0 + 300.0 * rough_field(256, 3.6)
@@ -119,6 +140,7 @@ def provider_of_seed(provider, seed):
     other = copy.copy(provider)
     other._inputs = replace(provider._inputs, seed=seed)
     other._place_lattice()
+    other._place_distribution()
     return other
 
 
@@ -173,8 +195,13 @@ def test_the_spectrum_has_a_small_step_at_the_pixel_of_the_example(make, tmp_pat
 
 
 def test_sensors_of_3_km_300_m_and_30_m_see_one_sky(make):
-    coarse, middle, fine = (whole(make(pixel_m, size), size) for pixel_m, size in ((3e3, 4), (300.0, 40), (30.0, 400)))
-    np.testing.assert_allclose(fine.reshape(40, 10, 40, 10).mean(axis=(1, 3)), middle, rtol=0.0, atol=16.0)
+    """Exactly at 3 km; at 300 m the detail is that of another stage, .018 to .034 of the deviation in ten skies."""
+    coarse, middle, fine = (
+        whole(make(pixel_m, size, seed=4), size) for pixel_m, size in ((3e3, 4), (300.0, 40), (30.0, 400))
+    )
+    off = fine.reshape(40, 10, 40, 10).mean(axis=(1, 3)) - middle
+    assert np.sqrt(np.mean(off**2)) < 0.03 * middle.std()
+    assert middle.std() > 100.0
     for each, parts in ((middle, 10), (fine, 100)):
         np.testing.assert_allclose(
             each.reshape(4, parts, 4, parts).mean(axis=(1, 3)), coarse, rtol=1e-6, atol=1e-6 * 800.0
@@ -226,7 +253,10 @@ def test_tops_have_the_range_of_the_example(make):
 
 
 def test_a_moving_platform_sees_the_same_clouds_again(make):
-    still, moving = make(500.0, 64), make(500.0, 64, motion=replace(FROZEN, platform_speed_m_s=500.0))
+    still, moving = (
+        make(500.0, 64, seed=4, motion=replace(FROZEN, platform_speed_m_s=speed)) for speed in (0.0, 500.0)
+    )
+    assert whole(still, 64).std() > 100.0
     np.testing.assert_array_equal(
         moving.thickness_m(3.0, slice(0, 64), slice(0, 61)), still.thickness_m(0.0, slice(0, 64), slice(3, 64))
     )

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from hcss_skies.blending import blend, put_in_layer
 from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
@@ -50,6 +51,9 @@ _VISIBLE, _HIDDEN = 0.1, 0.63
 
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
+
+# The distribution of a sky: samples along a side of its middle, ranks that are mapped, and the largest score of a rank.
+_SAMPLES, _RANKS, _RANKED = 128, 25, 3.0
 
 _TILE = 512
 
@@ -129,12 +133,13 @@ class ExampleClouds:
         thick = (of_pairs > 0.0) & (of_pairs >= 0.5 * inputs.layer.thickness_min_m)
         cloudy = thick @ chance / chance.sum() if thick.shape[1] > 1 else thick[:, 0]
         self.image_coverage = float(chance @ cloudy / chance.sum())
-        self._tables = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
         motion = inputs.motion
         wind_x, wind_y = motion.cloud_velocity_m_s
         self._speed = -wind_y, motion.platform_speed_m_s - wind_x
         evolves = math.isfinite(motion.evolution_time_s)
         self._rate = MEASURED_S / motion.evolution_time_s if evolves else math.nan
+        self._expected = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
+        self._place_distribution()
         changes = evolves or any(self._speed)
         notes = [f"Example {parameters.example}: {example.kind}, {example.source} ({example.licence})"]
         if not example.excess_is_known:
@@ -176,11 +181,33 @@ class ExampleClouds:
     def _place_lattice(self) -> None:
         """Each seed has its lattice elsewhere, so that no place is special."""
         level = self._level
-        shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2)
+        rows = 0.5 * math.sqrt(3.0), 1.0  # distances of rows and of points in them
+        shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2) * rows
         drift = PATCH_SPEED_M_S * PATCH_S / self.example.pixel_size_m
         self._geometry = np.array(
             [level.spacing, *level.first, *level.span, level.scale, *shift, drift, level.of_excess]
         )
+
+    def _place_distribution(self) -> None:
+        """Give the middle of the sky, as large as the example, the distribution of the example at time 0.
+
+        By chance it has other clouds: it shows a few patches. Scores are mapped to those with the same rank in a normal
+        distribution. The middle and the seed decide, not the image, so that all windows and pixel sizes show one sky.
+        """
+        self._tables = self._expected
+        if self._of.distribution == "expected":
+            return
+        y, x = (side * ((np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5) for side in self.example.opaque.shape)
+        scores = np.linspace(-MAX_SCORE, MAX_SCORE, len(self._expected))
+        found = np.empty((_SAMPLES, _SAMPLES, 2), np.float32)
+        self._blend(found, 0.0, y, x, np.repeat(scores[:, None], 2, axis=1).astype(np.float32))
+        knots = np.linspace(-_RANKED, _RANKED, _RANKS)
+        mapped = []
+        for field in range(2):
+            rank = np.quantile(found[..., field], ndtr(knots)) + 1e-6 * np.arange(_RANKS)
+            beyond = np.clip(scores, rank[0], rank[-1])
+            mapped.append(np.interp(np.interp(beyond, rank, knots) + scores - beyond, scores, self._expected[:, field]))
+        self._tables = np.stack(mapped, axis=1).astype(np.float32)
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window; 0 is clear sky."""
@@ -394,18 +421,20 @@ class ExampleClouds:
         """
         out = np.empty((y.size, x.size, 1 if which == 0 and self._hanging is None else 2), np.float32)
         if out.size:
-            time = time_s * self._rate
-            size = self.example.pixel_size_m
-            nodes, bounds = flow_nodes(OCTAVES, y, x, size, self._pixel, self._inputs.seed, time)
-            level = self._level
-            waves, own = long_waves(y, x, NODES * level.spacing, level.long, self._inputs.seed, time)
-            blend(
-                out, y, x, level.scores, self._tables, self._geometry, nodes, np.vstack([bounds, own]), waves,
-                np.uint64(self._key(-2)), time / PATCH_S,
-            )  # fmt: skip
+            self._blend(out, time_s, y, x, self._tables)
             if self._hanging is not None:
                 look_up_pairs(out, self._hanging.fields, self._hanging.step_m)
         return out
+
+    def _blend(self, out: NDArray[np.float32], time_s: float, y: Array, x: Array, tables: NDArray[np.float32]) -> None:
+        """Write the values of tables (N, 2) that belong to the blended scores, (rows, columns, 1 or 2)."""
+        time, seed, level = time_s * self._rate, self._inputs.seed, self._level
+        nodes, bounds = flow_nodes(OCTAVES, y, x, self.example.pixel_size_m, self._pixel, seed, time)
+        waves, own = long_waves(y, x, NODES * level.spacing, level.long, seed, time)
+        blend(
+            out, y, x, level.scores, tables, self._geometry, nodes, np.vstack([bounds, own]), waves,
+            np.uint64(self._key(-2)), time / PATCH_S,
+        )  # fmt: skip
 
     def _drift(self, speed_m_s: float, time_s: float) -> float:
         """Return a displacement in pixels, without rounding errors where it is a multiple of 1/1024."""

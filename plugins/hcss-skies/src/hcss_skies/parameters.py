@@ -29,6 +29,11 @@ class ExampleParameters(BaseModel):
         description="Exponent of the power spectrum, along a line, of the detail; default: that of the example's file, "
         "else 2.3.",
     )
+    distribution: Literal["image", "expected"] = Field(
+        "image",
+        description="Of cloud over the sky: that of the example in the middle of the sky, an area as large as the "
+        "example at time 0, or left to chance, with which cold clouds are too few in the mean.",
+    )
     clear_sky: Literal["uniform", "example"] = Field(
         "uniform",
         description="Clear sky: without texture, or with that of the example, which cloud of a few metres gives; it "

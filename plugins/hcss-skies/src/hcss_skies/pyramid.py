@@ -18,9 +18,9 @@ from hcss_twin.providers import Array
 LATTICE_PIXELS = 112.0
 """Largest distance of lattice points in pixels of the example: patches twice as wide keep the shapes of clouds."""
 
-_OF_SIDE = 0.25
+_OF_SIDE = 0.3125
 """Largest distance in parts of the shorter side. Wider patches of a small example all show its middle: a sky repeats
-itself like wallpaper, which patches of 64 pixels do not show (their AUC falls from .65 to .58)."""
+itself like wallpaper, which a classifier of patches of 64 pixels does not see."""
 
 LONG = 1.8
 """Wavelength in lattice distances beyond which patches have too little variance."""
@@ -71,8 +71,8 @@ def make_level(example: Example, pixel_size_m: float) -> Level:
     most = int(math.log2(min(rows, columns) / _MIN_LEVEL_SIDE))
     scale = 1 << max(0, min(most, round(math.log2(pixel_size_m / example.pixel_size_m))))
     spacing = min(LATTICE_PIXELS, min(rows, columns) * _OF_SIDE)
-    # A patch reaches one spacing from its centre along x, and sqrt(3) / 2 of it along y.
-    reach = 0.5 * math.sqrt(3.0) * spacing, spacing
+    # A patch reaches one spacing from its centre along x, and sqrt(3) / 2 of it along y, less what is cut off.
+    reach = 0.5 * math.sqrt(3.0) * (1.0 - CUT) * spacing, (1.0 - CUT) * spacing
     span = rows - 2.0 * reach[0], columns - 2.0 * reach[1]
     heights = [table[ranks] for ranks, table in _fields(example)]
     if scale > 1:

@@ -79,8 +79,7 @@ def hanging_clouds(
     share = (place - low)[..., None]
     curve = (1.0 - share) * curves[low] + share * curves[low + 1]
     for p, own in enumerate(curve):
-        for n, each in enumerate(own):
-            fields[p, n, 0] = np.interp(-kelvin[p], -each, np.concatenate(([0.0], thickness)))
+        fields[p, :, 0] = _thickness_at(float(kelvin[p]), own, np.concatenate(([0.0], thickness)))
     fields[..., 0] = np.minimum(fields[..., 0], np.minimum(fields[..., 1], np.float32(layer.thickness_max_m)))
     return HangingClouds(fields, float(x[1]), (float(fields[..., 1].min()), float(fields[..., 1].max())))
 
@@ -91,6 +90,16 @@ def _curve(inversion: BrightnessInversion, altitude_m: float, thickness_m: Array
     own = np.interp(np.log(thickness_m), np.log(known[1:]), kelvin[1:])
     curve: Array = np.minimum.accumulate(np.concatenate((kelvin[:1], own)))
     return curve
+
+
+def _thickness_at(kelvin: float, curves: Array, thickness_m: Array) -> Array:
+    """Return the thickness (X,) at which each curve (X, N), which never rises, has a temperature: as np.interp."""
+    each = np.arange(len(curves))
+    low = np.clip(np.count_nonzero(curves >= kelvin, axis=1) - 1, 0, thickness_m.size - 2)
+    warm, cold = curves[each, low], curves[each, low + 1]
+    share = np.clip((warm - kelvin) / np.maximum(warm - cold, 1e-300), 0.0, 1.0)
+    found: Array = thickness_m[low] + share * (thickness_m[low + 1] - thickness_m[low])
+    return found
 
 
 @kernel()
