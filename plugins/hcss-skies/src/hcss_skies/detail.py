@@ -85,18 +85,18 @@ def _shares(edges: Array) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
 @kernel(fastmath={"contract"})
 def _average(out: Any, cells: Any, row: Any, in_rows: Any, column: Any, in_columns: Any) -> None:
     """Write means; shares of the rows (rows, M), and of the columns (N, columns)."""
-    zero = np.float32(0.0)
-    line = np.zeros(cells.shape[1] + in_columns.shape[0], np.float32)
-    begin, end = column[0], min(column[-1] + in_columns.shape[0], cells.shape[1])
+    zero, width = np.float32(0.0), cells.shape[1]
+    line = np.zeros(width + in_columns.shape[0], np.float32)
     for i in range(out.shape[0]):
-        for m in range(begin, end):
+        for m in range(width):
             line[m] = zero
         for k in range(in_rows.shape[1]):
-            share = in_rows[i, k]
+            share, own = in_rows[i, k], row[i] + k
             if share > zero:
-                for m in range(begin, end):
-                    line[m] += share * cells[row[i] + k, m]
-        out[i] = zero
+                for m in range(width):
+                    line[m] += share * cells[own, m]
+        for j in range(out.shape[1]):
+            out[i, j] = zero
         for k in range(in_columns.shape[0]):
             for j in range(out.shape[1]):
                 out[i, j] += in_columns[k, j] * line[np.uint64(column[j] + k)]
