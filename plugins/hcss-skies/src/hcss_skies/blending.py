@@ -78,7 +78,7 @@ def blend(
     # In row v of the lattice, the first point is number low - v // 2.
     low = np.int64(math.floor(left)) - 1
     wide = np.int64(right - left + 5.0)
-    places, fades = np.zeros(((high_v - low_v) * wide, 2, 2)), np.empty(((high_v - low_v) * wide, 2), np.float32)
+    places, fades = np.empty(((high_v - low_v) * wide, 2, 2)), np.empty(((high_v - low_v) * wide, 2), np.float32)
     for v in range(low_v, high_v):
         for n in range(wide):
             k = (v - low_v) * wide + n
@@ -125,7 +125,7 @@ def _sample(
     total: Any, square: Any, scores: Any, corners: Any, points: Any, at_y: Any, at_x: Any, fades: Any, places: Any,
     to_samples: float,
 ) -> None:  # fmt: skip
-    """Write the sums of patches at pixels of a row, and of squared weights: bilinear between quarters of pixels of the level."""
+    """Write the sums of patches at pixels of a row, and of squared weights: bilinear in the level."""
     last_row, last_column = scores.shape[0] - 1.001, scores.shape[1] - 1.001
     zero, one, joint = np.float32(0.0), np.uint64(1), total.shape[0] == 2
     for j in range(square.size):

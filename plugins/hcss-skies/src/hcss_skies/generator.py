@@ -354,7 +354,7 @@ class ExampleClouds:
         self, cells: NDArray[np.float32], first: list[int], edges: list[Array], time_s: float
     ) -> tuple[NDArray[np.float32], list[int]]:
         """Halve cells until they are no larger than pixels; returns them and the index of the first."""
-        most = self._inputs.layer.thickness_max_m
+        most = float(np.float32(self._inputs.layer.thickness_max_m))  # so that full cells stay full
         for done, (low, high) in zip(range(0, self._halvings, STAGE), self._regions(edges), strict=True):
             halvings = range(done, min(done + STAGE, self._halvings))
             part = np.ascontiguousarray(

@@ -107,21 +107,21 @@ def refine(
     side = 1 << deviations.size
     level, tail = np.empty((rows, columns), np.float32), np.empty((2, rows, columns), np.float32)
     change, fibres = np.zeros((2, rows, columns), np.float32), np.zeros((2, rows, columns), np.float32)
-    which = np.zeros((rows, columns), np.int32)
+    which = np.empty((rows, columns), np.int32)
     seen = tail[0]
     _see(seen, cells, visible)
     _orient(change, fibres, which, cells, seen, strength)
     _edges(level, tail, cells)
     flat = textures.reshape(-1)
-    coarser = np.zeros((1, 1, 1, 1), np.float32)
+    values = np.zeros((_KEPT, side, side, columns), np.float32)
+    coarser = values
     for octave in range(octaves - 1):
         finer = np.zeros((rows, 2 << octave, 2 << octave, columns), np.float32)
         for cell in range(2 + octave, rows - 2 - octave):
             _number(finer[cell], coarser, cell, fibres, which, first, flat, places[octave],
                     parts[octave] * deviations[octave])  # fmt: skip
         coarser = finer
-    values = np.zeros((_KEPT, side, side, columns), np.float32)
-    factor, known = np.zeros((3, rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+    factor = np.zeros((4, rows, columns), np.float32)
     taps = np.empty((side, 6), np.float32)  # of the cubic, then of the linear interpolation
     for n in range(side):
         f = (n + 0.5) / side - 0.5
@@ -134,7 +134,7 @@ def refine(
             _number(own, coarser, cell, fibres, which, first, flat, places[octaves - 1],
                     parts[octaves - 1] * deviations[octaves - 1])  # fmt: skip
         _shape(own, sums, cell, taps, level, change, tail, line)
-        _smooth(factor, known, sums, cell, cells, most, visible, side, line)
+        _smooth(factor, sums, cell, cells, most, visible, side, line)
         last = cell - 3
         if last >= MARGIN:
             own = values[last % _KEPT]
@@ -205,6 +205,7 @@ def _orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strengt
             tensor[0, i, j + 1], tensor[1, i, j + 1] = x * x - y * y, two * x * y
             tensor[2, i, j + 1] = x * x + y * y
     for i in range(2, rows - 2):
+        which[i, 0] = which[i, columns - 1] = np.int32(0)
         for k in range(3):
             for j in range(columns):
                 line[k, j] = tensor[k, i - 1, j] + tensor[k, i, j] + tensor[k, i + 1, j]
@@ -316,15 +317,13 @@ def _cubic(f: float, out: Any) -> None:
 
 
 @inner(fastmath={"contract"}, error_model="numpy")
-def _smooth(
-    factor: Any, known: Any, sums: Any, cell: int, cells: Any, most: float, visible: float, side: int, line: Any
-) -> None:
-    """Write what sums of values lack (0), the same where it is not known, too (1), and what interpolation gives (2).
+def _smooth(factor: Any, sums: Any, cell: int, cells: Any, most: float, visible: float, side: int, line: Any) -> None:
+    """Write what sums of values lack (0), the same also where it is not known (3: 1 where it is) (1), and for them (2).
 
     These are logarithms in rows ``cell``, ``cell - 1`` and ``cell - 2``.
     """
     columns = cells.shape[1]
-    lack, filled = factor[0], factor[1]
+    lack, filled, known = factor[0], factor[1], factor[3]
     one, zero, largest = np.float32(1.0), np.float32(0.0), np.float32(_LARGEST)
     per_sum = side * side / visible
     for j in range(columns):
@@ -405,47 +404,41 @@ def _keep(out: Any, values: Any, scale: Any, highest: Any, cell: int, cells: Any
                     k = j + MARGIN
                     out[top + m, side * j + n] = min(scale[0, k] * values[m, n, k], most) + full[k]
     for j in range(wide):
-        if scale[0, j + MARGIN] * highest[j + MARGIN] > most:
-            _limit(out[top : top + side, side * j : side * (j + 1)], values, j + MARGIN, cells[cell, j + MARGIN], most)
+        k = j + MARGIN
+        if scale[0, k] * highest[k] > most:
+            own = out[top : top + side, side * j : side * (j + 1)]
+            _limit(own, values, k, scale[0, k], highest[k], cells[cell, k], most)
 
 
 @inner(fastmath={"contract"}, error_model="numpy")
-def _limit(out: Any, values: Any, column: int, mean: float, most: float) -> None:
+def _limit(out: Any, values: Any, column: int, scale: float, highest: float, mean: float, most: float) -> None:
     """Write the parts of a cell some of which would exceed ``most``: they get it, and the rest is for the others."""
     side = out.shape[0]
-    own = np.empty((side, side))
-    total = highest = 0.0
-    for m in range(side):
-        for n in range(side):
-            own[m, n] = values[m, n, column]
-            total, highest = total + own[m, n], max(highest, own[m, n])
     wanted = mean * side * side
-    scale = wanted / total
     for _ in range(_STEPS):
         if scale * highest <= most:
             break
         full, rest = 0, 0.0
         for m in range(side):
             for n in range(side):
-                if scale * own[m, n] >= most:
+                if scale * values[m, n, column] >= most:
                     full += 1
                 else:
-                    rest += own[m, n]
+                    rest += values[m, n, column]
         if rest <= 0.0 or wanted - full * most <= scale * rest:
             break
         scale = (wanted - full * most) / rest
-    total = 0.0
+    total = part = 0.0
     for m in range(side):
         for n in range(side):
-            own[m, n] = min(scale * own[m, n], most)
-            total += own[m, n]
+            total += min(scale * values[m, n, column], most)
     lack = wanted - total
-    part = 0.0
     if abs(lack) > 1e-12 * wanted:  # after the last step: in parts of what each has left
         part = lack / (most * side * side - total if lack > 0.0 else total)
     for m in range(side):
         for n in range(side):
-            out[m, n] = own[m, n] + part * ((most - own[m, n]) if lack > 0.0 else own[m, n])
+            own = min(scale * values[m, n, column], most)
+            out[m, n] = own + part * ((most - own) if lack > 0.0 else own)
 
 
 @inner(fastmath={"contract"}, error_model="numpy")
