@@ -92,7 +92,7 @@ def described(detail: Detail | None) -> str:
     )
 
 
-def _first_halving(level: Array, strength: float, exponent: float, fibres: NDArray[np.float32]) -> float:
+def _first_halving(level: Array, strength: float, exponent: float, fibres: NDArray[np.int16]) -> float:
     """Return the variance of the halves of pixels about the pixels."""
     children = np.empty((2 * level.shape[0] - 4 * MARGIN, 2 * level.shape[1] - 4 * MARGIN))
     most = 1.0001 * float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example

@@ -47,11 +47,14 @@ _BLURRED, _LARGEST = 1.5, 2.0
 # cycles per part, and width of the direction of fibres.
 _ALIGNED, _WAVENUMBER, _OCTAVE, _SPREAD = 0.8, 0.22, 0.4, 0.35
 
+# Standard deviation of textures: half of the memory of single precision, the reading of which takes most of their time.
+_UNIT = 5000.0
+
 # Textures are longer than their period by the most parts of a cell.
 _PADDED = SIDE + 16
 
-# Sectors of the doubled angle end here: tangents of odd multiples of a quarter of a right angle's half.
-_SECTORS = tuple(math.tan((2 * n + 1) * math.pi / DIRECTIONS) for n in range(DIRECTIONS // 4))
+# Tangents of the doubled angles at which one direction ends and the next begins.
+_ENDS = tuple(math.tan((2 * n + 1) * math.pi / DIRECTIONS) for n in range(DIRECTIONS // 4))
 
 # Rows of cells whose parts are kept until their neighbours' sums are known.
 _KEPT = 4
@@ -59,8 +62,8 @@ _KEPT = 4
 _STEPS = 8
 
 
-def textures() -> NDArray[np.float32]:
-    """Return periodic textures (1 + DIRECTIONS, SIDE, padded) of variance 1: one without direction, then fibres."""
+def textures() -> NDArray[np.int16]:
+    """Return periodic textures (1 + DIRECTIONS, SIDE, padded) in units: one without direction, then fibres."""
     spectra = [np.fft.rfft2(np.random.default_rng([21, n]).standard_normal((SIDE, SIDE))) for n in range(2)]
     ky, kx = np.meshgrid(np.fft.fftfreq(SIDE), np.fft.rfftfreq(SIDE), indexing="ij")
     k = np.maximum(np.hypot(ky, kx), 1e-9)
@@ -69,8 +72,8 @@ def textures() -> NDArray[np.float32]:
     for turn in math.pi / DIRECTIONS * np.arange(DIRECTIONS):
         off = 1.0 - ((np.cos(turn) * kx + np.sin(turn) * ky) / k) ** 2
         fields.append(np.fft.irfft2(spectra[1] * octave * np.exp(-0.5 * off / _SPREAD**2)))
-    scaled = np.stack([each / each.std() for each in fields])
-    return np.pad(scaled, ((0, 0), (0, 0), (0, _PADDED - SIDE)), mode="wrap").astype(np.float32)
+    scaled = np.stack([np.rint(_UNIT / each.std() * each) for each in fields])
+    return np.pad(scaled, ((0, 0), (0, 0), (0, _PADDED - SIDE)), mode="wrap").astype(np.int16)
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
@@ -97,13 +100,12 @@ def refine(
         Standard deviation of each octave in parts of it.
     most, visible : float
         Greatest thickness, and the thickness with an optical thickness of about 1.
-    textures : ndarray of float32
+    textures : ndarray of int16
         Of :func:`textures`.
     places, parts : ndarray of int64 (halvings, 2, 2), of float64 (halvings, 2)
         Where two uses of the textures begin, and their parts in the numbers.
     """
     rows, columns = cells.shape
-    octaves = deviations.size if strength > 0.0 else 0
     side = 1 << deviations.size
     level, tail = np.empty((rows, columns), np.float32), np.empty((2, rows, columns), np.float32)
     change, fibres = np.zeros((2, rows, columns), np.float32), np.zeros((2, rows, columns), np.float32)
@@ -114,13 +116,6 @@ def refine(
     _edges(level, tail, cells)
     flat = textures.reshape(-1)
     values = np.zeros((_KEPT, side, side, columns), np.float32)
-    coarser = values
-    for octave in range(octaves - 1):
-        finer = np.zeros((rows, 2 << octave, 2 << octave, columns), np.float32)
-        for cell in range(2 + octave, rows - 2 - octave):
-            _number(finer[cell], coarser, cell, fibres, which, first, flat, places[octave],
-                    parts[octave] * deviations[octave])  # fmt: skip
-        coarser = finer
     factor = np.zeros((4, rows, columns), np.float32)
     taps = np.empty((side, 6), np.float32)  # of the cubic, then of the linear interpolation
     for n in range(side):
@@ -128,18 +123,24 @@ def refine(
         _cubic(f - math.floor(f), taps[n])
     sums, line = np.empty(columns, np.float32), np.empty((3, columns), np.float32)
     scale, highest = np.empty((2, columns)), np.empty(columns, np.float32)
-    for cell in range(4, rows - 4):
-        own = values[cell % _KEPT]
-        if octaves:
-            _number(own, coarser, cell, fibres, which, first, flat, places[octaves - 1],
-                    parts[octaves - 1] * deviations[octaves - 1])  # fmt: skip
-        _shape(own, sums, cell, taps, level, change, tail, line)
-        _smooth(factor, sums, cell, cells, most, visible, side, line)
-        last = cell - 3
-        if last >= MARGIN:
-            own = values[last % _KEPT]
-            _weigh(own, scale[0], highest, factor[2], last, line)
-            _keep(out, own, scale, highest, last, cells, most)
+    coarser = values
+    for octave in range(deviations.size):
+        finest = octave == deviations.size - 1
+        numbers = values if finest else np.zeros((rows, 2 << octave, 2 << octave, columns), np.float32)
+        for cell in range(4 if finest else 2, rows - (4 if finest else 2)):
+            own = numbers[cell % numbers.shape[0]]
+            if strength > 0.0:
+                _number(own, coarser, cell, fibres, which, first, flat, places[octave],
+                        parts[octave] * deviations[octave])  # fmt: skip
+            if finest:
+                _shape(own, sums, cell, taps, level, change, tail, line)
+                _smooth(factor, sums, cell, cells, most, visible, side, line)
+            last = cell - 3
+            if finest and last >= MARGIN:
+                own = values[last % _KEPT]
+                _weigh(own, scale[0], highest, factor[2], last, line)
+                _keep(out, own, scale, highest, last, cells, most)
+        coarser = numbers
 
 
 @inner(fastmath={"contract"}, error_model="numpy")
@@ -192,6 +193,7 @@ def _orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strengt
     part, ninth, least, floor = np.float32(strength), np.float32(1.0 / 9.0), np.float32(1e-6), np.float32(FLOOR)
     steepest, two, aligned = np.float32(_STEEPEST), np.float32(2.0), np.float32(_ALIGNED)
     one, zero, tiny = np.float32(1.0), np.float32(0.0), np.float32(1e-9)
+    a, b, c, d = np.float32(_ENDS[0]), np.float32(_ENDS[1]), np.float32(_ENDS[2]), np.float32(_ENDS[3])
     for i in range(1, rows - 1):
         for j in range(columns):
             line[0, j] = np.float32(cells[i - 1, j]) + np.float32(cells[i, j]) + np.float32(cells[i + 1, j])
@@ -215,12 +217,11 @@ def _orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strengt
             total = line[2, j] + line[2, j + 1] + line[2, j + 2] + tiny
             fibre = aligned * np.sqrt(np.sqrt(p * p + q * q) / total)
             fibres[0, i, j + 1], fibres[1, i, j + 1] = fibre, np.sqrt(one - fibre * fibre)
-            turn = np.int32(0)
-            for n in range(DIRECTIONS // 4):
-                turn += np.int32(1) if abs(q) > np.float32(_SECTORS[n]) * abs(p) else np.int32(0)
-            turn = np.int32(DIRECTIONS // 2) - turn if p < zero else turn
+            x, y = abs(p), abs(q)
+            turn = (1 if y > a * x else 0) + (1 if y > b * x else 0) + (1 if y > c * x else 0) + (1 if y > d * x else 0)
+            turn = DIRECTIONS // 2 - turn if p < zero else turn
             turn = -turn if q < zero else turn
-            which[i, j + 1] = np.int32(SIDE * _PADDED) * (np.int32(1) + (turn & np.int32(DIRECTIONS - 1)))
+            which[i, j + 1] = SIDE * _PADDED * (1 + (turn & (DIRECTIONS - 1)))
 
 
 @inner(fastmath={"contract"}, error_model="numpy")
@@ -258,7 +259,7 @@ def _number(
                 for j in range(columns - 2):
                     numbers[m, n, j + 1] = near * line[own, j + 1] + far * line[other, j + shift]
     for use in range(2):
-        part = np.float32(parts[use])
+        part = np.float32(parts[use] / _UNIT)
         if part == zero:
             continue
         for j in range(columns):
@@ -271,9 +272,11 @@ def _number(
                 right = left + np.uint64(1)
                 for j in range(columns):
                     along, other = part * fibres[0, cell, j], part * fibres[1, cell, j]
-                    numbers[m, n, j] += along * textures[left + column[1, j]] + other * textures[left + column[0, j]]
-                    numbers[m, n + 1, j] += (
-                        along * textures[right + column[1, j]] + other * textures[right + column[0, j]]
+                    numbers[m, n, j] += along * np.float32(textures[left + column[1, j]]) + other * np.float32(
+                        textures[left + column[0, j]]
+                    )
+                    numbers[m, n + 1, j] += along * np.float32(textures[right + column[1, j]]) + other * np.float32(
+                        textures[right + column[0, j]]
                     )
 
 
