@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_skies.refining import SIDE
+from hcss_skies.fibres import SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.example import DETAIL_STRENGTHS, Detail
-from hcss_skies.refining import MARGIN, refine, textures
+from hcss_skies.fibres import textures
+from hcss_skies.refining import MARGIN, refine
 from hcss_twin.providers import Array
 
 _SIDES = 8, 4, 2

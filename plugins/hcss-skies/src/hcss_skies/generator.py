@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from hcss_skies.blending import blend, put_in_layer
 from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
 from hcss_skies.example import MAX_SCORE, Detail, read_example
+from hcss_skies.fibres import textures
 from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
-from hcss_skies.refining import MARGIN, STAGE, refine, textures
+from hcss_skies.refining import MARGIN, STAGE, refine
 from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
 from hcss_twin.errors import ProviderError
