@@ -29,7 +29,7 @@ def main() -> None:
     """Print a line for each pixel size."""
     path = Path(sys.argv[1]) if len(sys.argv) > 1 else library.shipped()["closed-cells-1"]
     whole = slice(0, SIDE)
-    for pixel_m in (20_000.0, 3000.0, 300.0, 30.0, 5.0):
+    for pixel_m in (20_000.0, 3000.0, 2900.0, 1000.0, 300.0, 30.0, 5.0):
         inputs = replace(
             sample_cloud_inputs(catalog=Catalog(base=path.parent)),
             grid=Grid(SIDE, SIDE, pixel_m),

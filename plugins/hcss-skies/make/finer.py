@@ -18,7 +18,8 @@ import numpy as np
 from hcss_evaluate.realism import compare
 from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.detail_of_image import fit_detail
-from hcss_skies.refining import MARGIN, refine, textures
+from hcss_skies.fibres import textures
+from hcss_skies.refining import MARGIN, refine
 
 CELL, PIXEL, PATCH, SEEDS = 8, 2, 64, 2
 CLEAR, BRIGHTEST = 0.0137, 0.75  # reflectance factor of the sea (5th percentile), and of thick cloud under this sun

@@ -12,9 +12,10 @@ from conftest import cloud_field, rough_field
 from hcss_skies.command import skies
 from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.detail_of_image import fit_detail
+from hcss_skies.fibres import textures
 from hcss_skies.importing import import_example
 from hcss_skies.missing import filled, largest_rectangle
-from hcss_skies.refining import MARGIN, refine, textures
+from hcss_skies.refining import MARGIN, refine
 from hcss_skies.split_window import DEPTH_RATIO, WAVELENGTHS_UM, height_above_opaque_m
 from scipy.ndimage import gaussian_filter
 

@@ -30,7 +30,7 @@ CUT = 0.15
 """Weights below this limit are cut off, smoothly: three in ten samples are then not taken, and contrast is kept."""
 
 
-@kernel(fastmath={"contract"})
+@kernel(fastmath={"contract"}, error_model="numpy")
 def blend(
     out: Any, y: Any, x: Any, scores: Any, heights: Any, geometry: Any, flow: Any, bounds: Any, waves: Any, key: int,
     epoch: float,
@@ -60,11 +60,12 @@ def blend(
     epoch : float
         Time in lifetimes of a patch; NaN: patches do not change.
     """
-    at_y, at_x = np.empty(x.size), np.empty(x.size)
+    columns = x.size
+    at_y, at_x = np.empty(columns), np.empty(columns)
     octaves = flow.shape[0]
-    interval, past = np.empty((octaves + 1, x.size), np.uint64), np.empty((octaves + 1, x.size))
+    interval, past = np.empty((octaves + 1, columns), np.uint64), np.empty((octaves + 1, columns))
     for octave in range(octaves + 1):
-        for j in range(x.size):
+        for j in range(columns):
             position = x[j] / bounds[octave, 0]
             whole = math.floor(position)
             interval[octave, j], past[octave, j] = np.uint64(whole - bounds[octave, 2] - 1.0), position - whole
@@ -74,112 +75,86 @@ def blend(
     low_v = np.int64(math.floor((y[0] + geometry[6] - moved) / geometry[0] * _SKEW))
     high_v = np.int64(math.floor((y[-1] + geometry[6] + moved) / geometry[0] * _SKEW)) + 2
     left, right = (x[0] + geometry[7] - moved) / geometry[0], (x[-1] + geometry[7] + moved) / geometry[0]
-    places = np.empty((high_v - low_v, np.int64(right - left + 4.0), 2, 2))
-    fades = np.empty((high_v - low_v, places.shape[1], 2), np.float32)
+    # In row v of the lattice, the first point is number low - v // 2.
+    low = np.int64(math.floor(left)) - 1
+    wide = np.int64(right - left + 5.0)
+    places, fades = np.empty(((high_v - low_v) * wide, 2, 2)), np.empty(((high_v - low_v) * wide, 2), np.float32)
     for v in range(low_v, high_v):
-        low_u = np.int64(math.floor(left - 0.5 * (v + 1)))
-        for u in range(low_u, low_u + places.shape[1]):
-            _choose(places[v - low_v, u - low_u], fades[v - low_v, u - low_u], u, v, geometry, key, epoch)
-    corners = np.empty((3, x.size), np.float32)
-    cell = np.empty((2, x.size), np.int64)
-    upper = np.empty(x.size, np.bool_)
-    total, square = np.empty((2, x.size), np.float32), np.empty(x.size, np.float32)
-    joint = out.shape[2] == 2
-    long = np.empty(x.size, np.float32)
+        for n in range(wide):
+            k = (v - low_v) * wide + n
+            _choose(places[k], fades[k], low - (v >> 1) + n, v, geometry, key, epoch)
+    corners, points = np.empty((3, columns), np.float32), np.empty((3, columns), np.int32)
+    fields = out.shape[2]
+    total, square = np.empty((fields, columns), np.float32), np.empty(columns, np.float32)
+    long = np.empty(columns, np.float32)
     to_samples = 2.0 / geometry[5]
     for i in range(y.size):
         _displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, interval, past, curves)
         _raised(long, y[i], waves, bounds[octaves], interval[octaves], past[octaves])
-        _weights(corners, cell, upper, at_y, at_x, 1.0 / geometry[0])
-        total[:] = np.float32(0.0)
-        square[:] = np.float32(0.0)
-        begin = 0
-        while begin < x.size:  # the pixels of one triangle
-            u, v, high = cell[0, begin], cell[1, begin], upper[begin]
-            end = begin + 1
-            while end < x.size and cell[0, end] == u and cell[1, end] == v and upper[end] == high:
-                end += 1
-            # Positions are counted from the triangle, where single precision has room for fractions of samples.
-            from_y, from_x = v * geometry[0] / _SKEW, (u + 0.5 * v) * geometry[0]
-            for n in range(3):
-                own_u, own_v = u + (n == 1), v + (n == 2)
-                if high:
-                    own_u, own_v = u + (n != 2), v + (n != 1)
-                row = own_v - low_v
-                column = own_u - np.int64(math.floor(left - 0.5 * (own_v + 1)))
-                for turn in range(2):
-                    if fades[row, column, turn] > 0.0:
-                        _sample(
-                            total[0, begin:end], total[1, begin:end], square[begin:end], joint, scores,
-                            at_y[begin:end], at_x[begin:end], corners[n, begin:end], fades[row, column, turn],
-                            from_y, from_x, to_samples, places[row, column, turn, 0] + to_samples * from_y - 0.5,
-                            places[row, column, turn, 1] + to_samples * from_x - 0.5,
-                        )  # fmt: skip
-            begin = end
-        for field in range(out.shape[2]):
+        _weights(corners, points, at_y, at_x, 1.0 / geometry[0], low_v, low, wide)
+        _sample(total, square, scores, corners, points, at_y, at_x, fades, places, to_samples)
+        for field in range(fields):
             part = np.float32(geometry[9] if field else 1.0)
-            for j in range(x.size):
-                out[i, j, field] = _look_up(heights, total[field, j] / np.sqrt(square[j]) + part * long[j], field)
+            _look_up(out[i], field, heights, total[field], square, part, long)
 
 
 @inner(fastmath={"contract"})
-def _weights(corners: Any, cell: Any, upper: Any, at_y: Any, at_x: Any, per_spacing: float) -> None:
-    """Write the weights of the corners of each pixel's triangle (3, columns), and which triangle it is."""
+def _weights(
+    corners: Any, points: Any, at_y: Any, at_x: Any, per_spacing: float, low_v: int, low: int, wide: int
+) -> None:
+    """Write the weights of the corners of each pixel's triangle (3, columns), and their numbers in the lattice."""
     one, cut, zero = np.float32(1.0), np.float32(CUT), np.float32(0.0)
     for j in range(at_y.size):
         v = at_y[j] * (per_spacing * _SKEW)
         u = at_x[j] * per_spacing - 0.5 * v
         floor_u, floor_v = math.floor(u), math.floor(v)
-        cell[0, j], cell[1, j] = np.int64(floor_u), np.int64(floor_v)
         fu, fv = np.float32(u - floor_u), np.float32(v - floor_v)
         high = fu + fv >= one
-        upper[j] = high
-        w0, w1, w2 = one - fu - fv, fu, fv
-        if high:
-            w0, w1, w2 = -w0, one - fv, one - fu
+        own_u, own_v = np.int64(floor_u), np.int64(floor_v)
+        here = (own_v - low_v) * wide + own_u - low + (own_v >> 1)
+        above = here + wide + (own_v + 1 >> 1) - (own_v >> 1)
+        points[0, j], points[1, j], points[2, j] = above + 1 if high else here, here + 1, above
+        w0 = abs(one - fu - fv)
+        w1, w2 = (one - fv, one - fu) if high else (fu, fv)
         w0, w1, w2 = max(w0 - cut, zero), max(w1 - cut, zero), max(w2 - cut, zero)
         corners[0, j], corners[1, j], corners[2, j] = w0 * w0, w1 * w1, w2 * w2
 
 
 @inner(fastmath={"contract"})
 def _sample(
-    opaque: Any,
-    excess: Any,
-    square: Any,
-    joint: bool,
-    scores: Any,
-    at_y: Any,
-    at_x: Any,
-    weight: Any,
-    fade: Any,
-    from_y: float,
-    from_x: float,
+    total: Any, square: Any, scores: Any, corners: Any, points: Any, at_y: Any, at_x: Any, fades: Any, places: Any,
     to_samples: float,
-    place_y: float,
-    place_x: float,
-) -> None:
-    """Add a patch to pixels of a row: bilinear between quarters of pixels of the level."""
-    last_row, last_column = np.float32(scores.shape[0] - 1.001), np.float32(scores.shape[1] - 1.001)
-    first_y, first_x, zero = np.float32(place_y), np.float32(place_x), np.float32(0.0)
-    one = np.uint64(1)
-    for j in range(weight.size):
-        share = weight[j] * fade
-        if share > zero:
-            row = min(max(np.float32(to_samples * (at_y[j] - from_y)) + first_y, zero), last_row)
-            column = min(max(np.float32(to_samples * (at_x[j] - from_x)) + first_x, zero), last_column)
-            whole_y, whole_x = np.int32(row), np.int32(column)
-            fy, fx = row - np.float32(whole_y), column - np.float32(whole_x)
-            # Unsigned indices need no test whether they count from the end.
-            k, m = np.uint64(whole_y), np.uint64(whole_x)
-            below, beside = k + one, m + one
-            square[j] += share * share
-            a = scores[k, m, 0] + fx * (scores[k, beside, 0] - scores[k, m, 0])
-            b = scores[below, m, 0] + fx * (scores[below, beside, 0] - scores[below, m, 0])
-            opaque[j] += share * (a + fy * (b - a))
-            if joint:
-                a = scores[k, m, 1] + fx * (scores[k, beside, 1] - scores[k, m, 1])
-                b = scores[below, m, 1] + fx * (scores[below, beside, 1] - scores[below, m, 1])
-                excess[j] += share * (a + fy * (b - a))
+) -> None:  # fmt: skip
+    """Write the sums of patches at pixels of a row, and of squared weights: bilinear in the level."""
+    last_row, last_column = scores.shape[0] - 1.001, scores.shape[1] - 1.001
+    zero, one, joint = np.float32(0.0), np.uint64(1), total.shape[0] == 2
+    for j in range(square.size):
+        opaque = excess = squares = zero
+        y, x = to_samples * at_y[j], to_samples * at_x[j]
+        for n in range(3):
+            if corners[n, j] > zero:
+                point = np.uint64(points[n, j])
+                for turn in range(2):
+                    share = corners[n, j] * fades[point, turn]
+                    if share > zero:
+                        row = min(max(y + places[point, turn, 0], 0.0), last_row)
+                        column = min(max(x + places[point, turn, 1], 0.0), last_column)
+                        whole_y, whole_x = np.int32(row), np.int32(column)
+                        fy, fx = np.float32(row - whole_y), np.float32(column - whole_x)
+                        # Unsigned indices need no test whether they count from the end.
+                        k, m = np.uint64(whole_y), np.uint64(whole_x)
+                        below, beside = k + one, m + one
+                        squares += share * share
+                        a = scores[k, m, 0] + fx * (scores[k, beside, 0] - scores[k, m, 0])
+                        b = scores[below, m, 0] + fx * (scores[below, beside, 0] - scores[below, m, 0])
+                        opaque += share * (a + fy * (b - a))
+                        if joint:
+                            a = scores[k, m, 1] + fx * (scores[k, beside, 1] - scores[k, m, 1])
+                            b = scores[below, m, 1] + fx * (scores[below, beside, 1] - scores[below, m, 1])
+                            excess += share * (a + fy * (b - a))
+        total[0, j], square[j] = opaque, squares
+        if joint:
+            total[1, j] = excess
 
 
 @inner()
@@ -309,8 +284,8 @@ def _choose(place: Any, fade: Any, u: int, v: int, geometry: Any, key: int, epoc
         towards_y, towards_x = normal(hashed(random, np.int64(3))), normal(hashed(random, np.int64(4)))
         centre_y = geometry[3] * uniform(random) + drift * towards_y
         centre_x = geometry[4] * uniform(hashed(random, np.int64(1))) + drift * towards_x
-        place[turn, 0] = to_samples * (geometry[1] + _within(centre_y, geometry[3]) - v * spacing / _SKEW)
-        place[turn, 1] = to_samples * (geometry[2] + _within(centre_x, geometry[4]) - (u + 0.5 * v) * spacing)
+        place[turn, 0] = to_samples * (geometry[1] + _within(centre_y, geometry[3]) - v * spacing / _SKEW) - 0.5
+        place[turn, 1] = to_samples * (geometry[2] + _within(centre_x, geometry[4]) - (u + 0.5 * v) * spacing) - 0.5
 
 
 @inner()
@@ -320,15 +295,20 @@ def _within(place: float, span: float) -> float:
     return min(turn, 2.0 * span - turn)
 
 
-@inner(fastmath={"contract"})
-def _look_up(heights: Any, score: Any, column: int) -> Any:
+@inner(fastmath={"contract"}, error_model="numpy")
+def _look_up(out: Any, field: int, heights: Any, total: Any, square: Any, part: Any, long: Any) -> None:
+    """Write heights (columns, fields) of the sums of scores with the variance 1, and part of the long waves."""
     last = heights.shape[0] - 1
-    scaled = (score + np.float32(MAX_SCORE)) * np.float32(last / (2.0 * MAX_SCORE))
-    position = min(max(scaled, np.float32(0.0)), np.float32(last - 1e-3))
-    whole = np.int32(position)
-    k = np.uint64(whole)
-    low = heights[k, column]
-    return low + (position - np.float32(whole)) * (heights[k + np.uint64(1), column] - low)
+    lowest, scale = np.float32(MAX_SCORE), np.float32(last / (2.0 * MAX_SCORE))
+    zero, end, one = np.float32(0.0), np.float32(last - 1e-3), np.uint64(1)
+    for j in range(square.size):
+        score = total[j] / np.sqrt(square[j]) + part * long[j]
+        total[j] = min(max((score + lowest) * scale, zero), end)
+    for j in range(square.size):
+        whole = np.int32(total[j])
+        k = np.uint64(whole)
+        low = heights[k, field]
+        out[j, field] = low + (total[j] - np.float32(whole)) * (heights[k + one, field] - low)
 
 
 @kernel()

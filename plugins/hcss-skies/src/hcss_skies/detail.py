@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_skies.refining import SIDE
+from hcss_skies.fibres import SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
@@ -62,40 +62,41 @@ def _mixed(number: int) -> int:
     return value ^ value >> 31
 
 
-def average(cells: Array, y: Array, x: Array) -> NDArray[np.float32]:
+def average(cells: NDArray[np.float32], y: Array, x: Array) -> NDArray[np.float32]:
     """Return the means (rows, columns) of cells over pixels with edges ``y`` (rows + 1,) and ``x`` (columns + 1,).
 
     Edges are counted in cells. Exact for pixels of any size: the sum of cells by the area that they share with it.
     """
     out = np.empty((y.size - 1, x.size - 1), np.float32)
-    _average(out, cells, *_shares(y), *_shares(x))
+    column, in_columns = _shares(x)
+    _average(out, cells, *_shares(y), column, np.ascontiguousarray(in_columns.T))
     return out
 
 
-def _shares(edges: Array) -> tuple[NDArray[np.int64], Array]:
+def _shares(edges: Array) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return the first cell (N,) of each pixel, and the share (N, M) of the pixel in this and in the next cells."""
     first = np.floor(edges[:-1]).astype(np.int64)
     most = int(np.max(np.ceil(edges[1:]).astype(np.int64) - first))
     low = first[:, None] + np.arange(most)
     shared = np.minimum(edges[1:, None], low + 1.0) - np.maximum(edges[:-1, None], low)
-    return first, np.maximum(shared, 0.0) / (edges[1:] - edges[:-1])[:, None]
+    return first, (np.maximum(shared, 0.0) / (edges[1:] - edges[:-1])[:, None]).astype(np.float32)
 
 
 @kernel(fastmath={"contract"})
 def _average(out: Any, cells: Any, row: Any, in_rows: Any, column: Any, in_columns: Any) -> None:
-    line = np.empty(cells.shape[1])
-    begin, end = column[0], min(column[-1] + in_columns.shape[1], cells.shape[1])
+    """Write means; shares of the rows (rows, M), and of the columns (N, columns)."""
+    zero, width = np.float32(0.0), cells.shape[1]
+    line = np.zeros(width + in_columns.shape[0], np.float32)
     for i in range(out.shape[0]):
-        for m in range(begin, end):
-            line[m] = 0.0
+        for m in range(width):
+            line[m] = zero
         for k in range(in_rows.shape[1]):
-            share = in_rows[i, k]
-            if share > 0.0:
-                for m in range(begin, end):
-                    line[m] += share * cells[row[i] + k, m]
+            share, own = in_rows[i, k], row[i] + k
+            if share > zero:
+                for m in range(width):
+                    line[m] += share * cells[own, m]
         for j in range(out.shape[1]):
-            total = 0.0
-            for k in range(in_columns.shape[1]):
-                if in_columns[j, k] > 0.0:
-                    total += in_columns[j, k] * line[column[j] + k]
-            out[i, j] = total
+            out[i, j] = zero
+        for k in range(in_columns.shape[0]):
+            for j in range(out.shape[1]):
+                out[i, j] += in_columns[k, j] * line[np.uint64(column[j] + k)]

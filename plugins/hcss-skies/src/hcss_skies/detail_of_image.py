@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from hcss_skies.detail import deviation_of, moments_of
 from hcss_skies.example import DETAIL_STRENGTHS, Detail
-from hcss_skies.refining import MARGIN, refine, textures
+from hcss_skies.fibres import textures
+from hcss_skies.refining import MARGIN, refine
 from hcss_twin.providers import Array
 
 _SIDES = 8, 4, 2
@@ -92,7 +93,7 @@ def described(detail: Detail | None) -> str:
     )
 
 
-def _first_halving(level: Array, strength: float, exponent: float, fibres: NDArray[np.float32]) -> float:
+def _first_halving(level: Array, strength: float, exponent: float, fibres: NDArray[np.int16]) -> float:
     """Return the variance of the halves of pixels about the pixels."""
     children = np.empty((2 * level.shape[0] - 4 * MARGIN, 2 * level.shape[1] - 4 * MARGIN))
     most = 1.0001 * float(level.max())  # as in the generator, whose layer ends at the highest cloud of the example

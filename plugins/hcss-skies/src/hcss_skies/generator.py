@@ -12,11 +12,12 @@ from scipy.special import ndtr
 from hcss_skies.blending import blend, put_in_layer
 from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
 from hcss_skies.example import MAX_SCORE, Detail, read_example
+from hcss_skies.fibres import textures
 from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
-from hcss_skies.refining import MARGIN, STAGE, refine, textures
+from hcss_skies.refining import MARGIN, STAGE, refine
 from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
 from hcss_twin.errors import ProviderError
@@ -350,10 +351,10 @@ class ExampleClouds:
         low, high = self._regions(edges)[0]
         first = list(low)
         y, x = (np.arange(*ends, dtype=np.float64) + 0.5 for ends in zip(low, high, strict=True))
-        cells = self._blended(time_s, y, x, which)[..., which].astype(np.float64)
+        cells = self._blended(time_s, y, x, which)[..., which]
         if which and self._hanging is not None:
             y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
-            out[...] = between_cells(cells, y, x, first)
+            out[...] = between_cells(cells.astype(np.float64), y, x, first)
             return
         if which:
             at = [
@@ -377,16 +378,18 @@ class ExampleClouds:
             )
         ]
 
-    def _detailed(self, cells: Array, first: list[int], edges: list[Array], time_s: float) -> tuple[Array, list[int]]:
+    def _detailed(
+        self, cells: NDArray[np.float32], first: list[int], edges: list[Array], time_s: float
+    ) -> tuple[NDArray[np.float32], list[int]]:
         """Halve cells until they are no larger than pixels; returns them and the index of the first."""
-        most = self._inputs.layer.thickness_max_m
+        most = float(np.float32(self._inputs.layer.thickness_max_m))  # so that full cells stay full
         for done, (low, high) in zip(range(0, self._halvings, STAGE), self._regions(edges), strict=True):
             halvings = range(done, min(done + STAGE, self._halvings))
             part = np.ascontiguousarray(
                 cells[low[0] - first[0] : high[0] - first[0], low[1] - first[1] : high[1] - first[1]]
             )
             parts = 2 ** len(halvings)
-            finer = np.empty(tuple(parts * (each - 2 * MARGIN) for each in part.shape))
+            finer = np.empty(tuple(parts * (each - 2 * MARGIN) for each in part.shape), np.float32)
             law = np.array([deviation_of(self._detail.exponent, each) for each in halvings])
             cell_m = [self.example.pixel_size_m / 2.0 ** (each + 1) for each in halvings]
             moments = moments_of(

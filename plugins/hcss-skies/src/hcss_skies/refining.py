@@ -15,8 +15,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcss_skies.fibres import number, orient
 from hcss_twin.core.kernels import inner, kernel
 
 MARGIN = 7
@@ -25,17 +25,8 @@ MARGIN = 7
 STAGE = 2
 """Most halvings at a time."""
 
-SIDE, DIRECTIONS = 256, 16
-"""Period of textures in parts of cells, and the number of their directions."""
-
-FLOOR = 0.02
-
-# Relative changes above this are edges, which have no more detail than others.
-_STEEPEST = 4.0
-
-# Depth of clear cells in parts of the highest beside them, and displacement of edges in cells per unit of the numbers:
-# edges are ragged, and stay inside the cloudy cells but for few.
-_CLEAR, _EDGE = 2.5, 0.3
+# Depth of clear cells in parts of the highest beside them: edges stay inside the cloudy cells but for few.
+_CLEAR = 2.5
 
 # Part of a cell's own value below which thickness falls exponentially: never 0, so that every mean can be reached.
 _TAIL = 0.1
@@ -43,42 +34,27 @@ _TAIL = 0.1
 # What interpolation blurs of the factor is added beforehand, in parts of the difference to its blurred self.
 _BLURRED, _LARGEST = 1.5, 2.0
 
-# Part of fibres in the numbers where the direction is the same in 3 x 3 cells, wavenumber and width of an octave in
-# cycles per part, and width of the direction of fibres.
-_ALIGNED, _WAVENUMBER, _OCTAVE, _SPREAD = 0.8, 0.22, 0.4, 0.35
-
-# Textures are longer than their period by what a cell reads at most.
-_PADDED = SIDE + 2**STAGE
+# Rows of cells whose parts are kept until their neighbours' sums are known.
+_KEPT = 4
 
 _STEPS = 8
 
 
-def textures() -> NDArray[np.float32]:
-    """Return periodic textures (1 + DIRECTIONS, SIDE, padded) of variance 1: one without direction, then fibres."""
-    spectra = [np.fft.rfft2(np.random.default_rng([21, n]).standard_normal((SIDE, SIDE))) for n in range(2)]
-    ky, kx = np.meshgrid(np.fft.fftfreq(SIDE), np.fft.rfftfreq(SIDE), indexing="ij")
-    k = np.maximum(np.hypot(ky, kx), 1e-9)
-    octave = np.exp(-0.5 * (np.log(k / _WAVENUMBER) / _OCTAVE) ** 2)
-    fields = [np.fft.irfft2(spectra[0] * octave)]
-    for turn in math.pi / DIRECTIONS * np.arange(DIRECTIONS):
-        off = 1.0 - ((np.cos(turn) * kx + np.sin(turn) * ky) / k) ** 2
-        fields.append(np.fft.irfft2(spectra[1] * octave * np.exp(-0.5 * off / _SPREAD**2)))
-    scaled = np.stack([each / each.std() for each in fields])
-    return np.pad(scaled, ((0, 0), (0, 0), (0, _PADDED - SIDE)), mode="wrap").astype(np.float32)
-
-
-@kernel(fastmath={"contract"})
+@kernel(fastmath={"contract"}, error_model="numpy")
 def refine(
     out: Any, cells: Any, first: Any, strength: float, deviations: Any, most: float, visible: float, textures: Any,
     places: Any, parts: Any,
 ) -> None:  # fmt: skip
     """Write the parts of cells without the ``MARGIN`` outermost ones.
 
+    Loops run along rows of cells, because the same part of each has the same weights: parts are kept in arrays (side,
+    side, columns), where the first two indices count those of a cell.
+
     Parameters
     ----------
-    out : ndarray of float64 ((rows - 14) 2^halvings, (columns - 14) 2^halvings)
+    out : ndarray of float32 or float64 ((rows - 14) 2^halvings, (columns - 14) 2^halvings)
         Thickness in m.
-    cells : ndarray of float64 (rows, columns)
+    cells : ndarray of float32 or float64 (rows, columns)
         Thickness in m.
     first : ndarray of int64 (2,)
         Indices of the first cell.
@@ -88,161 +64,118 @@ def refine(
         Standard deviation of each octave in parts of it.
     most, visible : float
         Greatest thickness, and the thickness with an optical thickness of about 1.
-    textures : ndarray of float32
-        Of :func:`textures`.
+    textures : ndarray of int16
+        Of :func:`~hcss_skies.fibres.textures`.
     places, parts : ndarray of int64 (halvings, 2, 2), of float64 (halvings, 2)
         Where two uses of the textures begin, and their parts in the numbers.
     """
     rows, columns = cells.shape
     side = 1 << deviations.size
-    seen, level = np.empty((rows, columns)), np.empty((rows, columns))
-    _see(seen, level, cells, visible)
-    change, fibres = np.zeros((2, rows, columns)), np.zeros((rows, columns))
-    which = np.zeros((rows, columns), np.int64)
-    _orient(change, fibres, which, cells, seen, strength)
-    numbers = np.zeros((1, 1), np.float32)
-    for octave in range(deviations.size):
-        finer = np.zeros(((rows - 6) * (2 << octave), (columns - 6) * (2 << octave)), np.float32)
-        if octave:
-            _double(finer, numbers)
-        if strength > 0.0:
-            _add(finer, fibres, which, first, 2 << octave, textures, places[octave], parts[octave] * deviations[octave])
-        numbers = finer
-    values = np.empty(((rows - 8) * side, (columns - 8) * side), np.float32)
-    factor = np.zeros((rows, columns))
-    _shape(values, factor, seen, level, change, numbers, side)
-    _smooth(factor, cells, most, visible, side)
-    for i in range(MARGIN, rows - MARGIN):
-        for j in range(MARGIN, columns - MARGIN):
-            y, x = (i - MARGIN) * side, (j - MARGIN) * side
-            own = out[y : y + side, x : x + side]
-            if 0.0 < cells[i, j] < most:
-                y, x = (i - 4) * side, (j - 4) * side
-                _keep(own, values[y : y + side, x : x + side], factor[i - 1 : i + 2, j - 1 : j + 2], cells[i, j], most)
-            else:
-                own[:] = min(max(cells[i, j], 0.0), most)
-
-
-@inner(fastmath={"contract"})
-def _see(seen: Any, level: Any, cells: Any, visible: float) -> None:
-    """Write what is seen of cells, and the same with clear cells below 0."""
-    rows, columns = cells.shape
-    for i in range(rows):
-        for j in range(columns):
-            seen[i, j] = level[i, j] = math.log(1.0 + max(cells[i, j], 0.0) / visible)
-    for i in range(1, rows - 1):
-        for j in range(1, columns - 1):
-            if cells[i, j] <= 0.0:
-                level[i, j] = -_CLEAR * np.max(seen[i - 1 : i + 2, j - 1 : j + 2])
-
-
-@inner(fastmath={"contract"})
-def _orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strength: float) -> None:
-    """Write what numbers change by cell (relatively; what is seen), the part of fibres, and their texture.
-
-    The direction is that of the structure tensor of 3 x 3 cells (J. Weickert, "Coherence-enhancing diffusion
-    filtering", Int. J. Comput. Vis. 31, 111, 1999, eq 3).
-    """
-    rows, columns = cells.shape
-    tensor = np.zeros((3, rows, columns))
-    edge = _EDGE if strength > 0.0 else 0.0
-    for i in range(1, rows - 1):
-        for j in range(1, columns - 1):
-            y, x = 0.5 * (cells[i + 1, j] - cells[i - 1, j]), 0.5 * (cells[i, j + 1] - cells[i, j - 1])
-            mean = np.sum(cells[i - 1 : i + 2, j - 1 : j + 2]) / 9.0
-            change[0, i, j] = strength * math.sqrt(min(math.sqrt(y * y + x * x) / max(mean, 1e-6), _STEEPEST) + FLOOR)
-            y, x = 0.5 * (seen[i + 1, j] - seen[i - 1, j]), 0.5 * (seen[i, j + 1] - seen[i, j - 1])
-            change[1, i, j] = edge * math.sqrt(y * y + x * x)
-            tensor[0, i, j], tensor[1, i, j], tensor[2, i, j] = x * x - y * y, 2.0 * x * y, x * x + y * y
-    for i in range(2, rows - 2):
-        for j in range(2, columns - 2):
-            p, q, total = 0.0, 0.0, 1e-9
-            for m in range(i - 1, i + 2):
-                for n in range(j - 1, j + 2):
-                    p, q, total = p + tensor[0, m, n], q + tensor[1, m, n], total + tensor[2, m, n]
-            fibres[i, j] = _ALIGNED * math.sqrt(math.sqrt(p * p + q * q) / total)
-            turn = math.atan2(q, p) * (0.5 / math.pi * DIRECTIONS) + DIRECTIONS + 0.5
-            which[i, j] = 1 + np.int64(turn) % DIRECTIONS
-
-
-@inner(fastmath={"contract"})
-def _double(finer: Any, numbers: Any) -> None:
-    """Write numbers (2 rows, 2 columns) between those of coarser parts, bilinear; those at the border are not right."""
-    near, far = np.float32(0.75), np.float32(0.25)
-    rows, columns = numbers.shape
-    line = np.empty(columns, np.float32)
-    for i in range(2 * rows):
-        own, other = i // 2, min(max(i // 2 + (1 if i % 2 else -1), 0), rows - 1)
-        for j in range(columns):
-            line[j] = near * numbers[own, j] + far * numbers[other, j]
-        for j in range(1, columns - 1):
-            finer[i, 2 * j] = near * line[j] + far * line[j - 1]
-            finer[i, 2 * j + 1] = near * line[j] + far * line[j + 1]
-
-
-@inner(fastmath={"contract"})
-def _add(numbers: Any, fibres: Any, which: Any, first: Any, side: int, textures: Any, places: Any, parts: Any) -> None:
-    """Add an octave to numbers of cells without the three outermost ones."""
-    for use in range(2):
-        if parts[use] == 0.0:
-            continue
-        for i in range(numbers.shape[0]):
-            cell = i // side + 3
-            row = ((first[0] + 3) * side + i + places[use, 0]) & (SIDE - 1)
-            for own in range(3, fibres.shape[1] - 3):
-                column = ((first[1] + own) * side + places[use, 1]) & (SIDE - 1)
-                along = np.float32(parts[use] * fibres[cell, own])
-                other = np.float32(parts[use] * math.sqrt(1.0 - fibres[cell, own] ** 2))
-                fibre = textures[which[cell, own], row, column : column + side]
-                plain = textures[0, row, column : column + side]
-                target = numbers[i, (own - 3) * side : (own - 2) * side]
-                for j in range(side):
-                    target[j] += along * fibre[j] + other * plain[j]
-
-
-@inner(fastmath={"contract"})
-def _shape(values: Any, sums: Any, seen: Any, level: Any, change: Any, numbers: Any, side: int) -> None:
-    """Write thickness over the visible one without the four outermost cells, and its sums by cell."""
-    columns = seen.shape[1]
+    level, tail = np.empty((rows, columns), np.float32), np.empty((2, rows, columns), np.float32)
+    change, fibres = np.zeros((2, rows, columns), np.float32), np.zeros((2, rows, columns), np.float32)
+    which = np.empty((rows, columns), np.int32)
+    seen = tail[0]
+    _see(seen, cells, visible)
+    orient(change, fibres, which, cells, seen, strength)
+    _edges(level, tail, cells)
+    flat = textures.reshape(-1)
+    values = np.zeros((_KEPT, side, side, columns), np.float32)
+    factor = np.zeros((4, rows, columns), np.float32)
     taps = np.empty((side, 6), np.float32)  # of the cubic, then of the linear interpolation
     for n in range(side):
         f = (n + 0.5) / side - 0.5
         _cubic(f - math.floor(f), taps[n])
-    line, own_tail = np.empty((3, columns), np.float32), np.empty(values.shape[1], np.float32)
-    q, x = np.empty(values.shape[1], np.float32), np.empty(values.shape[1], np.float32)
-    zero, one, least = np.float32(0.0), np.float32(1.0), np.float32(-11.0)
-    for i in range(values.shape[0]):
-        cell, tap = i // side + 4, taps[i % side]
-        low = cell - 1 if 2 * (i % side) + 1 < side else cell
+    sums, line = np.empty(columns, np.float32), np.empty((3, columns), np.float32)
+    scale, highest = np.empty((2, columns)), np.empty(columns, np.float32)
+    coarser = values
+    for octave in range(deviations.size):
+        finest = octave == deviations.size - 1
+        numbers = values if finest else np.zeros((rows, 2 << octave, 2 << octave, columns), np.float32)
+        for cell in range(4 if finest else 2, rows - (4 if finest else 2)):
+            own = numbers[cell % numbers.shape[0]]
+            if strength > 0.0:
+                number(own, coarser, cell, fibres, which, first, flat, places[octave],
+                       parts[octave] * deviations[octave])  # fmt: skip
+            if finest:
+                _shape(own, sums, cell, taps, level, change, tail, line)
+                _smooth(factor, sums, cell, cells, most, visible, side, line)
+            last = cell - 3
+            if finest and last >= MARGIN:
+                own = values[last % _KEPT]
+                _weigh(own, scale[0], highest, factor[2], last, line)
+                _keep(out, own, scale, highest, last, cells, most)
+        coarser = numbers
+
+
+@inner(fastmath={"contract"}, error_model="numpy")
+def _see(seen: Any, cells: Any, visible: float) -> None:
+    """Write what is seen of cells."""
+    rows, columns = cells.shape
+    one, per_visible, zero = np.float32(1.0), np.float32(1.0 / visible), np.float32(0.0)
+    bits = seen.view(np.int32)
+    rest, power = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    for i in range(rows):
         for j in range(columns):
-            line[0, j] = (
-                tap[0] * level[low - 1, j] + tap[1] * level[low, j] + tap[2] * level[low + 1, j]
-                + tap[3] * level[low + 2, j]
-            )  # fmt: skip
-            line[1, j] = tap[4] * change[0, low, j] + tap[5] * change[0, low + 1, j]
-            line[2, j] = tap[4] * change[1, low, j] + tap[5] * change[1, low + 1, j]
-        for own in range(4, columns - 4):
-            tail = np.float32(_TAIL * seen[cell, own] + 1e-9)
-            for n in range(side):
-                tap, j = taps[n], (own - 4) * side + n
-                m = own - 1 if 2 * n + 1 < side else own
-                number = numbers[i + side, j + side]
-                q[j] = (
-                    tap[0] * line[0, m - 1] + tap[1] * line[0, m] + tap[2] * line[0, m + 1] + tap[3] * line[0, m + 2]
-                    + number * (tap[4] * line[2, m] + tap[5] * line[2, m + 1])
-                )  # fmt: skip
-                x[j] = number * (tap[4] * line[1, m] + tap[5] * line[1, m + 1])
-                own_tail[j] = tail
-        for j in range(q.size):
-            tail = own_tail[j]
-            thick = max(_exponential(max(q[j], zero)) - one, q[j])  # rounding
-            thin = tail * _exponential(min(max((q[j] - tail) / tail, least), zero))
-            values[i, j] = _exponential(x[j]) * (thick if q[j] > tail else thin)
-        for own in range(4, columns - 4):
-            sums[cell, own] += np.sum(values[i, (own - 4) * side : (own - 3) * side])
+            thickness = max(np.float32(cells[i, j]), zero) * per_visible
+            seen[i, j] = one + thickness
+            rest[j] = (thickness - (seen[i, j] - one)) / seen[i, j]  # rounding
+        _logarithm(seen, bits, i, power)
+        for j in range(columns):
+            seen[i, j] += rest[j]
 
 
-@inner(fastmath={"contract"})
+@inner(fastmath={"contract"}, error_model="numpy")
+def _edges(level: Any, tail: Any, cells: Any) -> None:
+    """Write what is seen with clear cells below 0, and replace it by where thickness falls exponentially (1 / ...)."""
+    rows, columns = cells.shape
+    seen = tail[0]
+    line = np.empty(columns, np.float32)
+    below, one, least, share = np.float32(-_CLEAR), np.float32(1.0), np.float32(1e-9), np.float32(_TAIL)
+    for i in range(1, rows - 1):
+        for j in range(columns):
+            line[j] = max(max(seen[i - 1, j], seen[i, j]), seen[i + 1, j])
+            level[i, j] = seen[i, j]
+        for j in range(columns - 2):
+            if cells[i, j + 1] <= 0.0:
+                level[i, j + 1] = below * max(max(line[j], line[j + 1]), line[j + 2])
+    for i in range(rows):
+        for j in range(columns):
+            tail[0, i, j] = share * seen[i, j] + least
+            tail[1, i, j] = one / tail[0, i, j]
+
+
+@inner(fastmath={"contract"}, error_model="numpy")
+def _shape(values: Any, sums: Any, cell: int, taps: Any, level: Any, change: Any, tail: Any, line: Any) -> None:
+    """Replace numbers of a row of cells by thickness over the visible one, and write its sums by cell."""
+    side, columns = values.shape[1], values.shape[2]
+    zero, one, least = np.float32(0.0), np.float32(1.0), np.float32(-11.0)
+    for j in range(columns):
+        sums[j] = zero
+    for m in range(side):
+        low = cell - 1 if 2 * m + 1 < side else cell
+        a, b, c, d, e, f = taps[m, 0], taps[m, 1], taps[m, 2], taps[m, 3], taps[m, 4], taps[m, 5]
+        for j in range(columns):
+            line[0, j] = a * level[low - 1, j] + b * level[low, j] + c * level[low + 1, j] + d * level[low + 2, j]
+            line[1, j] = e * change[0, low, j] + f * change[0, low + 1, j]
+            line[2, j] = e * change[1, low, j] + f * change[1, low + 1, j]
+        for n in range(side):
+            shift = 0 if 2 * n + 1 < side else 1
+            a, b, c, d, e, f = taps[n, 0], taps[n, 1], taps[n, 2], taps[n, 3], taps[n, 4], taps[n, 5]
+            for j in range(columns - 4):
+                k = j + shift
+                number = values[m, n, j + 2]
+                q = a * line[0, k] + b * line[0, k + 1] + c * line[0, k + 2] + d * line[0, k + 3]
+                q += number * (e * line[2, k + 1] + f * line[2, k + 2])
+                x = number * (e * line[1, k + 1] + f * line[1, k + 2])
+                own = tail[0, cell, j + 2]
+                thin = max((q - own) * tail[1, cell, j + 2], least)
+                power = _exponential(q if q > own else thin)
+                value = _exponential(x) * (max(power - one, q) if q > own else own * power)  # rounding
+                values[m, n, j + 2] = value
+                sums[j + 2] += value
+
+
+@inner(fastmath={"contract"}, error_model="numpy")
 def _cubic(f: float, out: Any) -> None:
     """Write weights of a cubic through values at -1 to 2 with central slopes (Catmull-Rom), and of 0 and 1 alone."""
     out[0], out[3] = 0.5 * f * (f * (2.0 - f) - 1.0), 0.5 * f * f * (f - 1.0)
@@ -250,77 +183,150 @@ def _cubic(f: float, out: Any) -> None:
     out[4], out[5] = 1.0 - f, f
 
 
-@inner(fastmath={"contract"})
-def _smooth(factor: Any, cells: Any, most: float, visible: float, side: int) -> None:
-    """Replace sums of values by what they lack, such that interpolation between cells gives about that to each."""
-    rows, columns = cells.shape
-    lack, known = np.zeros((rows, columns)), np.zeros((rows, columns))
-    for i in range(4, rows - 4):
-        for j in range(4, columns - 4):
-            if 0.0 < cells[i, j] < most and factor[i, j] > 0.0:
-                ratio = math.log(cells[i, j] / visible * side * side / factor[i, j])
-                lack[i, j], known[i, j] = min(max(ratio, -_LARGEST), _LARGEST), 1.0
-    filled = lack.copy()
-    for i in range(5, rows - 5):
-        for j in range(5, columns - 5):
-            if known[i, j] == 0.0:  # clear and full cells take the mean of those around
-                near = np.sum(known[i - 1 : i + 2, j - 1 : j + 2])
-                filled[i, j] = np.sum(lack[i - 1 : i + 2, j - 1 : j + 2]) / max(near, 1.0)
-    for i in range(6, rows - 6):
-        for j in range(6, columns - 6):
-            blurred = 0.0
-            for m in range(-1, 2):
-                for n in range(-1, 2):
-                    blurred += filled[i + m, j + n] * (0.125 if m else 0.75) * (0.125 if n else 0.75)
-            factor[i, j] = filled[i, j] + _BLURRED * (filled[i, j] - blurred)
+@inner(fastmath={"contract"}, error_model="numpy")
+def _smooth(factor: Any, sums: Any, cell: int, cells: Any, most: float, visible: float, side: int, line: Any) -> None:
+    """Write what sums of values lack (0), the same also where it is not known (3: 1 where it is) (1), and for them (2).
+
+    These are logarithms in rows ``cell``, ``cell - 1`` and ``cell - 2``.
+    """
+    columns = cells.shape[1]
+    lack, filled, known = factor[0], factor[1], factor[3]
+    one, zero, largest = np.float32(1.0), np.float32(0.0), np.float32(_LARGEST)
+    per_sum = side * side / visible
+    for j in range(columns):
+        own = cells[cell, j]
+        found = 0.0 < own < most and sums[j] > zero and 4 <= j < columns - 4
+        known[cell, j] = one if found else zero
+        lack[cell, j] = np.float32(own * per_sum) / sums[j] if found else one
+    _logarithm(lack, lack.view(np.int32), cell, line[0])
+    for j in range(columns):
+        lack[cell, j] = min(max(lack[cell, j], -largest), largest)
+    i = cell - 1
+    if i >= 5:  # clear and full cells take the mean of those around
+        for j in range(columns):
+            line[0, j] = known[i - 1, j] + known[i, j] + known[i + 1, j]
+            line[1, j] = lack[i - 1, j] + lack[i, j] + lack[i + 1, j]
+        for j in range(columns - 2):
+            near = line[0, j] + line[0, j + 1] + line[0, j + 2]
+            mean = (line[1, j] + line[1, j + 1] + line[1, j + 2]) / max(near, one)
+            filled[i, j + 1] = lack[i, j + 1] if known[i, j + 1] > zero else mean
+    i = cell - 2
+    if i >= 6:
+        own, other, more = np.float32(0.75), np.float32(0.125), np.float32(_BLURRED)
+        for j in range(columns):
+            line[0, j] = own * filled[i, j] + other * (filled[i - 1, j] + filled[i + 1, j])
+        for j in range(columns - 2):
+            blurred = own * line[0, j + 1] + other * (line[0, j] + line[0, j + 2])
+            factor[2, i, j + 1] = filled[i, j + 1] + more * (filled[i, j + 1] - blurred)
 
 
-@inner(fastmath={"contract"})
-def _keep(out: Any, values: Any, factor: Any, mean: float, most: float) -> None:
-    """Write the parts of a cell with this mean, none above ``most``; ``factor`` (3, 3): logarithms around it."""
-    side = out.shape[0]
-    total = highest = 0.0
+@inner(fastmath={"contract"}, error_model="numpy")
+def _weigh(values: Any, sums: Any, highest: Any, factor: Any, cell: int, line: Any) -> None:
+    """Multiply values of a row of cells by the factor between cells; write their sums and largest by cell."""
+    side, columns = values.shape[1], values.shape[2]
+    for j in range(columns):
+        sums[j], highest[j] = 0.0, np.float32(0.0)
     for m in range(side):
         f = (m + 0.5) / side - 0.5
-        low = 0 if f < 0.0 else 1
-        f -= math.floor(f)
-        left, middle, right = (1.0 - f) * factor[low] + f * factor[low + 1]
+        low = cell - 1 if f < 0.0 else cell
+        after = np.float32(f - math.floor(f))
+        before = np.float32(1.0) - after
+        for j in range(columns):
+            line[0, j] = before * factor[low, j] + after * factor[low + 1, j]
         for n in range(side):
             g = (n + 0.5) / side - 0.5
-            share = middle + g * (right - middle if g > 0.0 else middle - left)
-            out[m, n] = _exponential(np.float32(share)) * values[m, n]
-            total += out[m, n]
-            highest = max(highest, out[m, n])
+            shift = 1 if g > 0.0 else 0
+            part = np.float32(g)
+            for j in range(columns - 2):
+                share = line[0, j + 1] + part * (line[0, j + 1 + shift] - line[0, j + shift])
+                value = _exponential(share) * values[m, n, j + 1]
+                values[m, n, j + 1] = value
+                sums[j + 1] += value
+                highest[j + 1] = max(highest[j + 1], value)
+
+
+@inner(fastmath={"contract"}, error_model="numpy")
+def _keep(out: Any, values: Any, scale: Any, highest: Any, cell: int, cells: Any, most: float) -> None:
+    """Write the parts of a row of cells with their means, none above ``most``; ``scale``: sums, and room."""
+    side, columns = values.shape[1], values.shape[2]
+    wide = columns - 2 * MARGIN
+    full = scale[1]
+    for j in range(columns):
+        mean = cells[cell, j]
+        partly = 0.0 < mean < most
+        scale[0, j] = mean * (side * side) / scale[0, j] if partly else 0.0
+        full[j] = 0.0 if partly else min(max(mean, 0.0), most)
+    top = (cell - MARGIN) * side
+    for m in range(side):
+        if side == 4:
+            for j in range(wide):
+                k = j + MARGIN
+                out[top + m, 4 * j] = min(scale[0, k] * values[m, 0, k], most) + full[k]
+                out[top + m, 4 * j + 1] = min(scale[0, k] * values[m, 1, k], most) + full[k]
+                out[top + m, 4 * j + 2] = min(scale[0, k] * values[m, 2, k], most) + full[k]
+                out[top + m, 4 * j + 3] = min(scale[0, k] * values[m, 3, k], most) + full[k]
+        else:
+            for n in range(side):
+                for j in range(wide):
+                    k = j + MARGIN
+                    out[top + m, side * j + n] = min(scale[0, k] * values[m, n, k], most) + full[k]
+    for j in range(wide):
+        k = j + MARGIN
+        if scale[0, k] * highest[k] > most:
+            own = out[top : top + side, side * j : side * (j + 1)]
+            _limit(own, values, k, scale[0, k], highest[k], cells[cell, k], most)
+
+
+@inner(fastmath={"contract"}, error_model="numpy")
+def _limit(out: Any, values: Any, column: int, scale: float, highest: float, mean: float, most: float) -> None:
+    """Write the parts of a cell some of which would exceed ``most``: they get it, and the rest is for the others."""
+    side = out.shape[0]
     wanted = mean * side * side
-    scale = wanted / total
     for _ in range(_STEPS):
         if scale * highest <= most:
             break
-        # What would exceed the greatest thickness gets it; the rest is for the others.
         full, rest = 0, 0.0
         for m in range(side):
             for n in range(side):
-                if scale * out[m, n] >= most:
+                if scale * values[m, n, column] >= most:
                     full += 1
                 else:
-                    rest += out[m, n]
+                    rest += values[m, n, column]
         if rest <= 0.0 or wanted - full * most <= scale * rest:
             break
         scale = (wanted - full * most) / rest
-    total = 0.0
+    total = part = 0.0
     for m in range(side):
         for n in range(side):
-            out[m, n] = min(scale * out[m, n], most)
-            total += out[m, n]
+            total += min(scale * values[m, n, column], most)
     lack = wanted - total
     if abs(lack) > 1e-12 * wanted:  # after the last step: in parts of what each has left
         part = lack / (most * side * side - total if lack > 0.0 else total)
-        for m in range(side):
-            for n in range(side):
-                out[m, n] += part * ((most - out[m, n]) if lack > 0.0 else out[m, n])
+    for m in range(side):
+        for n in range(side):
+            own = min(scale * values[m, n, column], most)
+            out[m, n] = own + part * ((most - own) if lack > 0.0 else own)
 
 
-@inner(fastmath={"contract"})
+@inner(fastmath={"contract"}, error_model="numpy")
+def _logarithm(x: Any, bits: Any, row: int, power: Any) -> None:
+    """Replace a row of positive numbers of single precision, whose ``bits`` share their memory, by their logarithms.
+
+    A number is 2^power times one between 1 / sqrt(2) and sqrt(2), for which ln z = 2 artanh((z - 1) / (z + 1)).
+    """
+    one, two = np.float32(1.0), np.float32(2.0)
+    for j in range(x.shape[1]):
+        shift = (bits[row, j] - 0x3F3504F3) >> 23
+        power[j] = np.float32(shift)
+        bits[row, j] = bits[row, j] - (shift << 23)
+    for j in range(x.shape[1]):
+        s = (x[row, j] - one) / (x[row, j] + one)
+        z = s * s
+        series = two + z * (np.float32(2 / 3) + z * (np.float32(2 / 5) + z * np.float32(2 / 7)))
+        x[row, j] = power[j] * np.float32(math.log(2.0)) + s * series
+
+
+@inner(fastmath={"contract"}, error_model="numpy")
 def _exponential(x: Any) -> Any:
     """Return exp(x), of single precision, for -12 < x < 12: a series of x / 32, squared five times."""
     one = np.float32(1.0)
