@@ -118,6 +118,18 @@ def iterations(folder: Path) -> None:
         print(line)
 
 
+def structures(folder: Path) -> None:
+    print("\nstructures: columns as in the table before, and ns per pixel of a frame; 256 x 256 pixels, coverage .5")
+    image = power_law(256, 3.0, 3)
+    for structure in ("spectrum", "bands"):
+        clouds = surrogate(folder, image, 0.5, 1000.0, structure=structure, evolution_exponent=0.0)
+        wanted = octave_power(periodic_component(clouds.template.thickness_m.astype(np.float64)))
+        frames = [clouds.thickness_m(5.0 * n, WHOLE, WHOLE).astype(np.float64) for n in range(150)]
+        error = np.mean([np.sqrt(np.mean(np.log(octave_power(frame) / wanted) ** 2)) for frame in frames[::10]])
+        change = max(np.mean((b - a) ** 2) / (2 * a.var()) for a, b in pairwise(frames))
+        print(f"{structure:>12}{error:>14.3f} | {change:<5.3f}{best_ns(clouds, 256):>12.0f}")
+
+
 def measured(folder: Path) -> None:
     print("\nmeasured images: middle 400 x 400 pixels, cloud by Otsu's threshold. Cross as in the first table; ")
     print("spectral errors as in the second, at time 0, the worst of 12 times, frozen; power of the finest octave")
@@ -195,6 +207,7 @@ def main() -> None:
     leakage()
     with tempfile.TemporaryDirectory() as name:
         iterations(Path(name))
+        structures(Path(name))
         timing(Path(name))
     data = os.environ.get("HCSS_SAMPLE_DATA")
     if data:

@@ -3,10 +3,11 @@
 ``python make/score.py BLOCKS.nc [--half 1] [--clear-sky uniform] [--frames 0,1,4] [--seed 3]`` imports each image of
 ``ir_108`` (dimensions scene, time, y, x), simulates its sky with a seed of its own, by night, as brightness temperature
 at 10.3 to 11.3 um, and prints the realism test against these images. ``--half`` takes every second scene: choose
-settings with one half and report the other. ``--generator imagery`` or ``surrogate`` makes clouds of the images' own
-temperature, without a second blur, and ``measured`` compares disjoint halves of the images. ``--own`` gives each scene
-the air of its place and a sea so warm that clear sky has the 99th percentile of the image, and prints how far
-percentiles and cover of the sky are from those of the image. Needs hcss-evaluate with scikit-learn.
+settings with one half and report the other. ``--generator imagery`` or ``surrogate`` (structure "bands", or with
+``--structure spectrum`` the default one) makes clouds of the images' own temperature, without a second blur, and
+``measured`` compares disjoint halves of the images. ``--own`` gives each scene the air of its place and a sea so warm
+that clear sky has the 99th percentile of the image, and prints how far percentiles and cover of the sky are from those
+of the image. Needs hcss-evaluate with scikit-learn.
 """
 
 from __future__ import annotations
@@ -74,6 +75,7 @@ def main() -> None:
     parser.add_argument("--half", type=int, choices=(0, 1))
     parser.add_argument("--scenes", help="Places in the file: 0,4,8 in place of a half or all.")
     parser.add_argument("--generator", default="example", choices=("example", "imagery", "surrogate", "measured"))
+    parser.add_argument("--structure", default="bands", choices=("bands", "spectrum"), help="Of surrogates.")
     parser.add_argument("--clear-sky", default="example", choices=("uniform", "example"))
     parser.add_argument("--own", action="store_true", help="Air of the place, clear sky as warm as in the image.")
     parser.add_argument("--lapse", type=float, default=6.5, help="K/km, with which images are imported.")
@@ -95,7 +97,8 @@ def main() -> None:
     parameters = (
         f'{{example = "block", clear_sky = "{given.clear_sky}"}}'
         if given.generator == "example"
-        else '{image = "image.nc", method = "temperature", reinterpret_pixel_size = true}'
+        else '{image = "image.nc", method = "temperature", reinterpret_pixel_size = true'
+        + (f', structure = "{given.structure}"}}' if given.generator == "surrogate" else "}")
     )
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "skies").mkdir()

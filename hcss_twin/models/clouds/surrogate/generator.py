@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fftfreq, irfft2, rfftfreq
+from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.fractal.generator import displacement_pixels
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
+from hcss_twin.models.clouds.surrogate.bands import BandAmplitudes
 from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.models.clouds.surrogate.template import (
@@ -47,6 +49,8 @@ class SurrogateClouds:
        field that underlies the template (:func:`underlying_magnitude`).
     2. Amplitude-adjusted iterations with the magnitudes of the template's periodic component
        (:func:`adjust_amplitudes`); frozen clouds are iterated once, until the misfit no longer decreases.
+       With ``structure`` "bands", one more iteration imposes the amplitudes of the template's bands of scale
+       (:class:`BandAmplitudes`) in place of the magnitudes.
     3. Shift by the motion: whole pixels by indices, fractions by phases.
     4. Amplitudes of the template by rank.
 
@@ -113,6 +117,7 @@ class SurrogateClouds:
             message = f"{coverage:g} given, but all pixels of the image's crop have the same value; allowed: 0 or 1"
             raise ScenarioError([Problem("clouds.coverage", message)], origin="surrogate clouds")
         self._noise: EvolvingNoise | None = None
+        self._bands: BandAmplitudes | None = None
         self._frozen: AdjustedSpectrum | None = None
         skipped: list[tuple[str, str]] = []
         if not self._is_flat:
@@ -122,6 +127,8 @@ class SurrogateClouds:
             self._underlying = underlying_magnitude(
                 magnitude, self.period, self._plane_amplitudes.astype(np.float64)
             ).astype(np.float32)
+            if parameters.structure == "bands":
+                self._bands = BandAmplitudes(thickness, self.period)
             self._noise = EvolvingNoise(
                 self.period,
                 inputs.seed,
@@ -175,9 +182,14 @@ class SurrogateClouds:
 
     def _adjusted(self, noise: EvolvingNoise, time_s: float, tolerance: float) -> AdjustedSpectrum:
         start = noise.coefficients(time_s) * self._underlying
-        return adjust_amplitudes(
+        adjusted = adjust_amplitudes(
             start, self.period, self._plane_amplitudes, self._magnitude, self._iterations or 0, tolerance
         )
+        if self._bands is None:
+            return adjusted
+        # More iterations cost as much again as all others, and classifiers tell the clouds as well without them.
+        field = match_ranks(irfft2(adjusted.coefficients, s=self.period), self._plane_amplitudes)
+        return dataclasses.replace(adjusted, coefficients=self._bands.impose(rfft2(field)))
 
     def _along(self, axis: int, time_s: float) -> tuple[NDArray[np.int64], NDArray[np.complex64] | None]:
         """Return the torus indices of the scene pixels, and the phases of a subpixel shift."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from hcss_twin.models.clouds.imagery.parameters import ImageReading
@@ -39,6 +41,12 @@ class SurrogateParameters(ImageReading):
     )
     period_columns: int | None = Field(
         None, ge=16, le=16384, description="Columns after which the cloud field repeats; default as for period_rows."
+    )
+    structure: Literal["spectrum", "bands"] = Field(
+        "spectrum",
+        description='What clouds have of the image besides its amplitudes: "spectrum", its power spectrum; "bands", '
+        "its amplitudes in each octave of scale, too, so that smooth and rough parts differ more nearly as in the "
+        "image; frames take more than twice as long.",
     )
     iterations: int | None = Field(
         None,
