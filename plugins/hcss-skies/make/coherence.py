@@ -6,7 +6,7 @@ Brightness temperature of ``ir_108`` at the three times of the file; skies have 
 and temperature linear in height, and lose what the sensor blurs, as in the realism test (the importer took that from
 the examples; ``--blur 0`` leaves it out). Each number is a mean over blocks after the mean motion between two frames.
 "Up to 200 km" is the whole field without longer waves, of which a patch of an example of 256 pixels has none. The last
-line is the rms change of skies in a second, without blur.
+lines are the rms change of skies in a second, with and without blur.
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ def main() -> None:
         for block in blocks:
             write_example(path, import_example(given.file, at={"block": block, "time": 1}).example)
             frames = kinds.blended(path, block, [FIRST_S + each for each in (*times, 1.0)])
-            seconds.append(float(np.sqrt(np.mean((frames.pop() - frames[0]) ** 2))))
+            change = frames.pop() - frames[0]
+            both = [gaussian_filter(change, blur, mode="nearest") for blur in (given.blur, 0.0)]
+            seconds.append([float(np.sqrt(np.mean(each**2))) for each in both])
             simulated.append(([gaussian_filter(each, given.blur, mode="nearest") for each in frames], times))
     measured = of_sequences([(list(kelvin[block]), times) for block in blocks])
     skies = of_sequences(simulated)
@@ -60,7 +62,8 @@ def main() -> None:
     for lag, values in measured.items():
         for side, each in (("measured", values), ("blended", skies[lag]), ("differs", skies[lag] - values)):
             print(f"{lag / 60:3.0f} {side:8}" + "".join(f"{value:14.2f}" for value in each))
-    print(f"a second changes {np.mean(seconds):.4f} K rms, {min(seconds):.4f} to {max(seconds):.4f}")
+    for name, each in zip(("with", "without"), np.transpose(seconds), strict=True):
+        print(f"a second changes {each.mean():.4f} K rms {name} blur, {each.min():.4f} to {each.max():.4f}")
 
 
 if __name__ == "__main__":

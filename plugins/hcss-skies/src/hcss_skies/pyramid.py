@@ -18,7 +18,7 @@ from hcss_twin.providers import Array
 LATTICE_PIXELS = 112.0
 """Largest distance of lattice points in pixels of the example: patches twice as wide keep the shapes of clouds."""
 
-_OF_SIDE = 0.25
+_OF_SIDE = 0.3125
 """Largest distance in parts of the shorter side. Wider patches of a small example all show its middle: a sky repeats
 itself like wallpaper, which a classifier of patches of 64 pixels does not see."""
 
