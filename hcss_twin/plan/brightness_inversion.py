@@ -56,13 +56,9 @@ class LayerBrightness:
     """
 
     def __init__(
-        self,
-        model_at: Callable[..., RadianceModel],
-        profile: Profile,
-        layers: tuple[CloudLayer, ...],
-        index: int,
+        self, model_at: Callable[..., RadianceModel], profile: Profile, layers: tuple[CloudLayer, ...], index: int,
         limits_um: tuple[float, float] = LIMITS_UM,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._model_at, self._profile = model_at, profile
         self._layers, self._index = layers, index
         self._limits_um = limits_um

@@ -130,13 +130,9 @@ class SurrogateClouds:
             if parameters.structure == "bands":
                 self._bands = BandAmplitudes(thickness, self.period)
             self._noise = EvolvingNoise(
-                self.period,
-                inputs.seed,
-                _dominant_frequency(magnitude, self.period),
-                motion.evolution_time_s,
-                parameters.evolution_exponent,
-                motion.frame_interval_s,
-            )
+                self.period, inputs.seed, _dominant_frequency(magnitude, self.period), motion.evolution_time_s,
+                parameters.evolution_exponent, motion.frame_interval_s,
+            )  # fmt: skip
             first = self._adjusted(self._noise, 0.0, 0.0 if self._evolves else parameters.tolerance)
             if not self._evolves:
                 self._frozen = first
@@ -266,13 +262,9 @@ def _dominant_frequency(magnitude: NDArray[np.float64], shape: tuple[int, int]) 
 
 
 def _approximations(
-    noise: EvolvingNoise,
-    first: AdjustedSpectrum,
-    evolves: bool,
-    periodic_share: float,
-    period: tuple[int, int],
+    noise: EvolvingNoise, first: AdjustedSpectrum, evolves: bool, periodic_share: float, period: tuple[int, int],
     crop: tuple[int, ...],
-) -> list[tuple[str, str]]:
+) -> list[tuple[str, str]]:  # fmt: skip
     misfit = f"rms spectral misfit {first.misfit[-1]:.2g}" if first.misfit else "no iteration"
     skipped = [
         (

@@ -33,8 +33,9 @@ BELOW = 2.2
 """Exponent below the pixel of flatter images: fields of small clouds are flat at pixels of 3 km, where clouds end, but
 2.2 to 2.4 is measured below (a Landsat image at 30 m)."""
 
-WEAKEST, STRONGEST = 0.3, 0.7
-"""Strengths that are extrapolated; measured ones are .27 to .37. Images whose spectrum is flat down to the pixel would
+WEAKEST, STRONGEST = 0.34, 0.7
+"""Strengths that are extrapolated; measured ones are .27 to .37; .34 leaves no
+step across the pixel above 1.5 dB in the mean. Images whose spectrum is flat down to the pixel would
 get .9 and more for a spectrum without a step, which looks like grain; or 0, where their edges alone have the variance
 of the octave, and clouds would be smooth inside."""
 
