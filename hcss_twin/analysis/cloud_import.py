@@ -22,6 +22,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     bright_is_cloud,
     cloudiness_level,
     find_threshold,
+    lost_cloud,
     relative_grey,
 )
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
@@ -143,7 +144,8 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         created_with=f"hcss-twin {__version__}",
     )
-    return CloudEntry(grey, segments.labels, missing, _shown(level), facts)
+    notes = lost_cloud(image, level, mask, options.cloud_is)
+    return CloudEntry(grey, segments.labels, missing, _shown(level), facts, notes)
 
 
 def _check(path: Path, options: ImportOptions) -> None:

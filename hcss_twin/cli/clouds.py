@@ -144,10 +144,10 @@ def import_command(
     write_entry(path, entry)
     draw_entry(entry, name, picture)
     if as_json:
-        answer = {"name": name, "entry": str(path), "preview": str(picture), **_as_dict(entry.facts)}
-        click.echo(json.dumps(answer))
+        answer = {"name": name, "entry": str(path), "preview": str(picture), "notes": entry.notes}
+        click.echo(json.dumps({**answer, **_as_dict(entry.facts)}))
         return
-    click.echo("\n".join([*_described(entry.facts, entry.grey.shape), f"{path}  {picture}"]))
+    click.echo("\n".join([*_described(entry.facts, entry.grey.shape), *entry.notes, f"{path}  {picture}"]))
 
 
 @click.group(invoke_without_command=True)

@@ -52,6 +52,14 @@ def _attribute(path, name, value):
         file.setncattr(name, value)
 
 
+def test_import_of_temperatures_says_which_share_of_cold_cloud_it_loses(tmp_path):
+    kelvin = np.full((40, 40), 290.0)
+    kelvin[:10], kelvin[10:20] = 220.0, 285.0  # opaque and thin cloud
+    xr.Dataset({"t": (("y", "x"), kelvin, {"units": "K"})}).to_netcdf(tmp_path / "image.nc")
+    (note,) = _entry(tmp_path / "image.nc", cleaning=PLAIN).notes
+    assert note.startswith("50.00% of the pixels that are 2 K colder than clear sky (290 K) are left out as clear")
+
+
 def test_import_finds_the_clouds_that_were_drawn(image):
     _, cloud = _picture()
     entry = _entry(image, cleaning=PLAIN)

@@ -142,6 +142,8 @@ class CloudEntry:
         The whole image for visual inspection, cloud bright; 0 where missing.
     facts : EntryFacts
         Source and processing.
+    notes : tuple of str
+        What the user should know when it is made; not in the file.
     """
 
     grey: NDArray[np.uint8]
@@ -149,6 +151,7 @@ class CloudEntry:
     missing: NDArray[np.bool_]
     image: NDArray[np.uint8]
     facts: EntryFacts
+    notes: tuple[str, ...] = ()
 
     @property
     def mask(self) -> NDArray[np.bool_]:

@@ -22,6 +22,9 @@ CloudIs = Literal["auto", "bright", "dark"]
 # would make all other clouds thin.
 TOP_PERCENTILE = 99.9
 
+CLEAR_PERCENTILE, COLD_K = 99.0, 2.0
+"""Of the brightness temperature of an image, that of the clear sky; how much colder a pixel is certainly cloudy."""
+
 # Bins of the histogram: the levels of the 8-bit images for which Otsu devised his method.
 _BINS = 256
 
@@ -50,6 +53,19 @@ def cloudiness_level(image: SatelliteImage, cloud_is: CloudIs) -> Array:
     """Return the cloudiness level (rows, columns) of an image, rows northward and columns eastward."""
     values = image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1]
     return values if bright_is_cloud(image, cloud_is) else -values
+
+
+def lost_cloud(image: SatelliteImage, level: Array, cloudy: NDArray[np.bool_], cloud_is: CloudIs) -> tuple[str, ...]:
+    """Return a note on cold pixels that are not ``cloudy``, for images of brightness temperature; else none."""
+    if not image.is_temperature or bright_is_cloud(image, cloud_is):
+        return ()
+    clear = float(np.nanpercentile(image.values, CLEAR_PERCENTILE))
+    cold = -level < clear - COLD_K
+    lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
+    return (
+        f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as clear; "
+        "the method 'temperature' of the generator imagery keeps them.",
+    )
 
 
 def find_threshold(

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.imagery.cloudiness import (
+    COLD_K,
     TOP_PERCENTILE,
     CloudIs,
     Method,
     bright_is_cloud,
     find_threshold,
+    lost_cloud,
     relative_grey,
     thickness_of,
 )
@@ -23,14 +25,8 @@ from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.providers import CloudInputs
 
-CLEAR_PERCENTILE = 99.0
-"""Of the brightness temperature of an image with some clear sky: that of the clear sky."""
-
 WINDOW_UM = 10.0, 12.6
 """Bands in which the inversion at 10.8 um is nearly that of the image."""
-
-COLD_K = 2.0
-"""How much colder than clear sky a pixel is certainly cloudy."""
 
 
 def method_of(image: SatelliteImage, cloud_is: CloudIs) -> Literal["temperature", "otsu"]:
@@ -62,21 +58,14 @@ def thickness_by_threshold(
             f", as found in the image by the method '{parameters.method}'; "
             f"the scenario's coverage, {layer.coverage:g}, is not used."
         )
-    notes = [
+    notes = (
         coverage,
         f"Thickness is linear in the grey level up to the {TOP_PERCENTILE:g}th percentile of the "
         "cloudy pixels of the whole image; what is brighter has the greatest thickness. Shapes do not "
         "change.",
-    ]
-    if image.is_temperature and not bright_is_cloud(image, parameters.cloud_is):
-        clear = float(np.nanpercentile(image.values, CLEAR_PERCENTILE))
-        cold = -level < clear - COLD_K
-        lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
-        notes.append(
-            f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as "
-            "clear; the method 'temperature' keeps them."
-        )
-    return thickness, tuple(notes)
+        *lost_cloud(image, level, cloudy, parameters.cloud_is),
+    )
+    return thickness, notes
 
 
 def thickness_by_temperature(

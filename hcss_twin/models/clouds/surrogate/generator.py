@@ -274,30 +274,16 @@ def _approximations(
         )
     ]
     if period != crop:
-        skipped.append(
-            (
-                "structures larger than the image",
-                f"the spectrum of {crop[0]} x {crop[1]} pixels is interpolated to {period[0]} x {period[1]}",
-            )
-        )
+        effect = f"the spectrum of {crop[0]} x {crop[1]} pixels is interpolated to {period[0]} x {period[1]}"
+        skipped.append(("structures larger than the image", effect))
     if not evolves:
-        skipped.append(
-            ("iterations of later frames", f"shapes are frozen: {len(first.misfit)} iterations once, {misfit}")
-        )
-        return skipped
-    skipped.append(
-        (
-            "iterations until nothing improves",
-            f"a fixed number, {len(first.misfit)}, lets frames follow each other smoothly; at the start {misfit}",
-        )
-    )
+        effect = f"shapes are frozen: {len(first.misfit)} iterations once, {misfit}"
+        return [*skipped, ("iterations of later frames", effect)]
+    effect = f"a fixed number, {len(first.misfit)}, lets frames follow each other smoothly; at the start {misfit}"
+    skipped.append(("iterations until nothing improves", effect))
     nearest = [ring.number for ring in noise.rings if ring.nearest]
     if nearest:
-        skipped.append(
-            (
-                f"interpolation in time of octaves {', '.join(map(str, nearest))}",
-                f"frames are {NEAREST_FROM:g} or more cells apart, taken as independent: neglects correlations "
-                "of -.11 to .01",
-            )
-        )
+        what = f"interpolation in time of octaves {', '.join(map(str, nearest))}"
+        effect = f"frames are {NEAREST_FROM:g} or more cells apart, taken as independent: neglects correlations "
+        skipped.append((what, f"{effect}of -.11 to .01"))
     return skipped
