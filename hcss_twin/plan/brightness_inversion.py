@@ -129,9 +129,9 @@ class LayerBrightness:
 
     def _curve_of(self, model: RadianceModel, layer: CloudLayer, count: int) -> tuple[Array, Array]:
         edges = 1e4 / np.array(self._limits_um)[::-1]
-        count = max(WAVENUMBERS, round((edges[1] - edges[0]) / STEP_CM1))
-        step = (edges[1] - edges[0]) / count
-        wavenumber = edges[0] + step * (np.arange(count) + 0.5)
+        intervals = max(WAVENUMBERS, round((edges[1] - edges[0]) / STEP_CM1))
+        step = (edges[1] - edges[0]) / intervals
+        wavenumber = edges[0] + step * (np.arange(intervals) + 0.5)
         thinnest = max(layer.thickness_min_m, 1e-4 * layer.thickness_max_m)
         thickness = np.geomspace(thinnest, layer.thickness_max_m, count)
         thickness[-1] = layer.thickness_max_m

@@ -89,8 +89,12 @@ def test_shares_that_are_lost_are_in_the_plan(tmp_path):
 
 def test_image_without_kelvin_is_refused_by_name(tmp_path):
     _image(tmp_path, 0.0, 255.0, units="1")
+    scene = _scene(tmp_path)
     with pytest.raises(ScenarioError, match=r"clouds\.parameters\.method: 'temperature' given .* kelvin"):
-        make_plan(Scenario.from_dict(_scene(tmp_path)))
+        make_plan(Scenario.from_dict(scene))
+    scene["clouds"]["parameters"] |= {"method": "auto", "limits_um": [3.8, 4.0]}
+    with pytest.raises(ScenarioError, match=r"clouds\.parameters\.limits_um: given for an image without kelvin"):
+        make_plan(Scenario.from_dict(scene))
 
 
 @pytest.mark.parametrize(

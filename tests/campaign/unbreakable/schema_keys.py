@@ -120,6 +120,8 @@ EXAMPLES: dict[str, list[Any]] = {
     "clouds.parameters.image of imagery": ["image.npy"],
     "clouds.parameters.entry of imagery": ["entry.nc"],
     "clouds.parameters.cloud_pixels of imagery": [[9, 900]],
+    "clouds.parameters.limits_um of imagery": [[3.8, 4.0]],
+    "clouds.parameters.limits_um of surrogate": [[3.8, 4.0]],
     "clouds.parameters.variable of surrogate": ["a"],
     "clouds.parameters.image of surrogate": ["image.npy"],
     "sea.parameters.water_index of cox-munk": ["water"],

@@ -39,6 +39,9 @@ def thickness_by_threshold(
 ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     """Return thickness where the level exceeds a threshold, and notes."""
     layer = inputs.layer
+    if parameters.limits_um is not None:
+        message = "given for an image without kelvin, in which cloud is found by a threshold; allowed: leave it out"
+        raise ScenarioError([Problem("clouds.parameters.limits_um", message)], origin="imagery clouds")
     # With an unbounded sky, the coverage refers to the image, not to the part that one sensor sees.
     scope = level if layer.coverage_mode == "field" else level[scene]
     try:
