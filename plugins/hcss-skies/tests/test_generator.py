@@ -72,6 +72,19 @@ def test_pixels_of_an_image_are_as_much_colder_than_clear_sky_as_they_were(make,
     np.testing.assert_allclose(found, [0.0, 0.0, 100.0 * 5e-3 * 800.0], rtol=1e-5)
 
 
+@pytest.mark.parametrize(("coldest_K", "told"), [(200.0, False), (294.0, True)])
+def test_the_share_that_is_too_cold_for_the_layer_is_in_the_plan(make, coldest_K, told):
+    provider, inversion = make(), WarmSky()
+    inversion.coldest_K = coldest_K
+    generator = ExampleClouds(replace(provider._inputs, inversion=inversion), provider._of)
+    notes = [note for note in generator.declares.notes if "colder than the layer's thickest cloud" in note]
+    heights = provider.example.opaque_m[provider.example.opaque]
+    expected = np.mean(generator._kelvin_of(heights, inversion) < coldest_K - 2.0)
+    assert bool(notes) is told
+    if told:
+        assert int(notes[0].split("%")[0]) == pytest.approx(100.0 * expected, abs=2.0)
+
+
 def test_blended_fields_have_the_distribution_of_the_example(make):
     """Quantiles over 16 skies against those of eq 7 of the example, in parts of its range."""
     fields = np.stack([whole(make(seed=seed, size=256), 256) for seed in range(16)])

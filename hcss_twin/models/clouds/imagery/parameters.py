@@ -68,9 +68,8 @@ class ImageReading(BaseModel):
             return self
         low, high = self.limits_um
         if not low < high:
-            raise ValueError(
-                f"limits_um: [{low:g}, {high:g}] given; allowed: ascending, closest is [{high:g}, {low:g}]"
-            )
+            closest = f", closest is [{high:g}, {low:g}]" if low > high else ""
+            raise ValueError(f"limits_um: [{low:g}, {high:g}] given; allowed: ascending{closest}")
         if self.method not in ("auto", "temperature"):
             raise ValueError(f"limits_um: has no meaning with the method {self.method!r}; allowed: leave it out")
         return self

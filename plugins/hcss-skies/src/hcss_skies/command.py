@@ -118,12 +118,17 @@ def import_image(
         licence=licence,
     )
     example = done.example
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CatalogError(f"cannot make the folder {output.parent}: {error.strerror}") from error
     write_example(output, example)
     channels = " and ".join(each for each in (done.variable, done.second) if each)
     click.echo(
         f"{output}: {' x '.join(map(str, example.opaque.shape))} pixels of {example.pixel_size_m:g} m"
         + (f" from {channels}" if channels else "")
-        + f", cloud cover {example.coverage:.2f}."
+        + f", cloud cover {example.coverage:.2f}, heights {example.opaque_m[0] / 1e3:.1f} to "
+        + f"{example.opaque_m[-1] / 1e3:.1f} km above that of clear sky ({lapse:g} K/km)."
         + ("" if done.second else " One channel: cloud tops above the opaque height are not known.")
     )
     click.echo(described(example.detail))

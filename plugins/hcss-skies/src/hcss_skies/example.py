@@ -144,9 +144,10 @@ def to_ranks(field: Array, ties: Array | None = None) -> tuple[Bytes, Array]:
 
 
 def write_example(path: Path, example: Example) -> None:
-    """Write an example as NetCDF; heights are rounded to 0.1 m."""
+    """Write an example as NetCDF; heights are rounded to 0.1 m. Raises CatalogError if it could not be read again."""
     import netCDF4
 
+    _check(path, example)
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
         file.setncatts(
             {

@@ -44,6 +44,9 @@ _WARMEST = 0.01
 # Pixels that are this close to the coldest cloud keep room for thicker parts, so that clouds can end inside them.
 _FULL, _OPAQUE_K = 0.6, 0.3
 
+# What is so much colder than the thickest cloud of the layer counts as lost.
+_COLDER_K = 2.0
+
 # Fuller pixels have no room; share of pixels from which on a note says so.
 _NO_ROOM, _NOTED = 0.8, 0.01
 
@@ -133,7 +136,7 @@ class ExampleClouds:
         chance = np.exp(-0.5 * np.linspace(-MAX_SCORE, MAX_SCORE, heights.size) ** 2)
         thick = (of_pairs > 0.0) & (of_pairs >= 0.5 * inputs.layer.thickness_min_m)
         cloudy = thick @ chance / chance.sum() if thick.shape[1] > 1 else thick[:, 0]
-        self.image_coverage = float(chance @ cloudy / chance.sum())
+        self.image_coverage = min(float(chance @ cloudy / chance.sum()), 1.0)  # rounding
         motion = inputs.motion
         wind_x, wind_y = motion.cloud_velocity_m_s
         self._speed = -wind_y, motion.platform_speed_m_s - wind_x
@@ -147,6 +150,15 @@ class ExampleClouds:
             notes.append("The example has one channel: all its clouds count as opaque where they are coldest.")
         if parameters.clear_sky == "example":
             notes.append("The texture of clear sky is that of the example, as thin cloud, which counts in masks.")
+        if inputs.inversion is not None and self._hanging is None:
+            least = inputs.inversion.coldest_K
+            colder = float(chance @ (self._seen_kelvin(heights, inputs.inversion) < least - _COLDER_K) / chance.sum())
+            if colder > _NOTED:
+                notes.append(
+                    f"{colder:.0%} of the example is more than {_COLDER_K:g} K colder than the layer's thickest cloud "
+                    f"({least:.4g} K) and looks like it; a higher clouds.top shows more, and so does parameters.tops = "
+                    "'example'."
+                )
         if self._halvings:
             origin = (
                 "from octaves of 2 to 8 pixels of the image, extrapolated"
@@ -283,13 +295,18 @@ class ExampleClouds:
             share = np.clip((opaque_m - clear) / max(top - clear, 1.0), 0.0, 1.0)
             thickness = layer.thickness_min_m + (layer.thickness_max_m - layer.thickness_min_m) * share
             return np.where(opaque_m > clear, thickness, 0.0)
-        kelvin = self._kelvin_of(opaque_m, inversion)
-        if self.example.lapse_K_m is not None:  # pixels of an image are as much colder than clear sky as they were
-            kelvin = np.where(opaque_m > self._clear_m, inversion.clear_K - self.example.lapse_K_m * opaque_m, kelvin)
+        kelvin = self._seen_kelvin(opaque_m, inversion)
         full = max(
             _FULL * layer.thickness_max_m, float(inversion.thickness_m(np.array(inversion.coldest_K + _OPAQUE_K)))
         )
         return np.where(opaque_m > clear, np.minimum(inversion.thickness_m(kelvin), full), 0.0).astype(np.float64)
+
+    def _seen_kelvin(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
+        """Return the same without tops: pixels of an image are as much colder than clear sky as they were in it."""
+        kelvin, lapse = self._kelvin_of(opaque_m, inversion), self.example.lapse_K_m
+        if lapse is not None:
+            kelvin = np.where(opaque_m > self._clear_m, inversion.clear_K - lapse * opaque_m, kelvin)
+        return kelvin
 
     def _kelvin_of(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
         """Return the brightness temperature of the scene where the example has heights p."""
