@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from hcss_twin.core.errors import CatalogError, choose_from
 
 SQUARE = 0.01
 """Maximum relative scatter of coordinate steps, and difference of the two sides, for square pixels."""
+
+WINDOW_UM = 10.0, 12.6
+"""Wavelengths at which the air is transparent enough for the inversion of brightness temperature at 10.8 um."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,12 @@ class SatelliteImage:
     def is_temperature(self) -> bool:
         """Whether the values are in kelvin."""
         return self.units.casefold() in ("k", "kelvin")
+
+    @property
+    def wavelength_um(self) -> float | None:
+        """Wavelength of the band, if the file states it."""
+        stated = re.search(r"([\d.]+) um", self.band)
+        return float(stated[1]) if stated else None
 
 
 # ITU-R BT.601, section 2.5.1: luminance from the colour components.

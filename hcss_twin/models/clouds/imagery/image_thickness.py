@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Literal, cast
 
 import numpy as np
@@ -21,12 +20,9 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     relative_grey,
     thickness_of,
 )
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.providers import CloudInputs
-
-WINDOW_UM = 10.0, 12.6
-"""Bands in which the inversion at 10.8 um is nearly that of the image."""
 
 
 def method_of(image: SatelliteImage, cloud_is: CloudIs) -> Literal["temperature", "otsu"]:
@@ -92,8 +88,8 @@ def thickness_by_temperature(
     if parameters.limits_um is not None:
         inversion = inversion.in_band(parameters.limits_um)
         band = f"{parameters.limits_um[0]:g} to {parameters.limits_um[1]:g} um, without sunlight"
-    elif stated := re.search(r"([\d.]+) um", image.band):
-        _require_window(float(stated[1]))
+    elif image.wavelength_um is not None:
+        _require_window(image.wavelength_um)
     kelvin = -level
     thickness = inversion.thickness_m(kelvin)
     cold = kelvin[scene] < inversion.clear_K - COLD_K
@@ -112,10 +108,9 @@ def thickness_by_temperature(
 
 def _require_window(wavelength_um: float) -> None:
     """Reject an image whose file states a band far from 10.8 um, in which temperatures would be taken for others."""
-    low, high = WINDOW_UM
-    if not low <= wavelength_um <= high:
+    if not WINDOW_UM[0] <= wavelength_um <= WINDOW_UM[1]:
         message = (
-            f"none given, and the image's band is at {wavelength_um:g} um; allowed: leave them out at {low:g} to "
-            f"{high:g} um only; closest is about [{0.975 * wavelength_um:.3g}, {1.025 * wavelength_um:.3g}]"
+            f"none given, and the image's band is at {wavelength_um:g} um; allowed: none for {WINDOW_UM[0]:g} to "
+            f"{WINDOW_UM[1]:g} um only; closest is about [{0.975 * wavelength_um:.3g}, {1.025 * wavelength_um:.3g}]"
         )
         raise ScenarioError([Problem("clouds.parameters.limits_um", message)], origin="imagery clouds")

@@ -17,7 +17,7 @@ import numpy as np
 
 from hcss_twin.core.reading import open_netcdf
 from hcss_twin.errors import CatalogError, choose_from
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import Array
@@ -29,9 +29,6 @@ _NETCDF = (b"\x89HDF", b"CDF")
 FIRST = r"(ir|bt|tb|cmi|rad|ch)?_?(108|10\.8|c13|103|10\.3)(_?um)?"
 SECOND = r"(ir|bt|tb|cmi|rad|ch)?_?(120|12\.0|c15|123)(_?um)?"
 """Names of window channels near 10.8 and 12.0 um: of SEVIRI (IR_108), of GOES ABI in files of all bands (CMI_C13)."""
-
-WINDOW_UM = 10.0, 12.6
-"""Wavelengths at which the air is transparent enough for heights of clouds."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +107,7 @@ def _of_image(path: Path, image: SatelliteImage) -> Plane:
     notes = []
     if image.pixel_size_is_nominal:
         notes.append(f"pixels have {image.pixel_size_m:.5g} m below the satellite and are larger elsewhere")
-    wavelength = re.search(r"([\d.]+) um", image.band)
-    if wavelength and not WINDOW_UM[0] <= float(wavelength[1]) <= WINDOW_UM[1]:
+    if image.wavelength_um is not None and not WINDOW_UM[0] <= image.wavelength_um <= WINDOW_UM[1]:
         notes.append(
             f"{image.band} is no window channel ({WINDOW_UM[0]:g} to {WINDOW_UM[1]:g} um): heights of clouds are wrong"
         )
