@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from hcss_skies.blending import blend, put_in_layer
 from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
+from hcss_skies.distribution import ranked
 from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.fibres import textures
 from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
@@ -55,9 +56,6 @@ _VISIBLE, _HIDDEN = 0.1, 0.63
 
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
-
-# The distribution of a sky: samples along a side of its middle, ranks that are mapped, and the largest score of a rank.
-_SAMPLES, _RANKS, _RANKED = 128, 25, 3.0
 
 _TILE = 512
 
@@ -202,25 +200,11 @@ class ExampleClouds:
         )
 
     def _place_distribution(self) -> None:
-        """Give the middle of the sky, as large as the example, the distribution of the example at time 0.
-
-        By chance it has other clouds: it shows a few patches. Scores are mapped to those with the same rank in a normal
-        distribution. The middle and the seed decide, not the image, so that all windows and pixel sizes show one sky.
-        """
+        """Give the middle of the sky the distribution of the example at time 0, unless it is left to chance."""
         self._tables = self._expected
-        if self._of.distribution == "expected":
-            return
-        y, x = (side * ((np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5) for side in self.example.opaque.shape)
-        scores = np.linspace(-MAX_SCORE, MAX_SCORE, len(self._expected))
-        found = np.empty((_SAMPLES, _SAMPLES, 2), np.float32)
-        self._blend(found, 0.0, y, x, np.repeat(scores[:, None], 2, axis=1).astype(np.float32))
-        knots = np.linspace(-_RANKED, _RANKED, _RANKS)
-        mapped = []
-        for field in range(2):
-            rank = np.quantile(found[..., field], ndtr(knots)) + 1e-6 * np.arange(_RANKS)
-            beyond = np.clip(scores, rank[0], rank[-1])
-            mapped.append(np.interp(np.interp(beyond, rank, knots) + scores - beyond, scores, self._expected[:, field]))
-        self._tables = np.stack(mapped, axis=1).astype(np.float32)
+        if self._of.distribution == "image":
+            at_start = partial(self._blend, 0.0)
+            self._tables = ranked(self._expected, self.example.opaque.shape, at_start)
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window; 0 is clear sky."""
@@ -441,12 +425,12 @@ class ExampleClouds:
         """
         out = np.empty((y.size, x.size, 1 if which == 0 and self._hanging is None else 2), np.float32)
         if out.size:
-            self._blend(out, time_s, y, x, self._tables)
+            self._blend(time_s, out, y, x, self._tables)
             if self._hanging is not None:
                 look_up_pairs(out, self._hanging.fields, self._hanging.step_m)
         return out
 
-    def _blend(self, out: NDArray[np.float32], time_s: float, y: Array, x: Array, tables: NDArray[np.float32]) -> None:
+    def _blend(self, time_s: float, out: NDArray[np.float32], y: Array, x: Array, tables: NDArray[np.float32]) -> None:
         """Write the values of tables (N, 2) that belong to the blended scores, (rows, columns, 1 or 2)."""
         time, seed, level = time_s * self._rate, self._inputs.seed, self._level
         nodes, bounds = flow_nodes(OCTAVES, y, x, self.example.pixel_size_m, self._pixel, seed, time)
