@@ -21,6 +21,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     bright_is_cloud,
     cloudiness_level,
+    described,
     find_threshold,
     lost_cloud,
     relative_grey,
@@ -132,7 +133,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         holes_filled=segments.holes,
         hole_pixels=segments.hole_pixels,
         clouds_dropped=segments.dropped,
-        coverage=float(np.count_nonzero(mask)) / mask.size,
+        coverage=float(np.count_nonzero(mask & ~missing)) / np.count_nonzero(~missing),
         clouds=segments.clouds,
         missing_pixels=int(np.count_nonzero(missing)),
         fractal_dimension=surface.dimension,
@@ -144,7 +145,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         created_with=f"hcss-twin {__version__}",
     )
-    notes = lost_cloud(image, level, mask, options.cloud_is)
+    notes = (*described(image, options.cloud_is), *lost_cloud(image, level, mask, options.cloud_is))
     return CloudEntry(grey, segments.labels, missing, _shown(level), facts, notes)
 
 

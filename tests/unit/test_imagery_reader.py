@@ -25,7 +25,10 @@ def _netcdf(path: Path, values=VALUES, *, x=(0.0, 2.0, "km"), y=(0.0, -2.0, "km"
             coordinate.units = units
             coordinate.standard_name = f"projection_{axis}_coordinate"
         variable = dataset.createVariable(name, "f4", ("y", "x"), fill_value=-1.0)
-        variable[:] = values
+        # Of temperatures, values of the Earth.
+        variable[:] = values + (
+            200.0 if {"K", "kelvin", "Brightness temperature at 11 um"} & set(attributes.values()) else 0.0
+        )
         variable.setncatts(attributes)
     return path
 
@@ -42,7 +45,12 @@ def _abi(path: Path, *, flags=((0, 0, 1), (2, 3, 0)), units="1", wavelength_um=0
             coordinate[:] = np.arange(size)
         image = dataset.createVariable("Rad", "i2", ("y", "x"), fill_value=np.int16(4095))
         image.setncatts(
-            {"scale_factor": 0.5, "add_offset": 1.0, "units": units, "ancillary_variables": "DQF"}
+            {
+                "scale_factor": 0.5,
+                "add_offset": 201.0 if units == "K" else 1.0,
+                "units": units,
+                "ancillary_variables": "DQF",
+            }
             | {"grid_mapping": "goes_imager_projection", "_Unsigned": "true"}
         )
         image.set_auto_maskandscale(False)

@@ -113,13 +113,13 @@ def test_coverage_is_met_to_half_a_pixel(coverage):
     assert abs(np.count_nonzero(cloudy) - coverage * level.size) <= 0.5
 
 
-def test_coverage_counts_missing_pixels_as_clear():
+def test_coverage_is_of_the_visible_pixels():
     level = np.arange(100.0).reshape(10, 10)
     level[0] = np.nan
-    assert np.count_nonzero(level > coverage_threshold(level, 0.5)) == 50
-    assert np.count_nonzero(level > coverage_threshold(level, 0.9)) == 90
-    with pytest.raises(ValueError, match=r"allowed 0 to 0\.9 .*closest is 0\.9"):
-        coverage_threshold(level, 0.95)
+    assert np.count_nonzero(level > coverage_threshold(level, 0.5)) == 45
+    assert np.count_nonzero(level > coverage_threshold(level, 1.0)) == 90
+    with pytest.raises(ValueError, match=r"allowed 0 to 1; closest is 1"):
+        coverage_threshold(level, 1.05)
 
 
 @pytest.mark.parametrize(("coverage", "count"), [(0.1, 0), (0.3, 4), (0.5, 4), (0.7, 9), (0.96, 10)])

@@ -18,6 +18,7 @@ from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     cloudiness_level,
+    described,
     has_values_in_cloud_only,
     relative_grey,
     thickness_of,
@@ -134,6 +135,8 @@ def _read(path: Path, choice: ImageChoice) -> Target:
         notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     if source.pixel_size_m is not None and size != source.pixel_size_m:
         notes.append(f"Pixels of {source.pixel_size_m:.6g} m are treated as pixels of {size:g} m.")
+    if source.image is not None:
+        notes += described(source.image, choice.cloud_is)
     return Target(CloudImage(level, size), path.name, (*notes, *_notes_of_plugins(path, choice.variable)))
 
 

@@ -4,6 +4,7 @@
 """
 
 import io
+import re
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -56,7 +57,11 @@ def unstated(folder, quantity, seed, dtype, form, fill=None, word="kelvin", hidd
         values = np.where(gone, np.nan, values)
     if fill is not None:
         values = np.where(gone, fill, values)
-    words = (word,) if fill is None else (word, rf"(?<![\d.]){fill:g}(?!\d)", rf"\b{np.count_nonzero(gone)}\b")
+    words = (
+        (word,)
+        if fill is None
+        else (word, rf"(?<![\d.]){re.escape(f'{fill:g}')}(?!\d)", rf"\b{np.count_nonzero(gone)}\b")
+    )
     return Bad(write(folder, values.astype(dtype), form), words)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.clouds.imagery.examination import questions
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 
 Method = Literal["otsu", "local", "coverage"]
@@ -47,6 +48,24 @@ def has_values_in_cloud_only(image: SatelliteImage) -> bool:
 def bright_is_cloud(image: SatelliteImage, cloud_is: CloudIs) -> bool:
     """Whether large values are cloud, according to the user or else the quantity."""
     return image.bright_is_cloud if cloud_is == "auto" else cloud_is == "bright"
+
+
+def described(image: SatelliteImage, cloud_is: CloudIs) -> tuple[str, ...]:
+    """Return sentences on what an image is taken for, what is doubtful about it, and which pixels it does not show."""
+    bright, name = bright_is_cloud(image, cloud_is), f"{image.variable} {image.long_name}".casefold()
+    if image.is_temperature:
+        quantity = "temperature in kelvin" if "top" in name else "brightness temperature in kelvin"
+    elif "sr-1" in image.units or "radiance" in name:
+        quantity = f"radiance in {image.units or 'an unknown unit'}"
+    elif "reflect" in name or "albedo" in name:
+        quantity = "reflectance" if image.units in ("", "1") else f"reflectance in {image.units}"
+    elif image.units in ("", "1"):
+        quantity = "grey values"
+    else:
+        quantity = f"{image.long_name.replace('_', ' ')} in {image.units}"
+    sense = "bright is cloud" if bright else "cold is cloud" if image.is_temperature else "dark is cloud"
+    asked = questions(image, bright, stated=cloud_is != "auto")
+    return (f"The image is taken for {quantity}; {sense}.", *asked, *image.notes)
 
 
 def cloudiness_level(image: SatelliteImage, cloud_is: CloudIs) -> Array:
@@ -208,9 +227,9 @@ def coverage_threshold(level: Array, coverage: float) -> float:
     Parameters
     ----------
     level : ndarray, any shape
-        Cloudiness level; missing pixels are clear but count as pixels.
+        Cloudiness level; NaN where missing.
     coverage : float
-        Fraction of cloudy pixels.
+        Fraction of the visible pixels that are cloudy.
 
     Returns
     -------
@@ -222,16 +241,12 @@ def coverage_threshold(level: Array, coverage: float) -> float:
     Raises
     ------
     ValueError
-        If the coverage is outside [0, 1 - fraction of missing pixels].
+        If the coverage is outside [0, 1].
     """
+    if not 0 <= coverage <= 1:
+        raise ValueError(f"{coverage:g} given, allowed 0 to 1; closest is {min(max(coverage, 0.0), 1.0):g}")
     finite = np.sort(level[np.isfinite(level)])
-    wanted = round(coverage * level.size)
-    if not 0 <= coverage <= 1 or wanted > finite.size:
-        limit = finite.size / level.size
-        raise ValueError(
-            f"{coverage:g} given, allowed 0 to {limit:g} ({level.size - finite.size} of {level.size} pixels "
-            f"are missing); closest is {min(max(coverage, 0.0), limit):g}"
-        )
+    wanted = round(coverage * finite.size)
     if wanted == 0:
         return float("inf")
     if wanted == finite.size:

@@ -8,6 +8,7 @@ imagecodecs.
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,9 @@ from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M
 
 _DATE_TIME = 306
 
+_ALPHA = ((1,), (2,))
+"""Last of the extra samples: opacity, with which the others are multiplied or not (TIFF 6.0, section 18)."""
+
 # Keys and codes of OGC GeoTIFF 1.1 (19-008r4), sections 7.4 and 7.5 and annex C.
 _PROJECTED, _GEOGRAPHIC = 1, 2
 _METRES = {9001: 1.0, 9002: 0.3048, 9003: 1200.0 / 3937.0, 9036: 1000.0}
@@ -31,8 +35,9 @@ _DEGREE = 9102
 def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     """Read one band of a TIFF or GeoTIFF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`.
 
-    A picture with three or four 8-bit samples is converted to luminance unless a band is chosen. Overviews and masks
-    are ignored. Pixels with the no-data value of GDAL's tag are missing.
+    A picture with three or four 8-bit samples is converted to luminance unless a band is chosen. Pixels are missing
+    that have the no-data value of GDAL's tag, that are transparent, or that the file's own mask hides. Scale, offset
+    and unit of GDAL's metadata are applied. Overviews are ignored.
 
     Raises
     ------
@@ -46,7 +51,12 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     with reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
         page = _only_page(path, file)
         require_size(path, page.shape, CatalogError, MAX_IMAGE_PIXELS, "samples")
-        return _page(path, page, variable)
+        image = _page(path, page, variable)
+        for mask in file.pages:
+            # Bit 2 of NewSubfileType: a mask; those of overviews have other shapes.
+            if int(mask.subfiletype) & 0b100 and mask.shape[:2] == image.values.shape:
+                image.values[mask.asarray() == 0] = np.nan
+        return image
 
 
 def _only_page(path: Path, file: Any) -> Any:
@@ -59,16 +69,21 @@ def _only_page(path: Path, file: Any) -> Any:
 
 def _page(path: Path, page: Any, variable: str | None) -> SatelliteImage:
     bands = _bands(path, page)
+    hidden = np.zeros(bands.shape[1:], dtype=np.bool_)
+    if bands.shape[0] > 1 and bands.shape[0] == page.samplesperpixel and page.extrasamples[-1:] in _ALPHA:
+        bands, hidden = bands[:-1], bands[-1] == 0
+    missing = _missing_value(page)
     names = [str(number) for number in range(1, bands.shape[0] + 1)]
-    is_picture = page.photometric.name == "RGB" and bands.dtype == np.uint8 and bands.shape[0] in (3, 4)
+    is_picture = page.photometric.name == "RGB" and bands.dtype == np.uint8 and bands.shape[0] == 3
     if is_picture and variable is None:
-        values, name = luminance(np.moveaxis(bands, 0, -1).astype(np.float64)), ""
+        values, name, used = luminance(np.moveaxis(bands, 0, -1).astype(np.float64)), "", bands
     else:
         name = choose_plane(path, variable, names, names)
-        values = bands[int(name) - 1].astype(np.float64)
-    missing = _missing_value(page)
-    if missing is not None:
-        values[values == missing] = np.nan
+        used = bands[int(name) - 1 : int(name)]
+        values = used[0].astype(np.float64)
+    about = _gdal_metadata(page, int(name or 1) - 1)
+    values = values * float(about.get("scale", 1.0)) + float(about.get("offset", 0.0))
+    values[hidden | (used == missing).all(axis=0)] = np.nan
     if page.photometric.name == "MINISWHITE":
         values = -values
     size, note, north_first = _pixel_size(path, page)
@@ -76,7 +91,7 @@ def _page(path: Path, page: Any, variable: str | None) -> SatelliteImage:
         values=values,
         pixel_size_m=size,
         bright_is_cloud=True,
-        units="",
+        units=about.get("unittype", ""),
         long_name=f"band {name}" if name else "grey level",
         source=path.name,
         north_first=north_first,
@@ -122,6 +137,13 @@ def _missing_value(page: Any) -> float | None:
         return float(str(page.tags.valueof(42113)).strip("\0 "))
     except ValueError:
         return None
+
+
+def _gdal_metadata(page: Any, sample: int) -> dict[str, str]:
+    """Return scale, offset and unittype of a sample from GDAL's tag 42112, as far as the file has them."""
+    text = str(page.tags.valueof(42112) or "")
+    found = re.findall(r'<Item name="\w+" sample="(\d+)" role="(scale|offset|unittype)">([^<]*)<', text)
+    return {role: value for number, role, value in found if int(number) == sample}
 
 
 def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,8 @@ class SatelliteImage:
     variable, band, date, rights : str
         Name of the plane in the file, spectral band, time of observation and terms of use, as stated in the file;
         otherwise empty.
+    notes : tuple of str
+        What the user should know of pixels that show nothing although the file does not say so.
     """
 
     values: NDArray[np.float64]
@@ -61,17 +63,34 @@ class SatelliteImage:
     band: str = ""
     date: str = ""
     rights: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def is_temperature(self) -> bool:
         """Whether the values are in kelvin."""
-        return self.units.casefold() in ("k", "kelvin")
+        return self.units == "K"
 
     @property
     def wavelength_um(self) -> float | None:
         """Wavelength of the band, if the file states it."""
         stated = re.search(r"([\d.]+) um", self.band)
         return float(stated[1]) if stated else None
+
+
+CELSIUS_ZERO_K = 273.15
+
+_KELVIN = re.compile(r"(deg(rees?)?[ _]?)?(k|kelvins?)", re.IGNORECASE)
+_CELSIUS = re.compile(r"(\u00b0|deg(rees?)?[ _]?)?c(elsius)?|deg(rees?)?[ _]?celsius", re.IGNORECASE)
+
+
+def in_kelvin(image: SatelliteImage) -> SatelliteImage:
+    """Return an image of temperature in K, whose cold is cloud, if its unit is any spelling of kelvin or Celsius."""
+    units = image.units.strip()
+    if _KELVIN.fullmatch(units):
+        return replace(image, units="K", bright_is_cloud=False)
+    if _CELSIUS.fullmatch(units):
+        return replace(image, values=image.values + CELSIUS_ZERO_K, units="K", bright_is_cloud=False)
+    return image
 
 
 # ITU-R BT.601, section 2.5.1: luminance from the colour components.

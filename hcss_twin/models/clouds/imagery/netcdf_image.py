@@ -102,7 +102,7 @@ def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> SatelliteImage:
         values=values,
         pixel_size_m=size,
         bright_is_cloud=not _is_thermal(dataset, variable),
-        units=_text(variable, "units"),
+        units=_text(variable, "units") or ("K" if _is_brightness_temperature(variable) else ""),
         long_name=_text(variable, "long_name") or variable.name,
         source=path.name,
         pixel_size_is_nominal=nominal,
@@ -147,11 +147,15 @@ def _is_eastward(coordinate: Any) -> bool:
     )
 
 
-def _is_thermal(dataset: Any, variable: Any) -> bool:
-    """Whether an image shows temperature or thermal radiance, which are low for high, cold cloud."""
-    units = _text(variable, "units").casefold()
+def _is_brightness_temperature(variable: Any) -> bool:
     name = f"{_text(variable, 'standard_name')} {_text(variable, 'long_name')}".casefold().replace(" ", "_")
-    if units in ("k", "kelvin") or "brightness_temperature" in name:
+    return "brightness_temperature" in name
+
+
+def _is_thermal(dataset: Any, variable: Any) -> bool:
+    """Whether an image shows brightness temperature or thermal radiance, which are low for high, cold cloud."""
+    units = _text(variable, "units").casefold()
+    if _is_brightness_temperature(variable):
         return True
     wavelength = dataset.variables.get("band_wavelength")
     if "sr-1" not in units or wavelength is None or _text(wavelength, "units") != "um":

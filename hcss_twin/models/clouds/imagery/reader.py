@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
+from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, choose_plane, luminance
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
@@ -38,7 +38,7 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
     ------
     CatalogError
         If the file does not exist, is not an image, has several planes or none with two dimensions, has pixels that are
-        not square, or has values that are all missing or all the same.
+        not square, or has values that are all missing, all the same, or no temperatures although the unit is K.
     """
     if not path.is_file():
         raise CatalogError(f"no image '{path}'")
@@ -54,13 +54,7 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
         if variable is not None:
             raise CatalogError(f"{path}: a picture has no variable '{variable}'; allowed: leave it out")
         image = _read_picture(path)
-    values = np.where(np.isfinite(image.values), image.values, np.nan)
-    finite = values[np.isfinite(values)]
-    if finite.size == 0:
-        raise CatalogError(f"{path}: all {values.size} pixels are missing")
-    if finite.min() == finite.max():
-        raise CatalogError(f"{path}: all pixels have the value {finite[0]:g}; clouds need a contrast")
-    return replace(image, values=values)
+    return examined(path, image)
 
 
 def _read_picture(path: Path) -> SatelliteImage:
@@ -85,6 +79,7 @@ def _read_picture(path: Path) -> SatelliteImage:
             require_size(path, picture.size[::-1], CatalogError, MAX_IMAGE_PIXELS, "pixels")
             if picture.mode in ("1", "L", "F") or picture.mode.startswith("I"):
                 values = np.asarray(picture).astype(np.float64)
+                values[values == picture.info.get("transparency")] = np.nan
             else:
                 values = luminance(np.asarray(picture.convert("RGBA"), dtype=np.float64))
     return SatelliteImage(values, None, True, "", "grey level", path.name)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
-from hcss_twin.models.clouds.imagery.cloudiness import cloudiness_level, thickness_of
+from hcss_twin.models.clouds.imagery.cloudiness import cloudiness_level, described, thickness_of
 from hcss_twin.models.clouds.imagery.image_thickness import method_of, thickness_by_temperature, thickness_by_threshold
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
@@ -182,8 +182,9 @@ class WholeScene:
         _refuse_missing(self._plane.missing[scene], parameters, 0.0)
         self.image_coverage = float(np.mean(self._plane.thickness_m[scene] > 0.0))
         missing = int(np.count_nonzero(self._plane.missing[scene]))
+        visible = self.image_coverage / max(1.0 - missing / self._plane.missing[scene].size, 1e-9)
         notes = [
-            f"{self.image_coverage:.4g} of the scene's pixels are cloudy at the start{self._plane.notes[0]}",
+            f"{visible:.4g} of the scene's visible pixels are cloudy at the start{self._plane.notes[0]}",
             *self._plane.notes[1:],
         ]
         if missing:
@@ -208,13 +209,16 @@ class WholeScene:
         return self._plane.thickness_m[frame][rows, columns].copy()
 
 
-def _refuse_missing(missing: NDArray[np.bool_], parameters: ImageryParameters, time_s: float) -> None:
+def _refuse_missing(
+    missing: NDArray[np.bool_], parameters: ImageryParameters, time_s: float, notes: tuple[str, ...] = ()
+) -> None:
     count = 0 if parameters.missing == "clear" else int(np.count_nonzero(missing))
     if count:
         problem = Problem(
             "clouds.parameters.missing",
             f"{count} of the {missing.size} pixels of the scene at {time_s:g} s are missing in the image"
-            '; allowed: another row_origin and column_origin, or missing = "clear"',
+            f"{''.join(f' ({each})' for each in notes)}; allowed: another row_origin and column_origin, or "
+            'missing = "clear"',
         )
         raise ScenarioError([problem], origin="imagery clouds")
 
@@ -240,13 +244,13 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     turned = (image.north_first, image.east_first)
     window = _window(inputs, parameters, (rows, columns), image.pixel_size_m, turned)
     level = cloudiness_level(image, parameters.cloud_is)
-    _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0)
+    _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0, image.notes)
     if parameters.method == "auto":
         parameters = parameters.model_copy(update={"method": method_of(image, parameters.cloud_is)})
     method = thickness_by_temperature if parameters.method == "temperature" else thickness_by_threshold
     thickness, notes = method(image, level, window.at(0.0), inputs, parameters)
     size = size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)
-    return window, _Plane(thickness, np.isnan(level), (*notes, *size))
+    return window, _Plane(thickness, np.isnan(level), (*notes, *described(image, parameters.cloud_is), *size))
 
 
 def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> tuple[MovingWindow, _Plane]:

@@ -18,6 +18,7 @@ from scipy.special import ndtri
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.imagery.cloudiness import described
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageReading, ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
@@ -43,7 +44,7 @@ class Template:
     thickness_m : ndarray of float32 (rows, columns)
         0 where clear; rows northward, columns eastward.
     notes : tuple of str
-        User notes on the pixel size of the image.
+        User notes on the image.
     """
 
     thickness_m: NDArray[np.float32]
@@ -122,7 +123,8 @@ def read_template(inputs: CloudInputs, parameters: SurrogateParameters) -> Templ
     cut = {name: getattr(parameters, name) for name in ImageReading.model_fields}
     clouds = ImageryClouds(still, ImageryParameters(image=parameters.image, **cut))
     thickness = clouds.thickness_m(0.0, slice(None), slice(None))
-    return Template(thickness, tuple(size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)))
+    size = size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)
+    return Template(thickness, (*described(image, parameters.cloud_is), *size))
 
 
 def periodic_component(image: Array) -> Array:

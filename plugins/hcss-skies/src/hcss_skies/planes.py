@@ -17,6 +17,7 @@ import numpy as np
 
 from hcss_twin.core.reading import open_netcdf
 from hcss_twin.errors import CatalogError, choose_from
+from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
 from hcss_twin.models.clouds.imagery.reader import read_image
@@ -103,8 +104,10 @@ def _of_image(path: Path, image: SatelliteImage) -> Plane:
     coefficients = planck_coefficients(path) if image.units == UNITS else None
     if coefficients is not None:
         kelvin = coefficients.kelvin(kelvin)
+    elif image.units not in ("", "K"):
+        raise CatalogError(f"{path}: {image.variable or 'the image'} has the unit '{image.units}'; allowed: K")
     source = ", ".join(part for part in (image.source, f"{image.long_name} {image.date}".strip()) if part)
-    notes = []
+    notes = ["the image is taken for brightness temperature in kelvin", *image.notes]
     if image.pixel_size_is_nominal:
         notes.append(f"pixels have {image.pixel_size_m:.5g} m below the satellite and are larger elsewhere")
     if image.wavelength_um is not None and not WINDOW_UM[0] <= image.wavelength_um <= WINDOW_UM[1]:
@@ -132,12 +135,14 @@ def _of_stack(path: Path, dataset: Any, item: Any, at: Mapping[str, int]) -> Pla
         index.append(number)
         if size > 1:
             stated.append(f"{name} {number}")
-    kelvin = np.ma.filled(np.ma.asarray(item[tuple(index)]).astype(np.float64), np.nan)
-    if str(getattr(item, "units", "K")).casefold() not in ("k", "kelvin"):
-        raise CatalogError(f"{path}: {item.name} has the unit '{item.units}'; allowed: K")
+    values = np.ma.filled(np.ma.asarray(item[tuple(index)]).astype(np.float64), np.nan)
+    units = str(getattr(item, "units", "K"))
+    image = examined(path, SatelliteImage(values, None, False, units, item.name, path.name))
+    if not image.is_temperature:
+        raise CatalogError(f"{path}: {item.name} has the unit '{units}'; allowed: K")
     plane = Plane(
-        kelvin, None, item.name, f"{path.name}, {item.name} {', '.join(stated)}".rstrip(),
-        str(getattr(dataset, "license", "") or getattr(dataset, "rights", "")),
+        image.values, None, item.name, f"{path.name}, {item.name} {', '.join(stated)}".rstrip(),
+        str(getattr(dataset, "license", "") or getattr(dataset, "rights", "")), image.notes,
     )  # fmt: skip
     places = [_coordinate(dataset, name, item.dimensions, index) for name in ("latitude", "longitude")]
     return plane if any(each is None for each in places) else _located(plane, *places)

@@ -17,7 +17,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, has_values_in_cloud_only
+from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
 from hcss_twin.models.clouds.imagery.reader import read_image
@@ -47,7 +47,8 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     first = images[0]
     for path, image in zip(paths[1:], images[1:], strict=True):
         _require_alike(paths[0], first, path, image)
-    notes = []
+    notes = list(described(first, choice.cloud_is))
+    notes += [f"{path.name}: {note}" for path, each in zip(paths[1:], images[1:], strict=True) for note in each.notes]
     size = choice.pixel_size_m or first.pixel_size_m
     if choice.pixel_size_m and first.pixel_size_m and choice.pixel_size_m != first.pixel_size_m:
         notes.append(f"Pixels of {first.pixel_size_m:.6g} m are treated as pixels of {choice.pixel_size_m:g} m.")
