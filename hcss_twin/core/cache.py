@@ -10,7 +10,8 @@ import dataclasses
 import hashlib
 import json
 import os
-import stat
+import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -21,9 +22,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
-from hcss_twin.core.errors import HcssError
+from hcss_twin.core.errors import CacheWarning, HcssError
 from hcss_twin.core.files import atomic_write, remove_orphans
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.trust import distrust, make_private, withhold
 
 TABLES = ("tables", ".npz")
 """Radiance tables of scenes: cache folder and file suffix."""
@@ -42,11 +44,14 @@ FORMAT = 2
 
 DEFAULT_LIMIT_MB = 1000.0
 
+_KEY = re.compile(r"[0-9a-f]{64}")
+"""Name of a file without its suffix: a SHA-256."""
+
 _T = TypeVar("_T")
 
 
 class CacheError(HcssError):
-    """The cache settings are invalid, or other users could have written to the cache."""
+    """The cache settings are invalid."""
 
 
 def cache_root() -> Path | None:
@@ -98,25 +103,32 @@ def limit_bytes() -> int:
 
 
 def in_use(folder: Path | None) -> Path | None:
-    """Return a cache folder that may be read and written; None if there is none or the size limit is 0.
+    """Return a cache folder that may be read and written.
 
-    Cached results determine the values of cubes, so other users must not be able to replace them.
-
-    Raises
-    ------
-    CacheError
-        If the folder belongs to another user, or all users can write to it.
+    It is None if there is none, if the size limit is 0, or, with a CacheWarning, if other users could have written to
+    it: cached results determine the values of cubes.
     """
-    if folder is None or limit_bytes() == 0:
+    if folder is None or limit_bytes() == 0 or not _trusted(folder) or not _trusted(folder.parent):
         return None
-    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-        about = folder.stat()
-        remedy = "set HCSS_CACHE_DIR to a folder of your own, or HCSS_CACHE_MB to 0"
-        if os.name != "nt" and about.st_uid not in (os.getuid(), 0):
-            raise CacheError(f"the cache folder {folder} belongs to another user (number {about.st_uid}); {remedy}")
-        if os.name != "nt" and about.st_mode & stat.S_IWOTH:
-            raise CacheError(f"all users may write to the cache folder {folder}; remove that permission, or {remedy}")
     return folder
+
+
+def _trusted(path: Path) -> bool:
+    """Whether no other user can have written a folder or file of the cache; if one can, warn, once for each path."""
+    why = distrust(path)
+    if why:
+        message = (
+            f"the cache is not used: {why}; remove that permission, or set HCSS_CACHE_DIR to a folder of your own, or "
+            "HCSS_CACHE_MB to 0"
+        )
+        warnings.warn(message, CacheWarning, stacklevel=2)
+    return not why
+
+
+def cached_file(folder: Path, name: str) -> Path | None:
+    """Return a file in a folder of the cache that no other user can have written; None if there is none."""
+    path = folder / name
+    return path if path.is_file() and _trusted(path) else None
 
 
 def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
@@ -192,11 +204,10 @@ class Store:
         folder = in_use(self.folder)
         if folder is None:
             return None
-        path = folder / f"{key}{self._suffix}"
-        try:
-            os.utime(path)
-        except OSError:
-            return None
+        path = cached_file(folder, f"{key}{self._suffix}")
+        if path is not None:
+            with contextlib.suppress(OSError):  # removed by another process, or root's
+                os.utime(path)
         return path
 
     def keep(self, key: str, write: Callable[[Path], None]) -> None:
@@ -208,10 +219,11 @@ class Store:
         if folder is None:
             return
         with contextlib.suppress(OSError, CacheError):
-            folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+            make_private(folder)
             remove_orphans(folder)
             with atomic_write(folder / f"{key}{self._suffix}", CacheError) as draft:
                 write(draft)
+                withhold(draft)
             total = 0
             for each in self.kept():
                 total += each.size
@@ -224,9 +236,11 @@ class Store:
             _remove(self.folder / f"{key}{self._suffix}")
 
     def kept(self) -> list[CachedFile]:
-        """Return all files, most recently used first."""
+        """Return all files, most recently used first; files of other names are somebody's own."""
         files = []
-        for path in [] if self.folder is None else self.folder.glob(f"[!.]*{self._suffix}"):
+        for path in [] if self.folder is None else self.folder.glob(f"*{self._suffix}"):
+            if not _KEY.fullmatch(path.name.removesuffix(self._suffix)):
+                continue
             with contextlib.suppress(OSError):  # removed by another process
                 about = path.stat()
                 files.append(CachedFile(path, about.st_size, about.st_mtime))

@@ -74,6 +74,10 @@ class PropagationOptionError(OptionError, PropagationError):
     """An option of propagation is not allowed."""
 
 
+class CacheWarning(UserWarning):
+    """A cache is not used because other users could have written to it."""
+
+
 class CertificateWarning(UserWarning):
     """A cube misses the requested accuracy; its certificate says by how much and where."""
 

@@ -21,6 +21,8 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from hcss_twin.core.errors import CacheWarning
+
 
 @contextmanager
 def _signals_held() -> Iterator[None]:
@@ -117,6 +119,7 @@ def _follow_the_parent() -> None:
     A killed parent cannot stop its workers, and each worker keeps open the queue on which the others wait: without
     this, all of them would wait forever.
     """
+    warnings.simplefilter("ignore", CacheWarning)  # the parent has said it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if hasattr(signal, "pthread_sigmask"):

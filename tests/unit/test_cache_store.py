@@ -1,6 +1,7 @@
 """Files that are kept between runs."""
 
 import dataclasses
+import hashlib
 import multiprocessing
 import os
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.cache import CacheError, Store, limit_bytes, read_record, write_record
+from hcss_twin.core.errors import CacheWarning
 from hcss_twin.core.result_cache import ResultCache, package_fingerprint
 
 
@@ -26,6 +28,10 @@ def keep(key, size):
     store().keep(key, lambda path: path.write_bytes(b"x" * size))
 
 
+def named(word):
+    return hashlib.sha256(word.encode()).hexdigest()
+
+
 def test_what_is_kept_is_found_and_what_is_forgotten_is_not():
     assert store().find("a") is None
     keep("a", 10)
@@ -38,12 +44,15 @@ def test_what_is_kept_is_found_and_what_is_forgotten_is_not():
 def test_the_least_recently_used_go_first(monkeypatch, folder):
     monkeypatch.setenv("HCSS_CACHE_MB", "0.002")
     for age, key in enumerate(("old", "middle", "new")):
-        keep(key, 900)
-        os.utime(folder / f"{key}.bin", (1e9 + age, 1e9 + age))
+        keep(named(key), 900)
+        os.utime(folder / f"{named(key)}.bin", (1e9 + age, 1e9 + age))
         if key == "middle":
-            assert store().find("old")  # used now
-    keep("last", 900)
-    assert {each.path.stem for each in store().kept()} == {"old", "last"}
+            assert store().find(named("old"))  # used now
+    (folder / "mine.bin").write_bytes(b"a user's own file")
+    keep(named("last"), 900)
+    assert {each.path.stem for each in store().kept()} == {named("old"), named("last")}
+    store().clear()
+    assert [each.name for each in folder.iterdir()] == ["mine.bin"]
 
 
 @pytest.mark.parametrize("text", ["many", "-1", "nan", "inf", "1e15"])
@@ -65,28 +74,71 @@ def test_with_a_limit_of_zero_nothing_kept_is_read(monkeypatch):
     assert store().find("a") is None
 
 
+def _of_another_user(path):
+    os.chown(path, 12345, -1)
+
+
+def _linked_by_another_user(path):
+    path.rename(path.with_name("moved"))
+    path.symlink_to(path.with_name("moved"))
+    os.chown(path, 12345, -1, follow_symlinks=False)
+
+
+def _of_a_group(path):
+    os.chown(path, -1, 12345)
+    path.chmod(path.stat().st_mode | 0o020)
+
+
+def _of_all(path):
+    path.chmod(path.stat().st_mode | 0o002)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="owners and permissions of POSIX")
-def test_a_folder_into_which_others_may_write_is_refused(monkeypatch, folder):
-    keep("a", 10)
-    folder.chmod(0o777)
-    with pytest.raises(CacheError, match=r"all users may write to the cache folder .*things; remove that permission"):
-        store().find("a")
-    folder.chmod(0o775)  # a group may share its cache
-    assert store().find("a")
-    monkeypatch.setattr(os, "getuid", lambda: folder.stat().st_uid + 1)
-    if folder.stat().st_uid:
-        with pytest.raises(CacheError, match="belongs to another user"):
-            keep("b", 10)
+@pytest.mark.parametrize("what", ["things", f"things/{named('a')}.bin", "."])
+@pytest.mark.parametrize("change", [_of_another_user, _linked_by_another_user, _of_a_group, _of_all])
+def test_what_others_can_have_written_is_not_used_and_that_is_said(folder, what, change):
+    if change in (_of_another_user, _linked_by_another_user, _of_a_group) and os.getuid() != 0:
+        pytest.skip("only root gives files away")
+    keep(named("a"), 10)
+    path = (folder.parent / what).resolve()
+    change(path)
+    with pytest.warns(CacheWarning, match=f"the cache is not used: .*{path.name}"):
+        assert store().find(named("a")) is None
+    if path.name != f"{named('a')}.bin":
+        with pytest.warns(CacheWarning, match="the cache is not used"):
+            keep(named("b"), 10)
+        assert not list(folder.glob(f"{named('b')}*"))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
-def test_a_new_folder_is_writable_by_its_owner_only(folder):
+def test_the_private_group_of_the_user_and_a_sticky_folder_above_are_trusted(tmp_path, monkeypatch):
+    import pwd
+
+    above = tmp_path / "above"
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(above / "own"))
+    keep(named("a"), 10)
+    (above / "own").chmod(0o775)
+    above.chmod(0o1777)
+    is_private = pwd.getpwuid(os.getuid()).pw_gid == (above / "own").stat().st_gid
+    if is_private:
+        assert store().find(named("a"))
+    (above / "own").chmod(0o755)
+    assert store().find(named("a"))
+    above.chmod(0o777)
+    with pytest.warns(CacheWarning, match="all users may write to .*above;"):
+        assert store().find(named("a")) is None
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+def test_new_folders_and_files_are_writable_by_their_owner_only(tmp_path, monkeypatch):
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "new" / "root"))
     before = os.umask(0)
     try:
         keep("a", 10)
     finally:
         os.umask(before)
-    assert folder.stat().st_mode & 0o777 == 0o755
+    made = sorted((tmp_path / "new").rglob("*"))
+    assert [oct(each.stat().st_mode & 0o777) for each in made] == ["0o755", "0o755", "0o644"]
 
 
 def test_a_changed_byte_of_a_record_is_noticed(tmp_path):

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import OPTICS, cache_root, in_use
+from hcss_twin.core.cache import OPTICS, cache_root, cached_file, in_use
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.models.optics.bulk import BulkTable
 
 FORMAT, VERSION = "hcss-bulk-optics", 1
@@ -70,7 +71,7 @@ def write(table: BulkTable, path: Path, **attributes: str) -> None:
     """
     import netCDF4
 
-    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as dataset:
+    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w") as dataset:
         dataset.format, dataset.format_version, dataset.key = FORMAT, VERSION, table.key
         dataset.setncatts(attributes)
         for name, kind in _GROUPS:
@@ -101,10 +102,11 @@ def write_if_possible(table: BulkTable, path: Path) -> bool:
     If it cannot be written (full or read-only disk), the next run computes it again.
     """
     with suppress(CatalogError, OSError):
-        path.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
+        make_private(path.parent)
         with suppress(CatalogError):
             read_into(table, path)
         write(table, path)
+        withhold(path)
         return True
     return False
 
@@ -150,7 +152,7 @@ class TableStore:
             return
         # A damaged file is recomputed and replaced; only time is lost.
         with suppress(CatalogError, OSError):
-            if (path := self._cached(table)) and path.is_file():
+            if (path := self._cached(table)) and cached_file(path.parent, path.name):
                 read_into(table, path)
 
     def _names(self) -> dict[str, str]:

@@ -83,6 +83,8 @@ def build(source: Path, precision: Precision = "single", folder: Path | None = N
     suffix = ".exe" if sys.platform == "win32" else ""
     program = folder / f"lowtran7-{precision}-{digest.hexdigest()[:16]}{suffix}"
     if program.is_file():
+        _require_own(folder)
+        _require_own(program)
         return Program(program, precision)
     compiler = shutil.which("gfortran")
     if compiler is None:
@@ -102,6 +104,16 @@ def build(source: Path, precision: Precision = "single", folder: Path | None = N
             f"set the environment variable {CACHE_VARIABLE} to a folder that can be written to"
         ) from error
     return Program(program, precision)
+
+
+def _require_own(path: Path) -> None:
+    """Raise ProviderError for a program, or its folder, that another user owns or that all users may write to."""
+    about = path.stat()
+    if sys.platform != "win32" and (about.st_uid not in (os.getuid(), 0) or about.st_mode & 0o002):
+        raise ProviderError(
+            f"lowtran7: {path} may be the work of another user, and is not run; delete it, or set the environment "
+            f"variable {CACHE_VARIABLE} to a folder of your own"
+        )
 
 
 def obey_noprt(source: str) -> str:
