@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import EXISTING_FILE, NEW, force_option, json_option, require_writable, with_size
+from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, require_writable, with_size
 
 
 @click.group()
@@ -18,7 +18,7 @@ def atmosphere() -> None:
 
 @atmosphere.command("import")
 @click.argument("files", nargs=-1, required=True, type=EXISTING_FILE)
-@click.option("-o", "--output", required=True, type=NEW, help="Table to write (.nc).")
+@click.option("-o", "--output", required=True, type=NEW_FILE, help="Table to write (.nc).")
 @click.option(
     "--format",
     "file_format",
@@ -55,7 +55,7 @@ def atmosphere_import(
     """Combine FILES of MODTRAN or libRadtran into one atmosphere table."""
     from hcss_twin.models.atmosphere.imports.run import ReadOptions, import_files, parse_geometry
 
-    require_writable([output], force)
+    require_writable([output], force, form="NetCDF")
     try:
         sights = dict(parse_geometry(text) for text in geometry)
     except ValueError as error:
@@ -71,11 +71,12 @@ def atmosphere_import(
 
 @atmosphere.command("plot")
 @click.argument("sources", nargs=-1, required=True, metavar="PROVIDER_OR_TABLE...")
-@click.option("-o", "--output", required=True, type=NEW, help="Picture to write (.png).")
+@click.option("-o", "--output", required=True, type=NEW_FILE, help="Picture to write (.png).")
 @click.option("--profile", default="us-standard-1976", help="Atmosphere of the providers.")
 @click.option("--zenith", multiple=True, type=click.FloatRange(0, 90, max_open=True), help="Angle in deg; repeat.")
 @click.option("--height", multiple=True, type=click.FloatRange(min=0), help="Target height in m; repeat.")
 @click.option("--range-um", nargs=2, type=float, default=(2.5, 14.3), help="Wavelengths in um; default: 2.5 14.3.")
+@force_option
 @json_option
 def atmosphere_plot(
     sources: tuple[str, ...],
@@ -84,6 +85,7 @@ def atmosphere_plot(
     zenith: tuple[float, ...],
     height: tuple[float, ...],
     range_um: tuple[float, float],
+    force: bool,
     as_json: bool,
 ) -> None:
     """Draw transmittance and path radiance of one or two providers or tables; two are compared.
@@ -92,6 +94,7 @@ def atmosphere_plot(
     """
     from hcss_twin.reports import atmosphere_plot as plot
 
+    require_writable([output], force, form="picture")
     if len(sources) > 2:
         raise click.UsageError(f"{len(sources)} sources; allowed: one to plot, or two to compare")
     spectra = plot.sample(

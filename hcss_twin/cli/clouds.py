@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import EXISTING_FILE, FOLDER, NEW, force_option, json_option, metres, require_writable
+from hcss_twin.cli.options import EXISTING_FILE, FOLDER, NEW_FILE, force_option, json_option, metres, require_writable
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.json_numbers import json_value
 
@@ -134,7 +134,8 @@ def import_command(
     path = folder / f"{name}{SUFFIX}"
     picture = folder / f"{name}.png"
     if folder.is_dir():
-        require_writable((path, picture), force, "give another --name")
+        require_writable([path], force, "give another --name", form="NetCDF")
+        require_writable([picture], force, "give another --name", form="PNG")
     cleaning = Cleaning(closing, opening, largest_hole if fill_holes else 0, min_area)
     entry = import_image(image, ImportOptions(cleaning=cleaning, window=options.pop("window_pixels"), **options))
     try:
@@ -214,9 +215,12 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
 @clouds.command("preview")
 @click.argument("name")
 @_folder_option
-@click.option("-o", "--output", type=NEW, help="Picture; default: NAME.png beside the entry; here for a shipped one.")
+@click.option(
+    "-o", "--output", type=NEW_FILE, help="Picture; default: NAME.png beside the entry; here for a shipped one."
+)
+@force_option
 @json_option
-def clouds_preview(name: str, folder: Path | None, output: Path | None, as_json: bool) -> None:
+def clouds_preview(name: str, folder: Path | None, output: Path | None, force: bool, as_json: bool) -> None:
     """Draw and describe the entry NAME."""
     from hcss_twin.models.clouds.database import SUFFIX, entry_path, read_entry
     from hcss_twin.reports.preview import draw_entry
@@ -224,6 +228,8 @@ def clouds_preview(name: str, folder: Path | None, output: Path | None, as_json:
     own, *shipped = _folders(folder)
     path = next((found for place in shipped if (found := place / f"{name}{SUFFIX}").is_file()), None)
     picture = output or (own / f"{name}.png" if path is None else Path(f"{name}.png"))
+    if output is not None or path is not None:  # the picture beside an own entry belongs to it
+        require_writable([picture], force, form="PNG")
     path = path or entry_path(own, name)
     entry = read_entry(path)
     draw_entry(entry, name, picture)

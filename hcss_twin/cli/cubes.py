@@ -22,6 +22,7 @@ from hcss_twin.cli.options import (
     force_option,
     json_option,
     progress,
+    require_two_files,
     require_writable,
     with_size,
 )
@@ -101,7 +102,7 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
     metavar="KEY=VALUE",
     help="Change a key of [sensor], for example parameters.psf_sigma=0.8; repeat.",
 )
-@click.option("-o", "--output", type=NEW, help="Cube to write; default: NAME.sensor.nc.")
+@click.option("-o", "--output", type=NEW_FILE, help="Cube to write; default: NAME.sensor.nc.")
 @force_option
 @json_option
 @click.pass_context
@@ -121,7 +122,7 @@ def sense(
     from hcss_twin.engine.sense import measured_path, section_of, sense_file
 
     output = output or measured_path(cube)
-    require_writable([output], force)
+    require_writable([output], force, form="NetCDF")
     # A file name is relative to the working folder, not to the folder of the cube.
     named = str(Path(name).resolve()) if Path(name).is_file() else name
     section = section_of({"name": named, **_nested(assigned(assignments))})
@@ -146,7 +147,7 @@ def measured_beside(clean: Path, scenario: Any, force: bool) -> Path | None:
     from hcss_twin.engine.sense import measured_path
 
     path = measured_path(clean)
-    require_writable([path], force)
+    require_writable([path], force, form="NetCDF")
     return path
 
 
@@ -204,8 +205,9 @@ def volume(
 ) -> None:
     """Draw the clouds of CUBE in three dimensions; the cube must have truth layers."""
     output = output or cube.with_name(f"{cube.stem}_volume.png")
-    require_writable([output], force)
-    require_writable([occupancy], force, "give another name with --occupancy")
+    require_two_files({"-o": output, "--occupancy": occupancy})
+    require_writable([output], force, form="picture")
+    require_writable([occupancy], force, "give another name with --occupancy", form="NetCDF")
     from hcss_twin.reports.cloud_columns import read_columns, write_occupancy
     from hcss_twin.reports.cloud_volume import draw_volume
 

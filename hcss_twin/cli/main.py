@@ -8,6 +8,7 @@ import itertools
 import json
 import signal
 import sys
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,7 @@ from hcss_twin.cli.options import (
     scenario_options,
 )
 from hcss_twin.cli.sweep import is_propagation, propagation_options, run_propagation, sweep_command
-from hcss_twin.core.errors import HcssError, OptionError, ScenarioError
+from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
 COLLECTIONS = (50_000, 20, 50)
@@ -92,10 +93,11 @@ def run(
     gc.set_threshold(*COLLECTIONS)
     loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
-    require_writable([output], force)
-    measured = measured_beside(output, loaded, force)
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.cube.zarr_writer import cube_bytes
+    from hcss_twin.cube.zarr_writer import cube_bytes, is_zarr
+
+    require_writable([output], force, form="Zarr" if is_zarr(output) else "NetCDF")
+    measured = measured_beside(output, loaded, force)
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
@@ -179,15 +181,23 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 @click.option("--variable", help="Variable to show, for example cloud_thickness.")
 @click.option("--frames", default=4, type=click.IntRange(1, 64), help="Frames per contact sheet.")
 @click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
+@force_option
 @json_option
 def preview(
-    cube: Path, output: Path | None, kelvin: bool, variable: str | None, frames: int, animation: bool, as_json: bool
+    cube: Path,
+    output: Path | None,
+    kelvin: bool,
+    variable: str | None,
+    frames: int,
+    animation: bool,
+    force: bool,
+    as_json: bool,
 ) -> None:
     """Draw a contact sheet and an animation for each band of CUBE."""
     from hcss_twin.reports.preview import draw_preview
 
     paths = draw_preview(
-        cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable
+        cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable, replace=force
     )
     click.echo(json.dumps([str(path) for path in paths]) if as_json else "\n".join(map(str, paths)))
 
@@ -291,6 +301,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # some file names are not text, and some terminals lack letters
             stream.reconfigure(errors="backslashreplace")
+    warnings.showwarning = _show_warning
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
@@ -307,6 +318,21 @@ def main() -> None:
         sys.exit(EXIT_TERMINATED if stop.signal == signal.SIGTERM else EXIT_INTERRUPTED)
     finally:
         gc.freeze()  # Python would search everything for cycles before it ends, .15 s
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: Any = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning of this package as a message, and others as Python does."""
+    if issubclass(category, CacheWarning):
+        click.echo(f"warning: {message}", err=True)
+    else:
+        click.echo(warnings.formatwarning(message, category, filename, lineno, line), err=True, nl=False)
 
 
 def _run(stop: Stop) -> None:

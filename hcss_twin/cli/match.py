@@ -146,7 +146,8 @@ def match_command(
         raise click.UsageError("nothing to match: give an IMAGE, --fd LOW HIGH, or both")
     output = output or Path(f"{image.stem if image else cloud_type}-clouds.toml")
     require_two_files({"-o": output, "--preview": preview})
-    require_writable((output, preview), force, "give another name")
+    require_writable([output], force, "give another name", form="TOML")
+    require_writable([preview], force, "give another name", form="PNG")
     from hcss_twin.analysis.matching.dimension_range import type_parameters
     from hcss_twin.analysis.matching.match import write_fragment
     from hcss_twin.core.catalog import Catalog

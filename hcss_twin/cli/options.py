@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -13,16 +14,33 @@ import click
 EXISTING = click.Path(exists=True, path_type=Path)
 EXISTING_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 EXISTING_FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
-NEW = click.Path(path_type=Path)
-NEW_FILE = click.Path(dir_okay=False, path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
+
+
+class Output(click.Path):
+    """Name of an output file, or of a folder if ``dir_okay``."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Refuse names of folders, which as a path lose their last slash, and a hyphen that is not stdout."""
+        text = str(value)
+        if text.endswith(("/", os.sep)) and not (
+            self.dir_okay and (Path(text).is_dir() or text[:-1].endswith(".zarr"))
+        ):
+            self.fail(f"'{text}' given, a folder that does not exist; allowed: the name of a file", param, ctx)
+        if text in ("", "-") and not (text and self.allow_dash):
+            self.fail(f"'{text}' given; allowed: the name of a file", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+NEW = Output(path_type=Path)
+NEW_FILE = Output(dir_okay=False, path_type=Path)
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 force_option = click.option("--force", is_flag=True, help="Replace existing files.")
 json_file_option = click.option(
     "--json",
     "json_file",
-    type=click.Path(dir_okay=False, allow_dash=True, path_type=Path),
+    type=Output(dir_okay=False, allow_dash=True, path_type=Path),
     help="JSON file for all numbers; - prints them instead of the table.",
 )
 set_option = click.option(
@@ -72,26 +90,56 @@ def metres(_context: click.Context, _option: click.Parameter, text: str | None) 
     return size
 
 
-def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o") -> None:
+def require_writable(
+    paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o", *, form: str
+) -> None:
     """Check before the computation that results can be written; None means no file.
+
+    Parameters
+    ----------
+    paths : iterable of Path or None
+        The outputs.
+    force : bool
+        Whether existing files may be replaced; files that the command reads never are.
+    remedy : str
+        Alternative to ``force``, for the message.
+    form : str
+        What is written, of ``core.files.FORMS``.
 
     Raises
     ------
-    click.ClickException
-        If a file exists without ``force`` (``remedy`` is the alternative), or its folder does not exist.
+    click.ClickException, CubeError
+        If a file exists without ``force``, its name or its folder does not do, or it is read by the command.
     """
-    from hcss_twin.core.files import is_device
+    from hcss_twin.core.errors import CubeError
+    from hcss_twin.core.files import require_file, require_not_read
 
     for path in paths:
         if path is None:
             continue
-        if path.exists() and not force:
+        is_store = form == "Zarr"  # a folder; its writer knows which ones it may replace
+        if not is_store:
+            require_file(path, CubeError)
+        if os.path.lexists(path) and not force:
             raise click.ClickException(f"{path} exists; {remedy}, or --force")
-        if is_device(path):
-            raise click.ClickException(f"cannot write {path}: it is a device, pipe or socket; {remedy}")
+        require_not_read(path, _read_by_command(), CubeError)
+        if not is_store:
+            require_file(path, CubeError, form)
         folder = path.absolute().parent
         if not folder.is_dir():
             raise click.ClickException(f"cannot write {path}: there is no folder {folder}")
+        if not os.access(folder, os.W_OK):
+            raise click.ClickException(f"cannot write {path}: the folder {folder} is read-only")
+
+
+def _read_by_command() -> Iterator[Path]:
+    """Yield the files and folders among the arguments and options of the running command, except its outputs."""
+    context = click.get_current_context()
+    for parameter in context.command.params:
+        given = None if isinstance(parameter.type, Output) else context.params.get(parameter.name or "")
+        for each in given if isinstance(given, tuple) else (given,):
+            if isinstance(each, str | Path) and len(str(each)) < 255 and Path(each).exists():
+                yield Path(each)
 
 
 def require_two_files(given: Mapping[str, Path | None]) -> None:
@@ -111,12 +159,12 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
         seen[path.absolute()] = option
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text file; raises HcssError if it cannot be written."""
+def write_json(path: Path, text: str) -> None:
+    """Write a JSON file; raises HcssError if it cannot be written."""
     from hcss_twin.core.errors import HcssError
     from hcss_twin.core.files import atomic_write
 
-    with atomic_write(path, HcssError) as draft:
+    with atomic_write(path, HcssError, "JSON") as draft:
         draft.write_text(text + "\n", encoding="utf-8")
 
 

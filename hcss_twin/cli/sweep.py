@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_twin.cli.options import (
+    EXISTING_FILE,
     FOLDER,
     NEW_FILE,
     Stop,
@@ -98,7 +99,7 @@ def _sweep_text(result: SweepResult) -> str:
 
 _DRAW_OPTIONS = (
     click.option("--draws", type=int, help="Propagate uncertain inputs: number of random draws, each with two seeds."),
-    click.option("--posterior", type=NEW_FILE, help="With --draws: file of `hcss fit` for the cloud parameters."),
+    click.option("--posterior", type=EXISTING_FILE, help="With --draws: file of `hcss fit` for the cloud parameters."),
     click.option(
         "--uncertain",
         multiple=True,
@@ -159,7 +160,7 @@ def run_propagation(
 
     output = output or Path(f"{Path(scenario).stem}.propagation.nc")
     numbers = _numbers(given["cubes_of"])
-    require_writable((output, *(cube_path(output, number) for number in numbers)), force)
+    require_writable((output, *(cube_path(output, number) for number in numbers)), force, form="NetCDF")
     with announce_compilation(partial(click.echo, err=True)), warnings.catch_warnings():
         warnings.simplefilter("ignore", CertificateWarning)  # reported as an error, with the exit code
         result = propagate(

@@ -10,9 +10,10 @@ import secrets
 import shutil
 import time
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
@@ -20,9 +21,27 @@ from hcss_twin.core.reading import open_netcdf
 
 REMEDY = "give another name with -o, or --force"
 
+FORMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "NetCDF": (".nc", ".nc4", ".cdf", ".netcdf", ".h5", ".hdf5", ".he5"),
+        "Zarr": (".zarr",),
+        "HTML": (".html", ".htm"),
+        "JSON": (".json", ".txt"),
+        "TOML": (".toml", ".txt"),
+        "PNG": (".png",),
+        "picture": (".png", ".svg", ".pdf", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".eps", ".ps"),
+        "other": (".txt", ".csv", ".md", ".py", ".npy", ".npz", ".gif", ".bmp", ".fits", ".fit", ".img", ".hdr", ".zip",
+                  ".gz", ".tar", ".grb", ".grib", ".grib2", ".xml", ".yaml", ".yml", ".oem", ".aem", ".tle"),
+    }
+)  # fmt: skip
+"""Forms of files with the suffixes of their names. The first is the usual one; no command writes the form "other"."""
+
+_FIRST_BYTES = {"NetCDF": (b"\x89HDF", b"CDF"), "HTML": (b"<",), "JSON": (b"{", b"[")}
+"""How files of a form begin; a file that begins otherwise is somebody's own and is not replaced."""
+
 
 @contextlib.contextmanager
-def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
+def atomic_write(path: Path, error: type[HcssError], form: str = "") -> Iterator[Path]:
     """Yield a hidden path to write to, which is renamed to ``path`` if the block raises no exception.
 
     The draft is in the same folder, so that renaming is atomic: an older file stays intact or is replaced.
@@ -34,13 +53,15 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
         Final name; its folder must exist.
     error : type
         Exception to raise if the system or a library reports an OSError or RuntimeError.
+    form : str
+        What is written, of :data:`FORMS`; empty for files whose names users do not choose.
 
     Raises
     ------
     HcssError
         Of the type ``error``, with the path and the cause.
     """
-    require_file(path, error)
+    require_file(path, error, form)
     draft = draft_of(path)
     try:
         yield draft
@@ -54,15 +75,38 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
             draft.unlink()
 
 
-def require_file(path: Path, error: type[HcssError]) -> None:
-    """Raise ``error`` if a file cannot have this name: of a folder, a device such as /dev/null, a pipe or a socket.
+def require_file(path: Path, error: type[HcssError], form: str = "") -> None:
+    """Refuse a name that an output file cannot have.
 
-    Renaming a draft would replace a device for all processes of the machine.
+    That is the name of a folder, of a device such as /dev/null, a pipe or a socket: renaming a draft would replace a
+    device for all processes of the machine. Of an output of a ``form`` (:data:`FORMS`), it is also a name with the
+    suffix of another form, which its readers would believe, and that of a file with other contents. A symbolic link is
+    replaced, and its target is not touched.
+
+    Raises
+    ------
+    HcssError
+        Of the type ``error``.
     """
     if path.is_dir():
         raise error(f"cannot write {path}: it is a folder")
     if is_device(path):
         raise error(f"cannot write {path}: it is a device, pipe or socket; allowed: a new name, or that of a file")
+    if not form:
+        return
+    suffix = Path(f"x{path.name}").suffix.lower()  # that of .zarr, too
+    others = {each for name, suffixes in FORMS.items() if name != form for each in suffixes}
+    if suffix not in FORMS[form] and suffix and (suffix in others or form in ("PNG", "picture")):
+        closest = path.with_name(f"{path.name.removesuffix(path.suffix)}{FORMS[form][0]}")
+        what = f"a {form}" if form == "picture" else form
+        raise error(f"cannot write {path}: the output is {what}, not {suffix}; closest is {closest}")
+    first = _FIRST_BYTES.get(form)
+    if first and path.is_file():
+        begins = b""
+        with contextlib.suppress(OSError), path.open("rb") as file:  # whether it can be replaced shows later
+            begins = file.read(4).lstrip()
+        if begins and not begins.startswith(first):
+            raise error(f"cannot write {path}: the file there is no {form}, and is not replaced; give another name")
 
 
 def is_device(path: Path) -> bool:
@@ -79,11 +123,11 @@ def draft_of(path: Path) -> Path:
 _DRAFT = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}-[0-9a-f]{4}-(?P<machine>[0-9a-f]{8})-(?P<process>[0-9]+)\.partial")
 
 
-def remove_orphans(folder: Path) -> None:
-    """Remove the drafts that killed processes of this machine left in a folder."""
+def remove_orphans(folder: Path, every: bool = False) -> None:
+    """Remove the drafts that killed processes of this machine left in a folder, or ``every`` draft."""
     for path in folder.glob(".*.partial"):
         about = _DRAFT.fullmatch(path.name)
-        if about and about["machine"] == _machine() and not _is_running(int(about["process"])):
+        if about and (every or (about["machine"] == _machine() and not _is_running(int(about["process"])))):
             shutil.rmtree(path, ignore_errors=True)
             with contextlib.suppress(OSError):
                 path.unlink()

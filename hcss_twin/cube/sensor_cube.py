@@ -128,7 +128,7 @@ def measured_cube(
     if path.exists() and os.path.samefile(clean_path, path):
         raise CubeError(f"cannot write {path}: it is the clean cube")
     with (
-        atomic_write(path, CubeError) as draft,
+        atomic_write(path, CubeError, "NetCDF") as draft,
         netCDF4.Dataset(clean_path) as clean,
         netCDF4.Dataset(draft, "w", format="NETCDF4") as measured,
     ):

@@ -162,7 +162,7 @@ class CubeWriter(StreamedWriter):
         return self._dataset is not None
 
     def _require_replaceable(self) -> None:
-        require_file(self.path, CubeError)
+        require_file(self.path, CubeError, "NetCDF")
 
     def _create(self) -> None:
         os.close(os.open(self._partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

@@ -6,7 +6,10 @@ names from ``_ARRAY_DIMENSIONS``. Needs the package ``zarr`` (``pip install hcss
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
+import re
 import shutil
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -90,8 +93,10 @@ class ZarrWriter(StreamedWriter):
         require_zarr(self.path)
         if self.path.exists() and not self.path.is_dir():
             raise CubeError(f"cannot write {self.path}: it is a file, but a Zarr store is a folder")
-        if self.path.is_dir() and any(self.path.iterdir()) and not (self.path / ".zgroup").is_file():
-            raise CubeError(f"cannot write {self.path}: it is a folder that is not a Zarr store")
+        if self.path.is_dir() and any(self.path.iterdir()) and not _is_store(self.path):
+            raise CubeError(
+                f"cannot write {self.path}: it is a folder that is not a Zarr store of a cube; give another name"
+            )
 
     def _create(self) -> None:
         self._partial.mkdir()
@@ -172,7 +177,10 @@ class ZarrWriter(StreamedWriter):
         flush(self.path.parent)
 
     def _replace(self) -> None:
-        """Rename the store; an older one is moved aside first, and moved back if renaming fails."""
+        """Rename the store; an older one is moved aside first, and moved back if renaming fails.
+
+        Files in the older one that its metadata does not list are the user's: they are moved to the new one.
+        """
         old = self._partial.with_suffix(".old")
         if self.path.exists() and not self.replace:
             raise CubeError(f"cannot write {self.path}: another process has written it; {REMEDY}")
@@ -184,11 +192,48 @@ class ZarrWriter(StreamedWriter):
             if old.exists():
                 os.replace(old, self.path)
             raise
-        shutil.rmtree(old, ignore_errors=True)
+        if old.is_symlink():
+            old.unlink()
+        elif old.exists():
+            for each in _unlisted(old):
+                place = self.path / each.relative_to(old)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(each, place)
+            shutil.rmtree(old, ignore_errors=True)
 
     def _discard(self) -> None:
         self._group, self._arrays = None, MappingProxyType({})
         shutil.rmtree(self._partial, ignore_errors=True)
+
+
+def _is_store(path: Path) -> bool:
+    """Whether a folder is a finished cube of this package."""
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        return FORMAT_ATTRIBUTE in json.loads((path / ".zattrs").read_bytes()) and bool(_arrays_of(path))
+    return False
+
+
+def _arrays_of(store: Path) -> set[str]:
+    """Return the names of the arrays that the metadata of a store list."""
+    metadata = json.loads((store / ".zmetadata").read_bytes())["metadata"]
+    return {name.removesuffix("/.zarray") for name in metadata if name.endswith("/.zarray")}
+
+
+_CHUNK = re.compile(r"\d+([./]\d+)*")
+
+
+def _unlisted(store: Path) -> list[Path]:
+    """Return the files in a store that belong to none of the arrays that its metadata list."""
+    arrays, found = _arrays_of(store), []
+    for each in (each for each in store.rglob("*") if each.is_symlink() or not each.is_dir()):
+        name, _, rest = each.relative_to(store).as_posix().partition("/")
+        own = rest in (".zarray", ".zattrs") or _CHUNK.fullmatch(rest) if rest else name in _GROUP
+        if not own or (rest and name not in arrays):
+            found.append(each)
+    return found
+
+
+_GROUP = (".zgroup", ".zattrs", ".zmetadata")
 
 
 def require_zarr(path: str | os.PathLike[str]) -> Any:

@@ -240,7 +240,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
             _panel(axis, first, [changes], labels, quantity, f"{last.label} minus {first.label}", "zenith angle", True)
         _bands(axes[2, quantity], spectra, quantity)
     figure.suptitle(first.label if len(spectra) == 1 else f"{first.label} (lines) and {last.label} (dashes)")
-    with atomic_write(path, HcssError) as draft:
+    with atomic_write(path, HcssError, "picture") as draft:
         figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 

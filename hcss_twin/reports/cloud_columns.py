@@ -280,7 +280,7 @@ def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[i
         raise CubeError(str(error)) from error
     shares = occupancy(columns.base_m, columns.top_m, edges)
     shares *= columns.fraction.astype(np.float32)
-    with atomic_write(path, CubeError) as draft:
+    with atomic_write(path, CubeError, "NetCDF") as draft:
         _write(draft, columns, edges, shares)
     levels, rows, width = shares.shape
     return levels, rows, width

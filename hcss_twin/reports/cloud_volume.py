@@ -36,11 +36,8 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
         If the frame is clear, is a single row or column, or the picture cannot be written.
     """
     figure = volume_figure(columns)
-    try:
-        with atomic_write(path, CubeError) as draft:
-            figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
-    except ValueError as error:  # no such format
-        raise CubeError(f"cannot write {path}: {error}") from error
+    with atomic_write(path, CubeError, "picture") as draft:
+        figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 
 

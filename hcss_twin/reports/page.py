@@ -197,5 +197,5 @@ def write_page(path: Path, page: Page) -> None:
         If it cannot be written.
     """
     text = page_text(page)
-    with atomic_write(path, HcssError) as draft:
+    with atomic_write(path, HcssError, "HTML") as draft:
         draft.write_text(text, encoding="utf-8")

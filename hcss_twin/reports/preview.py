@@ -56,6 +56,7 @@ def draw_preview(
     frames: int = 4,
     animation: bool = True,
     variable: str | None = None,
+    replace: bool = False,
 ) -> list[Path]:
     """Draw a variable of a cube, each band or cloud layer separately; of thermal radiation, cold is white.
 
@@ -73,6 +74,8 @@ def draw_preview(
         Also write a GIF of all frames (at most 200) per band.
     variable : str, optional
         Default: radiance, or the first of ``DRAWN`` in the cube.
+    replace : bool
+        Replace existing files.
 
     Returns
     -------
@@ -82,12 +85,20 @@ def draw_preview(
     Raises
     ------
     CubeError
-        If the cube cannot be read or lacks the variable, or ``kelvin`` and another variable are given.
+        If the cube cannot be read or lacks the variable, ``kelvin`` and another variable are given, or a
+        picture exists.
     """
     if kelvin and variable not in (None, "brightness_temperature"):
         raise CubeError(f"'{variable}' with kelvin; allowed: a variable or kelvin, not both")
     folder = Path(folder)
     written: list[Path] = []
+
+    def drawn(path: Path) -> Path:
+        if path.exists() and not replace:
+            raise CubeError(f"{path} exists; give another folder with -o, or --force")
+        written.append(path)
+        return path
+
     with open_cube(cube) as opened:
         dataset = with_plane_axes(opened)
         if "row" in opened.dims:  # rows count downward, y upward
@@ -105,14 +116,12 @@ def draw_preview(
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
             if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
-            written.append(folder / f"{stem}.png")
             low, high = limits[place] if limits else (0.0, 0.0)
             title = f"{part} ({low:.4g}-{high:.4g} um)" if limits else part or name
             grey = "gray_r" if colours_of(name, low) == "gray_r" else "gray"
-            _contact_sheet(dataset, data, title, frames, grey, written[-1])
+            _contact_sheet(dataset, data, title, frames, grey, drawn(folder / f"{stem}.png"))
             if animation and data.sizes["time"] > 1:
-                written.append(folder / f"{stem}.gif")
-                _animation(data, grey, written[-1])
+                _animation(data, grey, drawn(folder / f"{stem}.gif"))
     return written
 
 
@@ -300,7 +309,7 @@ def _draw(panels: Sequence[tuple[str, CloudImage]], title: str, structures: Sequ
 
 
 def _save(figure: Figure, path: Path) -> None:
-    with atomic_write(path, CatalogError) as draft:
+    with atomic_write(path, CatalogError, "PNG") as draft:
         figure.savefig(draft, dpi=110, format="png")
 
 

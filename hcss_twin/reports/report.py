@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 from hcss_twin.core.errors import HcssError
+from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.reading import reading
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
@@ -55,8 +56,8 @@ def report(
     path = Path(source)
     name = _page_of(path)
     target = Path(output) if output is not None else _beside(path)
-    if target.exists() and target.samefile(path):
-        raise HcssError(f"cannot write {target}: it is the input of the report; allowed: another name with -o")
+    require_not_read(target, [path], HcssError)
+    require_file(target, HcssError, "HTML")
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
     # imported when needed, because pages import matplotlib

@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 
 from hcss_twin.core.errors import CubeError, SweepError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
@@ -75,8 +75,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
         raise SweepError(f"cannot write {path}: the sweep has another file of that name; allowed: another name")
     if not own and not path.absolute().parent.is_dir():
         raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
-    if path.is_dir():
-        raise SweepError(f"cannot write {path}: it is a folder")
+    require_file(path, SweepError, "NetCDF")
     if not path.exists() or force:
         return
     known = None
@@ -97,7 +96,7 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
     if not cubes:
         raise SweepError(f"cannot write {path}: no point has a cube")
     found = differences(cubes)
-    with atomic_write(path, SweepError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
+    with atomic_write(path, SweepError, "NetCDF") as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
         _Writer(target, design, records, cubes, found).write(digest)
 
 

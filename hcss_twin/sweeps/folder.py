@@ -15,7 +15,7 @@ from typing import Any, Literal
 from pydantic import TypeAdapter
 
 from hcss_twin.core.errors import CubeError, SweepError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, remove_orphans
 from hcss_twin.core.reading import reading
 from hcss_twin.sweeps.points import PointOutcome, SweepPoint, sha256_of
 
@@ -110,14 +110,14 @@ class SweepFolder:
             else:
                 self._require_same(known, versions)
             self._versions = dict(versions if known is None else known["versions"])
-            self._remove_drafts()
+            remove_orphans(self.path, every=True)
             self._read_log()
             self._adopt_cubes()
             self.write_index()
             try:
                 yield
             finally:
-                self._remove_drafts()
+                remove_orphans(self.path, every=True)
                 # An interrupt may occur between writing a cube and its log line.
                 self._adopt_cubes()
                 self.write_index()
@@ -202,13 +202,7 @@ class SweepFolder:
         for name in (LOG, *(cube_name(number, count) for number in range(count)), INDEX):
             with contextlib.suppress(FileNotFoundError):
                 (self.path / name).unlink()
-        self._remove_drafts()
-
-    def _remove_drafts(self) -> None:
-        """Remove incomplete files of killed workers."""
-        for path in self.path.glob(".*.partial"):
-            with contextlib.suppress(FileNotFoundError):
-                path.unlink()
+        remove_orphans(self.path, every=True)
 
     def _read_log(self) -> None:
         path = self.path / LOG

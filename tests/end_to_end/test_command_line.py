@@ -66,11 +66,14 @@ def test_run_and_preview_make_a_cube_and_pictures(tmp_path):
 
 
 def test_an_existing_cube_is_kept_unless_forced(tmp_path):
-    (tmp_path / "stratus.nc").write_text("precious")
-    refused = hcss("run", "stratus", *SMALL, cwd=tmp_path)
-    assert refused.returncode == 1
-    assert "--force" in refused.stderr
-    assert (tmp_path / "stratus.nc").read_text() == "precious"
+    cube = tmp_path / "stratus.nc"
+    cube.write_text("precious")  # no NetCDF: somebody's own
+    for force, message in (((), "--force"), (("--force",), "the file there is no NetCDF")):
+        refused = hcss("run", "stratus", *SMALL, *force, cwd=tmp_path)
+        assert refused.returncode == 1
+        assert message in refused.stderr
+        assert cube.read_text() == "precious"
+    cube.write_bytes(b"\x89HDF\r\n, damaged")
     assert hcss("run", "stratus", *SMALL, "--force", cwd=tmp_path).returncode == 0
 
 

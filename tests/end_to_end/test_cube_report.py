@@ -343,7 +343,7 @@ def test_the_command_writes_and_replaces_only_when_told(tmp_path):
     assert CliRunner().invoke(cli, ["report", str(cube), "-o", str(target), "--force"]).exit_code == 0
     assert target.read_bytes() == before
     over = CliRunner().invoke(cli, ["report", str(cube), "-o", str(cube), "--force"])
-    assert "the input of the report" in str(over.exception)
+    assert "it is an input of this command" in str(over.exception)
     with open_cube(cube) as data:
         assert "cloud_mask" in data
 

@@ -79,9 +79,11 @@ def test_the_default_name_of_the_command_is_no_exception(folder):
     planned(folder)
     words = [word for key, value in SMALL.items() if key != "bands" for word in ("--set", f"{key}={value}")]
     words += ["--set", 'bands=["lwir-10.8"]', "--set", "atmosphere.profile=scene.nc.csv"]
+    before = (folder / "scene.nc").read_bytes()
     done = CliRunner().invoke(cli, ["run", "scene.json", "--force", *words])
     assert isinstance(done.exception, CubeError)
-    assert "is an input" in str(done.exception)
+    assert "is not replaced" in str(done.exception)  # it is no NetCDF, whatever reads it
+    assert (folder / "scene.nc").read_bytes() == before
 
 
 def test_a_sensor_file_is_not_overwritten_by_what_it_measures(folder):

@@ -98,10 +98,10 @@ def _write_all_of_one_frame(cube, header):
         cube.write_frame(1, frame)
 
 
-@pytest.mark.parametrize("writer", [CubeWriter, ZarrWriter])
-def test_parts_are_written_once_each_and_all_of_them(tmp_path, writer):
+@pytest.mark.parametrize(("writer", "suffix"), [(CubeWriter, "nc"), (ZarrWriter, "zarr")])
+def test_parts_are_written_once_each_and_all_of_them(tmp_path, writer, suffix):
     header = example_header()
-    cube = writer(tmp_path / "cube.zarr", header)
+    cube = writer(tmp_path / f"cube.{suffix}", header)
     with pytest.raises(CubeError, match=r"2 of 3 frames were not written: 0, 2"), cube:
         _write_all_of_one_frame(cube, header)
     assert list(tmp_path.iterdir()) == []

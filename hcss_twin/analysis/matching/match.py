@@ -230,5 +230,5 @@ def write_fragment(text: str, path: Path) -> None:
 
     Raises CatalogError if the file cannot be written.
     """
-    with atomic_write(path, CatalogError) as draft:
+    with atomic_write(path, CatalogError, "TOML") as draft:
         draft.write_text(text, encoding="utf-8")

@@ -142,7 +142,7 @@ def write_posterior(
     import netCDF4
 
     create: Callable[..., Any] = netCDF4.Dataset
-    with atomic_write(path, PosteriorError) as draft, create(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, PosteriorError, "NetCDF") as draft, create(draft, "w", format="NETCDF4") as file:
         file.setncatts({"Conventions": "CF-1.11", VERSION_ATTRIBUTE: np.int32(VERSION), "title": title})
         file.setncatts(
             {

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hcss_twin.core.errors import CubeError, choose_from
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, require_not_read
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.export.selection import Selection, select
 from hcss_twin.cube.reader import open_cube
@@ -192,6 +192,8 @@ def export_cube(
         if existing and not replace:
             more = f" (and {len(existing) - 1} more)" if len(existing) > 1 else ""
             raise CubeError(f"{existing[0]} exists{more}; give another name with -o, or --force")
+        for path in names.all:
+            require_not_read(path, [cube], CubeError)
         with ExitStack() as stack:
             # the file entered last is renamed first: image files first, companions last
             drafts = {path: stack.enter_context(atomic_write(path, CubeError)) for path in reversed(names.all)}

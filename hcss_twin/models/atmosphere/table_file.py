@@ -146,7 +146,7 @@ def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mappi
         "level_pressure_Pa": table.profile.pressure_Pa,
         "level_temperature_K": table.profile.temperature_K,
     }
-    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
         file.setncatts(
             {
                 "format": FORMAT,

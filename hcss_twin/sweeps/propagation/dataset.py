@@ -145,7 +145,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
         for name, each in dataset.data_vars.items()
         if each.dtype.kind in "fi" and each.ndim
     }
-    with atomic_write(path, PropagationError) as draft:
+    with atomic_write(path, PropagationError, "NetCDF") as draft:
         dataset.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 

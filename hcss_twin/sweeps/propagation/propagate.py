@@ -22,6 +22,7 @@ from hcss_twin.core.errors import (
     ScenarioError,
     choose_from,
 )
+from hcss_twin.core.files import require_file
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.parts import executor_of
 from hcss_twin.engine.simulate import run
@@ -275,5 +276,7 @@ def _check(draws: int, shares: str, cubes_of: Sequence[int], workers: int, path:
         raise PropagationOptionError("cubes of draws are written next to the propagation file: name that, too")
     if path is not None and path.suffix != ".nc":
         raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
-    if path is not None and (path.is_dir() or not path.parent.is_dir()):
-        raise PropagationError(f"cannot write {path}: it is a folder, or there is no folder {path.parent}")
+    if path is not None:
+        require_file(path, PropagationError, "NetCDF")
+        if not path.parent.is_dir():
+            raise PropagationError(f"cannot write {path}: there is no folder {path.parent}")

@@ -9,6 +9,7 @@ from typing import Literal
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.reading import reads
 from hcss_twin.models.atmosphere.imports.combine import combine
 from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
@@ -176,6 +177,8 @@ def import_files(
     CatalogError
         If a file is malformed or the runs do not form a table.
     """
+    require_file(Path(output), CatalogError, "NetCDF")
+    require_not_read(Path(output), files, CatalogError)
     paths = [each for file in files for each in read_paths(file, options)]
     lines = [f"{path.source}: {path.code}, {path.geometry or 'no geometry'}" for path in paths]
     lines += [f"{path.source}: {note}" for path in paths for note in path.notes]

@@ -14,13 +14,13 @@ from hcss_twin.cli.options import (
     force_option,
     json_file_option,
     load,
+    require_two_files,
     require_writable,
     set_option,
-    write_text,
+    write_json,
 )
 
 _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
-_PICTURES = (".png", ".svg", ".pdf")
 
 
 def _accuracies(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> tuple[float | str, ...]:
@@ -81,9 +81,9 @@ def bench(
     that their ratios hold on a busy machine, too. The cache is not used. Takes some minutes.
     """
     printed = json_file is not None and str(json_file) == "-"
-    require_writable([None if printed else json_file, plot], force, "give another name")
-    if plot is not None and plot.suffix not in _PICTURES:
-        raise click.BadParameter(f"{plot} must end in one of {', '.join(_PICTURES)}", param_hint="--plot")
+    require_two_files({"--json": None if printed else json_file, "--plot": plot})
+    require_writable([None if printed else json_file], force, "give another name", form="JSON")
+    require_writable([plot], force, "give another name", form="picture")
     if len(set(accuracies)) < len(accuracies):
         raise click.BadParameter("the same accuracy is given twice", param_hint="--accuracy")
     loaded = load(scenario, assignments)
@@ -99,7 +99,7 @@ def bench(
     text = json.dumps({model: each.as_dict() for model, each in found.items()}, indent=1)
     click.echo(text if printed else "\n\n".join(map(bench_text, found.values())))
     if json_file is not None and not printed:
-        write_text(json_file, text)
+        write_json(json_file, text)
     if plot is not None:
         draw_bench(found, plot)
     if not printed:

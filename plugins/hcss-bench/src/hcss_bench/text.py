@@ -160,7 +160,7 @@ def draw_bench(found: Mapping[str, BenchResult], path: Path) -> None:
     axes.set_title(textwrap.fill(first.scene, 100), fontsize=9)
     # Below the axes, where it covers no points.
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    with atomic_write(path, HcssError) as draft:
+    with atomic_write(path, HcssError, "picture") as draft:
         figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
 
 

@@ -21,7 +21,7 @@ from hcss_twin.cli.options import (
     progress,
     require_two_files,
     require_writable,
-    write_text,
+    write_json,
 )
 
 if TYPE_CHECKING:
@@ -191,7 +191,8 @@ def evaluate_command(
     to_screen = json_file is not None and str(json_file) == "-"
     wanted = {"-o": output, "--json": None if to_screen else json_file}
     require_two_files(wanted)
-    require_writable(wanted.values(), force, "give another name")
+    require_writable([output], force, "give another name", form="HTML")
+    require_writable([wanted["--json"]], force, "give another name", form="JSON")
     _require_options_of_one_test(context, realism, radiance)
     if (sim is None) != radiance:
         raise click.UsageError("SIM: allowed without --radiance only" if radiance else "Missing argument 'SIM'.")
@@ -299,7 +300,7 @@ def _answer(answer: str, text: str, output: Path | None, json_file: Path | None)
         click.echo(answer)
         return
     if json_file is not None:
-        write_text(json_file, answer)
+        write_json(json_file, answer)
     click.echo(text)
     for file in (output, json_file):
         if file is not None:

@@ -9,7 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hcss_twin.cli.options import force_option, json_file_option, load, require_writable, set_option, write_text
+from hcss_twin.cli.options import force_option, json_file_option, load, require_writable, set_option, write_json
 
 
 @click.command()
@@ -44,18 +44,23 @@ def reference(
     """
     from hcss_light.comparison import compare, write_to_cube
 
-    require_writable([json_file], force)
+    printed = json_file is not None and str(json_file) == "-"
+    require_writable([None if printed else json_file], force, form="JSON")
     given = load(scenario, assignments)
     result = compare(given, pixels, photons, frame, seed)
     if cube is not None:
         write_to_cube(cube, given, result)
+    text = json.dumps(result, indent=1)
+    if printed:
+        click.echo(text)
+        return
     for band in result["bands"]:
         click.echo(_line(band))
     click.echo(
         f"{pixels} pixels, {photons} photons each; bias and rms relative to the mean, noise of Monte Carlo removed"
     )
     if json_file is not None:
-        write_text(json_file, json.dumps(result, indent=1))
+        write_json(json_file, text)
 
 
 def _line(band: dict[str, Any]) -> str:

@@ -9,7 +9,16 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Stop, force_option, progress, require_writable, with_size, write_text
+from hcss_twin.cli.options import (
+    NEW_FILE,
+    Stop,
+    force_option,
+    progress,
+    require_two_files,
+    require_writable,
+    with_size,
+    write_json,
+)
 from hcss_twin.core.errors import HcssError
 
 EXIT_FAILED = 1
@@ -51,7 +60,9 @@ def reproduce(
         for item in selected:
             click.echo(f"{item.name:<{width}}{item.title}")
         return
-    require_writable((output, json_file), force, "give another name")
+    require_two_files({"-o": output, "--json": json_file})
+    require_writable([output], force, "give another name", form="HTML")
+    require_writable([json_file], force, "give another name", form="JSON")
     from hcss_paper.report import reproduction_page, worst_text
     from hcss_paper.run import outcomes, totals
     from hcss_twin.core.environment import announce_compilation
@@ -67,7 +78,7 @@ def reproduce(
     write_page(output, reproduction_page(results, seed))
     click.echo(with_size(output))
     if json_file is not None:
-        write_text(json_file, json.dumps({each.item.name: each.as_dict() for each in results}, indent=1))
+        write_json(json_file, json.dumps({each.item.name: each.as_dict() for each in results}, indent=1))
         click.echo(str(json_file))
     if any(outcome.result is None for outcome in results):
         sys.exit(EXIT_FAILED)

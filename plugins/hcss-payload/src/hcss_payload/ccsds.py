@@ -18,6 +18,7 @@ from hcss_payload.attitude import Attitude, AttitudeTable
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
 from hcss_payload.trajectory import PositionTable, Trajectory, velocity_m_s
+from hcss_twin.core.files import atomic_write
 
 BODY_FRAME, EARTH_FRAME = "SC_BODY_1", "ITRF2020"
 
@@ -209,4 +210,5 @@ def _write(
         *lines,
         *(["DATA_STOP"] if data_marks else []),
     ]
-    path.write_text("\n".join(text) + "\n", encoding="utf-8")
+    with atomic_write(path, PayloadError) as draft:
+        draft.write_text("\n".join(text) + "\n", encoding="utf-8")

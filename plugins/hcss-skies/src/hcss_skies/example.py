@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, ndtri
 
+from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import open_netcdf
 from hcss_twin.errors import CatalogError
 from hcss_twin.providers import Array
@@ -148,7 +149,7 @@ def write_example(path: Path, example: Example) -> None:
     import netCDF4
 
     _check(path, example)
-    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
         file.setncatts(
             {
                 "title": f"Example of a sky: {example.kind}", "hcss_skies_format": FORMAT, "kind": example.kind,

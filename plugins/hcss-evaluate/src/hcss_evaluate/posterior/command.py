@@ -115,7 +115,7 @@ def fit_command(
     if (fd is None) is not (fd_error is None):
         raise click.UsageError("--fd and --fd-error must be given together")
     output = output or Path(f"{images[0].stem if images else 'fd'}-posterior.nc")
-    require_writable([output], force)
+    require_writable([output], force, form="NetCDF")
     sampling = {name: options.pop(name) for name in _SAMPLING}
     sampling["fixed"] = {name: _fixed(name, value) for name, value in fixed.items()}
     if fd is not None:

@@ -26,6 +26,7 @@ from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
 from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
+from hcss_twin.core.files import require_not_read
 
 FRAME = (800, 800, 20.0)
 """Rows, columns and pixel size of the paper's images; also used to check priors before any image is read."""
@@ -75,6 +76,7 @@ def fit(
     # Check options before reading the images, which is slow and may fail for other reasons.
     space_of(chosen, 0.5, [FRAME], several=len(paths) > 1)
     targets = [read_target(path, choice) for path in paths]
+    require_not_read(Path(output), paths, PosteriorError)
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     inputs = [(target.source, digest) for target, digest in zip(targets, digests, strict=True)]
     return fit_targets(targets, Path(output), inputs, chosen, progress)

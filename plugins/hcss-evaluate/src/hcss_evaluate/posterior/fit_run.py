@@ -26,7 +26,7 @@ from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError, PosteriorOptionError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.reading import reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 
@@ -228,6 +228,7 @@ class FitRun:
         data: str,
         progress: Progress | None,
     ) -> None:
+        require_file(output, PosteriorError, "NetCDF")
         if not output.absolute().parent.is_dir():
             raise PosteriorError(f"cannot write {output}: there is no folder {output.absolute().parent}")
         self._options, self._space, self._spreads = options, space, spreads
