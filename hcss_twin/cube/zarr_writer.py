@@ -94,9 +94,7 @@ class ZarrWriter(StreamedWriter):
         if self.path.exists() and not self.path.is_dir():
             raise CubeError(f"cannot write {self.path}: it is a file, but a Zarr store is a folder")
         if self.path.is_dir() and any(self.path.iterdir()) and not _is_store(self.path):
-            raise CubeError(
-                f"cannot write {self.path}: it is a folder that is not a Zarr store of a cube; give another name"
-            )
+            raise CubeError(f"cannot write {self.path}: it is a folder that is not a Zarr store with a cube")
 
     def _create(self) -> None:
         self._partial.mkdir()

@@ -163,16 +163,22 @@ def bad_cases():
     add("celsius-unstated-tif", unstated, "celsius", 22, "f4", "tif", word="celsius")
 
     for seed, (quantity, dtype, form, fill) in enumerate([
-        ("grey", "i2", "npy", -9999), ("grey", "f4", "npy", -999), ("grey", "i4", "npy", 99999), ("grey", "i2", "npy", -1),
-        ("grey", "i2", "npz", -32768), ("grey", "i2", "npy", 32767), ("grey", "u2", "npy", 65535), ("grey", "f8", "npy", 1e20),
-        ("counts", "f4", "npy", -9999), ("counts", "i4", "tif", -2147483648), ("counts", "f4", "tif", -3.4028234663852886e38),
+        ("grey", "i2", "npy", -9999), ("grey", "f4", "npy", -999), ("grey", "i4", "npy", 99999),
+        ("grey", "i2", "npy", -1),
+        ("grey", "i2", "npz", -32768), ("grey", "i2", "npy", 32767), ("grey", "u2", "npy", 65535),
+        ("grey", "f8", "npy", 1e20),
+        ("counts", "f4", "npy", -9999), ("counts", "i4", "tif", -2147483648),
+        ("counts", "f4", "tif", -3.4028234663852886e38),
         ("counts12", "u2", "png", 65535), ("counts12", "u2", "tif", 65535), ("counts12", "i2", "npy", 32767),
         ("counts12", "i2", "npy", -999), ("reflectance", "f4", "npy", -9999), ("reflectance", "f4", "npz", -999),
-        ("reflectance", "f8", "npy", 9.969209968386869e36), ("reflectance", "f4", "tif", 1e20), ("reflectance", "f4", "npy", -1),
+        ("reflectance", "f8", "npy", 9.969209968386869e36), ("reflectance", "f4", "tif", 1e20),
+        ("reflectance", "f4", "npy", -1),
         ("reflectance", "f4", "npy", 9999), ("reflectance", "f4", "npy", 65535), ("reflectance", "f4", "npy", -32767),
-        ("reflectance", "f4", "npy", 255), ("percent", "u1", "npy", 255), ("percent", "f4", "npy", 999), ("percent", "i2", "tif", -99),
+        ("reflectance", "f4", "npy", 255), ("percent", "u1", "npy", 255), ("percent", "f4", "npy", 999),
+        ("percent", "i2", "tif", -99),
         ("radiance", "f4", "npy", -9999), ("radiance", "f4", "tif", 1e30), ("radiance", "f4", "npz", -99.9),
-        ("anomaly", "f8", "npy", -9999), ("anomaly", "f8", "npy", 1e20), ("thickness", "f4", "npy", -9999), ("thickness", "f4", "npy", 99999),
+        ("anomaly", "f8", "npy", -9999), ("anomaly", "f8", "npy", 1e20), ("thickness", "f4", "npy", -9999),
+        ("thickness", "f4", "npy", 99999),
     ]):  # fmt: skip
         add(f"fill-{quantity}-{form}-{dtype}-{fill:g}", filled, quantity, 30 + seed, dtype, form, fill)
     stated = {"units": "K", "long_name": "brightness temperature"}

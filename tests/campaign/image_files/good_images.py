@@ -209,7 +209,8 @@ def good_cases():
 
     for seed, (quantity, dtype, nodata) in enumerate([
         ("grey", "uint8", 0), ("grey", "uint8", 255), ("counts", "uint16", 0), ("counts", "uint16", 65535),
-        ("reflectance", "float32", -9999.0), ("reflectance", "float32", np.nan), ("radiance", "float32", -3.4028234663852886e38),
+        ("reflectance", "float32", -9999.0), ("reflectance", "float32", np.nan),
+        ("radiance", "float32", -3.4028234663852886e38),
         ("counts", "int32", -2147483648), ("percent", "float64", 1e20),
     ]):  # fmt: skip
         add(f"tif-nodata-{nodata:g}-{dtype}", geotiff, quantity, 70 + seed, dtype, nodata=nodata)
