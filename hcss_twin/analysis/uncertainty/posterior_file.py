@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import open_netcdf, reads
 from hcss_twin.version import __version__
 
@@ -139,10 +140,7 @@ def write_posterior(
     attributes : mapping, optional
         Additional global attributes.
     """
-    import netCDF4
-
-    create: Callable[..., Any] = netCDF4.Dataset
-    with atomic_write(path, PosteriorError) as draft, create(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, PosteriorError) as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", VERSION_ATTRIBUTE: np.int32(VERSION), "title": title})
         file.setncatts(
             {

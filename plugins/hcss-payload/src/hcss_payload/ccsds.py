@@ -18,6 +18,7 @@ from hcss_payload.attitude import Attitude, AttitudeTable
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
 from hcss_payload.trajectory import PositionTable, Trajectory, velocity_m_s
+from hcss_twin.core.reading import reading
 
 BODY_FRAME, EARTH_FRAME = "SC_BODY_1", "ITRF2020"
 
@@ -125,10 +126,8 @@ def write_aem(path: str | Path, attitude: Attitude, start: datetime, times_s: Se
 
 def _read(path: Path, version: str) -> _Segment:
     """Read a message with one segment; lines of comments and covariances are skipped."""
-    try:
+    with reading(path, PayloadError, "not a text file"):
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise PayloadError(f"{path}: cannot be read as text: {error}") from error
     keys: dict[str, str] = {}
     times: list[datetime] = []
     values: list[list[float]] = []
