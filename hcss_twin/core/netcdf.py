@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -226,21 +226,17 @@ class NetcdfFile(_Group):
     ----------
     path : path-like
         A file. Streams and network addresses are not opened.
-    mode : str
-        ``r``, or ``w`` for a new file, which nobody else may open.
+    mode : {"r", "w", "a"}
+        To read; for a new file; or to add to one. Files that are written must not be open elsewhere.
     """
 
-    def __init__(self, path: str | os.PathLike[str], mode: str = "r", **options: Any) -> None:
+    def __init__(self, path: str | os.PathLike[str], mode: Literal["r", "w", "a"] = "r") -> None:
         import netCDF4
 
         with netcdf_lock():
-            if mode == "r":
-                dataset, close = _shared_handles().open(path)
-            else:
-                dataset = netCDF4.Dataset(os.fspath(path), mode, **options)
-                close = dataset.close
+            dataset, leave = _shared_handles().open(path) if mode == "r" else (netCDF4.Dataset(path, mode), None)
             super().__init__(dataset)
-            vars(self).update(_close=close)
+            vars(self).update(_close=leave or dataset.close)
 
     def isopen(self) -> bool:
         """Whether the file can be used."""
@@ -305,7 +301,7 @@ def _shared_handles() -> _Handles:
 class _Reopened:
     """What xarray calls a file manager: opens a file again after it was closed, or in another process."""
 
-    def __init__(self, path: str, mode: str = "r") -> None:
+    def __init__(self, path: str, mode: Literal["r", "w"] = "r") -> None:
         self._path, self._mode = path, mode
         self._file: NetcdfFile | None = None
 
@@ -329,6 +325,14 @@ class _Reopened:
         return _Reopened, (self._path, self._mode)
 
 
+def _store(manager: _Reopened, **options: Any) -> Any:
+    """Return what xarray reads and writes; the file itself takes the lock."""
+    import xarray as xr
+
+    store: Any = xr.backends.NetCDF4DataStore
+    return store(manager, lock=False, **options)
+
+
 def open_with_xarray(path: str | os.PathLike[str], **options: Any) -> xr.Dataset:
     """Open a NetCDF file as a dataset whose values are read on access, from any thread.
 
@@ -343,7 +347,7 @@ def open_with_xarray(path: str | os.PathLike[str], **options: Any) -> xr.Dataset
     manager = _Reopened(os.path.abspath(path))
     with netcdf_lock():
         try:
-            return xr.open_dataset(xr.backends.NetCDF4DataStore(manager, lock=False), **options)
+            return xr.open_dataset(_store(manager), **options)
         except BaseException:
             manager.close()
             raise
@@ -360,11 +364,9 @@ def write_with_xarray(dataset: xr.Dataset, path: str | os.PathLike[str], **optio
     **options
         As for ``xarray.Dataset.dump_to_store``.
     """
-    import xarray as xr
-
     manager = _Reopened(os.path.abspath(path), "w")
     with netcdf_lock():
         try:
-            dataset.dump_to_store(xr.backends.NetCDF4DataStore(manager, mode="w", lock=False), **options)
+            dataset.dump_to_store(_store(manager, mode="w"), **options)
         finally:
             manager.close()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile, open_with_xarray
 from hcss_twin.core.reading import first_bytes, reading, reads
@@ -88,6 +89,7 @@ _MOST_COMPRESSED = 1100
 """Highest compression factor of zlib, rounded up (1032)."""
 
 
+@checked
 @reads(CubeError)
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file on access.

@@ -6,6 +6,7 @@ import os
 from importlib import import_module
 from pathlib import Path
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import reading, require_no_stream
@@ -28,6 +29,7 @@ PAGES = {
 """Page of each file type by its marker attribute; the module and its function have the same name."""
 
 
+@checked
 def report(
     source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
 ) -> Path:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.netcdf import NetcdfFile, open_with_xarray
@@ -34,6 +35,7 @@ MARK = "hcss_sweep"
 """Global attribute of a dataset, with the hash of the sweep."""
 
 
+@checked
 @reads(CubeError)
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are loaded from the file on use.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import atomic_write
@@ -162,12 +164,14 @@ def write_posterior(
             _write_variogram(file, variogram)
 
 
+@checked
 @reads(PosteriorError)
-def read_posterior(path: Path) -> Posterior:
+def read_posterior(path: str | os.PathLike[str]) -> Posterior:
     """Read the draws of a posterior.
 
     Raises PosteriorError if the file is missing, damaged, not a posterior, of another version, or not converged.
     """
+    path = Path(path)
     if not path.is_file():
         raise PosteriorError(f"cannot read {path}: there is no such file")
     with open_netcdf(path, PosteriorError, "not a NetCDF file, or damaged") as dataset:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
@@ -150,6 +151,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
         write_with_xarray(dataset, draft, encoding=encoding)
 
 
+@checked
 def open_propagation(path: str | Path) -> xr.Dataset:
     """Open the file of a propagation.
 
