@@ -1,5 +1,6 @@
-"""The catalog, at the import path of the provider API; defined in :mod:`hcss_twin.core.catalog`."""
+"""The catalog and the door to NetCDF files, at the import path of the provider API; defined in ``hcss_twin.core``."""
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.netcdf import NetcdfFile
 
-__all__ = ["Catalog"]
+__all__ = ["Catalog", "NetcdfFile"]

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import reading, require_no_stream
 from hcss_twin.core.result_cache import ResultCache
 
 
@@ -98,6 +98,7 @@ class Catalog:
         own = self._own(name)
         if own.suffix and _is_file(own):
             return self._record(own)
+        require_no_stream(own, CatalogError)
         known = set(self.names(folder, suffix))
         where = f"in catalogs/{folder}"
         if beside:
@@ -115,6 +116,7 @@ class Catalog:
         """
         own = self._own(path)
         if not _is_file(own):
+            require_no_stream(own, CatalogError)
             raise CatalogError(f"no file '{path}' (looked at {own})")
         return self._record(own)
 

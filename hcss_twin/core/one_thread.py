@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -19,22 +19,44 @@ def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
     The last bits of a matrix product depend on the number of threads; cubes must not. Most matrices are also so small
     that additional threads would mostly wait, especially on a busy machine.
 
-    Threads that call such functions take turns. The limit applies to the BLAS libraries that numpy and scipy have
-    loaded when the function starts.
+    The limit applies to the BLAS libraries that numpy and scipy have loaded when the function starts, in all threads,
+    until the last of those that call such functions has left.
     """
 
     @wraps(function)
     def limited(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-        # The limit applies to the whole process: without turns, the first thread to finish would lift it for others.
-        with _turn(), _libraries("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas"):
+        with _limits().held("scipy.linalg" in sys.modules):
             return function(*args, **kwargs)
 
     return limited
 
 
+class _Limits:
+    """Limits of the whole process: the first caller sets them, and the last one lifts them."""
+
+    def __init__(self) -> None:
+        self._turn = threading.Lock()
+        self._callers = 0
+        self._set: dict[bool, Any] = {}
+
+    @contextmanager
+    def held(self, scipy: bool) -> Iterator[None]:
+        with self._turn:
+            if scipy not in self._set:
+                self._set[scipy] = _libraries(scipy).limit(limits=1, user_api="blas")
+            self._callers += 1
+        try:
+            yield
+        finally:
+            with self._turn:
+                self._callers -= 1
+                while self._set and not self._callers:
+                    self._set.popitem()[1].restore_original_limits()
+
+
 @cache
-def _turn() -> AbstractContextManager[bool]:
-    return threading.RLock()
+def _limits() -> _Limits:
+    return _Limits()
 
 
 @cache

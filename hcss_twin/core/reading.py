@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import stat
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
 from hcss_twin.core.errors import HcssError
+from hcss_twin.core.netcdf import NetcdfFile
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -37,8 +39,10 @@ HEAP, SEARCHED = b"GCOL\1\0\0\0", 2**24
 def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
     """Turn exceptions raised in the block, except those of this package, into ``error`` with path and cause."""
     try:
-        if isinstance(path, str | os.PathLike) and os.path.isfile(path):
-            _require_heaps_that_end(path)
+        if isinstance(path, str | os.PathLike):
+            require_no_stream(path, error)
+            if os.path.isfile(path):
+                _require_heaps_that_end(path)
         yield
     except (HcssError, ImportError):
         raise
@@ -47,6 +51,25 @@ def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
     except Exception as cause:
         text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
         raise error(f"cannot read {_name(path)}: {what}: {shown_line(text)}") from cause
+
+
+def require_no_stream(path: str | os.PathLike[str], error: _Error) -> None:
+    """Reject pipes, sockets and devices, also behind links: a reader would wait for ever, or never find an end."""
+    try:
+        kind = stat.S_IFMT(os.stat(path).st_mode)
+    except (OSError, ValueError):  # there is no such file: the reader says it
+        return
+    if kind not in (stat.S_IFREG, stat.S_IFDIR):
+        raise error(f"cannot read {_name(path)}: it is a {_STREAMS.get(kind, 'device')}; allowed: a file on disk")
+
+
+def first_bytes(path: str | os.PathLike[str], error: _Error, count: int = 8) -> bytes:
+    """Return the first bytes of a file, which tell its format; raises ``error``."""
+    with reading(path, error), open(path, "rb") as file:
+        return file.read(count)
+
+
+_STREAMS = {stat.S_IFIFO: "pipe", stat.S_IFSOCK: "socket"}
 
 
 def _require_heaps_that_end(path: str | os.PathLike[str]) -> None:
@@ -99,9 +122,7 @@ def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MA
 @contextmanager
 def open_netcdf(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[Any]:
     """Open a NetCDF file whose variables are read as a whole; exceptions raised in the block become ``error``."""
-    import netCDF4
-
-    with reading(path, error, what), netCDF4.Dataset(path) as dataset:
+    with reading(path, error, what), NetcdfFile(path) as dataset:
         for name, variable in dataset.variables.items():
             require_size(path, variable.shape, error, what=f"values of {name}")
         yield dataset

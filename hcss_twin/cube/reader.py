@@ -6,14 +6,16 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.reading import reading, reads
+from hcss_twin.core.netcdf import NETCDF, NetcdfFile, open_with_xarray
+from hcss_twin.core.reading import first_bytes, reading, reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
@@ -73,24 +75,21 @@ class ZarrCube:
 
 @contextmanager
 def stored_arrays(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """Open a cube as a ``netCDF4.Dataset``, or a Zarr store as an object with the same interface."""
+    """Open a cube as a ``NetcdfFile``, or a Zarr store as an object with the same interface."""
     with reading(path, CubeError):
         if is_zarr(path):
             yield ZarrCube(path)
             return
-        with netCDF4.Dataset(path) as file:
+        with NetcdfFile(path) as file:
             file.set_auto_mask(False)
             yield file
-
-
-_SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-"""First bytes of NetCDF-4 files and of older formats."""
 
 
 _MOST_COMPRESSED = 1100
 """Highest compression factor of zlib, rounded up (1032)."""
 
 
+@checked
 @reads(CubeError)
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file on access.
@@ -103,21 +102,17 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     CubeError
         If the file is missing, is neither NetCDF nor a Zarr store, is not a cube, or was not finished.
     """
-    # imported here so that commands that read no cube start quickly
-    import xarray as xr
-
-    if is_zarr(path) and os.path.isdir(path):
+    is_store = is_zarr(path) and os.path.isdir(path)
+    if is_store:
         require_zarr(path)
-        options: dict[str, Any] = {"engine": "zarr", "chunks": None}
-    elif os.path.isfile(path):
-        options = {"engine": "netcdf4"}
-    else:
+    elif not os.path.isfile(path):
         folder = os.path.isdir(path)
         why = "it is a folder; a cube is a file, or a folder NAME.zarr" if folder else "there is no such file"
         raise CubeError(f"cannot read {os.fspath(path)}: {why}")
     try:
         # with its cache, xarray would reuse the open file after a new one has replaced it
-        dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
+        opened = partial(_open_store, path) if is_store else partial(open_with_xarray, path)
+        dataset = opened(decode_coords="all", cache=False)
     except Exception as error:  # libraries trust what a damaged file declares
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
     version = dataset.attrs.get(FORMAT_ATTRIBUTE)
@@ -128,7 +123,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"cannot read {os.fspath(path)}: {problem}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
-    if options["engine"] == "netcdf4" and dataset.nbytes > _MOST_COMPRESSED * os.path.getsize(path):
+    if not is_store and dataset.nbytes > _MOST_COMPRESSED * os.path.getsize(path):
         dataset.close()
         raise CubeError(
             f"cannot read {os.fspath(path)}: it declares {dataset.nbytes / 1e6:.0f} MB of values, which cannot be in a "
@@ -143,14 +138,17 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     return named
 
 
+def _open_store(path: str | os.PathLike[str], **options: Any) -> xr.Dataset:
+    # imported here so that commands that read no cube start quickly
+    import xarray as xr
+
+    return xr.open_dataset(path, engine="zarr", chunks=None, **options)
+
+
 def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
     """Explain why a file could not be opened: most are not NetCDF at all."""
-    try:
-        with open(path, "rb") as file:
-            start = file.read(max(map(len, _SIGNATURES)))
-    except OSError:
-        return str(error)
-    if start.startswith(_SIGNATURES):
+    start = first_bytes(path, CubeError)
+    if start.startswith(NETCDF):
         return f"it is NetCDF, but damaged, truncated or unsupported ({error})"
     if not start:
         return "it is empty; a cube is needed, as `hcss run` writes it"

@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
 from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec, flags
@@ -129,8 +129,8 @@ def measured_cube(
         raise CubeError(f"cannot write {path}: it is the clean cube")
     with (
         atomic_write(path, CubeError, "NetCDF") as draft,
-        netCDF4.Dataset(clean_path) as clean,
-        netCDF4.Dataset(draft, "w", format="NETCDF4") as measured,
+        NetcdfFile(clean_path) as clean,
+        NetcdfFile(draft, "w") as measured,
     ):
         for each in (clean, measured):
             each.set_auto_maskandscale(False)

@@ -14,12 +14,12 @@ import os
 from collections.abc import Collection, Mapping
 from typing import Any
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import flush, publish, require_file
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.cube.coordinates import (
     BOUND,
     GRID_MAPPING,
@@ -168,7 +168,7 @@ class CubeWriter(StreamedWriter):
         os.close(os.open(self._partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
 
     def _open(self) -> None:
-        self._dataset = netCDF4.Dataset(self._partial, "w", format="NETCDF4")
+        self._dataset = NetcdfFile(self._partial, "w")
         self._define()
         self._dataset.sync()
         self._leave_out_caches()

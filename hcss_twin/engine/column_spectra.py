@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.provenance import Recorded
@@ -43,6 +44,7 @@ class ColumnSpectra:
     weights_cm1: Array
 
 
+@checked
 def column_spectra(scene: Scenario | str | os.PathLike[str], time_s: float = 0.0) -> ColumnSpectra:
     """Return spectra of the clear column, and of five with cloud in each layer, thin to thick in equal ratios.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.reading import MAX_VALUES, reads
 from hcss_twin.cube.reader import open_cube
@@ -24,6 +25,7 @@ RESPONSE_STEP_CM1 = 1.0
 """Wavenumbers at which Planck's function is integrated over a response: changes a temperature by less than 1e-4 K."""
 
 
+@checked
 @reads(CubeError)
 def brightness_temperature(cube: str | os.PathLike[str] | xr.Dataset, base: Path | None = None) -> xr.DataArray:
     """Return the temperature of black bodies with the radiance of a cube, to compare measurements in kelvin.

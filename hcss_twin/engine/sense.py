@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_file, require_not_read
@@ -139,6 +140,7 @@ def _require_contrast(name: str, sensor: BuiltSensor, radiance: NDArray[Any], me
     )
 
 
+@checked
 @reads(CubeError)
 def sense_file(
     clean_path: str | os.PathLike[str],
@@ -192,6 +194,7 @@ def sense_file(
     return path
 
 
+@checked
 @reads(CubeError)
 def sense(
     cube: str | os.PathLike[str] | xr.Dataset,

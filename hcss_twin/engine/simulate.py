@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, CubeError
@@ -204,6 +205,7 @@ def _warn(certificate: Certificate) -> None:
         warnings.warn("; ".join(certificate.summary), CertificateWarning, stacklevel=3)
 
 
+@checked
 def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:
     """Compute the cube of a scenario and open it.
 

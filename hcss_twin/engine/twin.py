@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.engine.certificate.certificate import Certificate
@@ -66,9 +67,11 @@ class Twin:
         As :func:`hcss_twin.make_plan`.
     """
 
+    @checked
     def __init__(self, scenario: Scenario) -> None:
         self.plan = make_plan(scenario)
 
+    @checked
     def frames(self, numbers: Sequence[int] | None = None) -> Iterator[TwinFrame]:
         """Yield frames with the bits of the cube; memory use does not depend on their number.
 

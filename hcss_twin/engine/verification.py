@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
 from hcss_twin.core.reading import reads
@@ -113,6 +114,7 @@ class Verification:
         }
 
 
+@checked
 @reads(CubeError)
 def verify_cube(
     path: str | os.PathLike[str],

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import compiling_meanwhile
@@ -49,6 +50,7 @@ _SMALL_IMAGE = 2**22
 """Pixels whose clouds take less time than their kernels take to compile."""
 
 
+@checked
 @in_one_thread
 def make_plan(
     scenario: Scenario,

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError, HcssError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
@@ -287,9 +288,7 @@ def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[i
 
 
 def _write(path: Path, columns: CloudColumns, edges: NDArray[np.float64], shares: NDArray[np.float32]) -> None:
-    import netCDF4
-
-    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+    with NetcdfFile(path, "w") as file:
 
         def add(name: str, kind: str, dimensions: tuple[str, ...], values: Any, **attributes: str) -> None:
             # most voxels are 0 or 1, so the fastest level makes the file many times smaller

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CatalogError, CubeError, choose_from
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reads
@@ -47,6 +48,7 @@ _FRAMES_ANIMATED = 200
 _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
 
 
+@checked
 @reads(CubeError)
 def draw_preview(
     cube: str | Path,

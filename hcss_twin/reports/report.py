@@ -6,9 +6,11 @@ import os
 from importlib import import_module
 from pathlib import Path
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import require_file, require_not_read
-from hcss_twin.core.reading import reading
+from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin.core.reading import reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.reports.page import write_page
@@ -28,6 +30,7 @@ PAGES = {
 """Page of each file type by its marker attribute; the module and its function have the same name."""
 
 
+@checked
 def report(
     source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
 ) -> Path:
@@ -72,6 +75,7 @@ def _page_of(path: Path) -> str:
     """Return the name of the page for a path; raise HcssError if there is none."""
     if not path.exists():
         raise HcssError(f"cannot report on {path}: there is no such file; {ALLOWED}")
+    require_no_stream(path, HcssError)
     if path.is_dir():
         # imported here because it imports the whole scenario package, which a file does not need
         from hcss_twin.sweeps.folder import INDEX
@@ -81,10 +85,8 @@ def _page_of(path: Path) -> str:
         if (path / INDEX).is_file():
             return PAGES[MARK]
         raise HcssError(f"cannot report on {path}: it is a folder without {INDEX} of a sweep; {ALLOWED}")
-    import netCDF4
-
     try:
-        with reading(path, HcssError), netCDF4.Dataset(path) as file:
+        with reading(path, HcssError), NetcdfFile(path) as file:
             names = set(file.ncattrs())
     except Exception as error:  # a damaged file of any kind
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error

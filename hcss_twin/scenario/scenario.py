@@ -11,6 +11,7 @@ from typing import Any, Self, TypeVar
 
 from pydantic import BaseModel, PrivateAttr, ValidationError
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
 from hcss_twin.core.result_cache import ResultCache
@@ -100,6 +101,7 @@ class Scenario(ScenarioModel):
         return _short_fields(self._short, {})(field)
 
     @classmethod
+    @checked
     def load(cls, source: str | Path, overrides: Mapping[str, Any] | None = None) -> Self:
         """Read a scenario by catalog name or from a ``.toml`` or ``.json`` file.
 
@@ -119,11 +121,13 @@ class Scenario(ScenarioModel):
         return cls.from_dict(raw, overrides, base=base, origin=str(source))
 
     @classmethod
+    @checked
     def from_toml(cls, text: str, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
         """Validate a scenario given as TOML text; raises :class:`ScenarioError`."""
         return cls.from_dict(_parse_toml(text, "scenario"), overrides, base=base)
 
     @classmethod
+    @checked
     def from_dict(
         cls,
         raw: Mapping[str, Any],
@@ -138,8 +142,6 @@ class Scenario(ScenarioModel):
         A shared ``shelf`` speeds up the validation of many scenarios.
         """
         base = (base or Path.cwd()).resolve()
-        if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
         if SWEEP in raw:
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         if UNCERTAIN in raw:
@@ -183,6 +185,7 @@ class Scenario(ScenarioModel):
         return scenario
 
     @classmethod
+    @checked
     def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
         """Read the scenario of a cube; relative paths are resolved against ``base``.
 
@@ -190,7 +193,7 @@ class Scenario(ScenarioModel):
         """
         from hcss_twin.cube.reader import scenario_text
 
-        raw = json.loads(scenario_text(path))
+        raw = _parse_json(scenario_text(path), str(path))
         if "gases" not in raw.get("atmosphere", {}):
             raw["defaults"] = "0.1"
         return cls.from_dict(raw, overrides, base=base, origin=str(path))
@@ -322,7 +325,7 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
     for folder in folders:
         with suppress(CatalogError):
             return catalog.find(str(source), folder, ".toml")
-    what = "a folder" if is_folder else "no such file"
+    what = "a folder" if is_folder else "a pipe, socket or device" if path.exists() else "no such file"
     choices = choose_from(str(source), {name for each in folders for name in catalog.names(each, ".toml")})
     shipped = " or ".join(each.removesuffix("s") for each in folders)
     raise _bad_file(f"{what}, and no shipped {shipped} of that name; {choices}", str(source))
@@ -337,15 +340,17 @@ def _parse_toml(text: str, origin: str) -> dict[str, Any]:
         raise _bad_file("not valid TOML: nested too deeply", origin) from error
 
 
-def _parse_json(text: str, origin: str) -> Any:
+def _parse_json(text: str, origin: str) -> dict[str, Any]:
     try:
         raw = json.loads(text, object_pairs_hook=_distinct_keys)
         json.dumps(raw, ensure_ascii=False).encode()  # rejects lone surrogates
-        return raw
     except ValueError as error:
         raise _bad_file(f"not valid JSON: {error}", origin) from error
     except RecursionError as error:
         raise _bad_file("not valid JSON: nested too deeply", origin) from error
+    if not isinstance(raw, dict):
+        raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
+    return raw
 
 
 def _distinct_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -12,11 +12,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import netCDF4
 import numpy as np
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write, require_file
+from hcss_twin.core.netcdf import NetcdfFile, open_with_xarray
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
@@ -34,6 +35,7 @@ MARK = "hcss_sweep"
 """Global attribute of a dataset, with the hash of the sweep."""
 
 
+@checked
 @reads(CubeError)
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are loaded from the file on use.
@@ -43,11 +45,9 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 
     Raises CubeError if the file is missing or not a dataset of a sweep.
     """
-    import xarray as xr
-
     if not os.path.isfile(path):
         raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
-    dataset = xr.open_dataset(path, engine="netcdf4", decode_coords="all", cache=False)
+    dataset = open_with_xarray(path, decode_coords="all", cache=False)
     if MARK not in dataset.attrs:
         dataset.close()
         raise CubeError(f"cannot read {os.fspath(path)}: it is not a sweep dataset; open_cube reads cubes")
@@ -79,7 +79,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
     if not path.exists() or force:
         return
     known = None
-    with suppress(Exception), netCDF4.Dataset(path) as old:  # the file may be of any kind
+    with suppress(Exception), NetcdfFile(path) as old:  # the file may be of any kind
         known = getattr(old, MARK, None)
     if known != digest:
         raise SweepError(f"{path} exists and is not the dataset of this sweep; allowed: another name, or --force")
@@ -96,7 +96,7 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
     if not cubes:
         raise SweepError(f"cannot write {path}: no point has a cube")
     found = differences(cubes)
-    with atomic_write(path, SweepError, "NetCDF") as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
+    with atomic_write(path, SweepError, "NetCDF") as draft, NetcdfFile(draft, "w") as target:
         _Writer(target, design, records, cubes, found).write(digest)
 
 
@@ -115,7 +115,7 @@ class _Writer:
 
     def write(self, digest: str) -> None:
         self._target.set_fill_off()
-        with netCDF4.Dataset(self._cubes[self._first]) as template:
+        with NetcdfFile(self._cubes[self._first]) as template:
             template.set_auto_maskandscale(False)
             self._define(template, digest)
         for record in self._records:
@@ -123,7 +123,7 @@ class _Writer:
             self._set("point_state", index, int(record.state != "done"))
             self._set("point_number", index, record.point)
             if record.point in self._cubes:
-                with netCDF4.Dataset(self._cubes[record.point]) as cube:
+                with NetcdfFile(self._cubes[record.point]) as cube:
                     cube.set_auto_maskandscale(False)
                     self._copy(cube, index)
             else:
@@ -341,11 +341,11 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
     attributes: dict[str, Any] = {}
     variables: set[str] = set()
     starts = moves = False
-    with netCDF4.Dataset(cubes[numbers[0]]) as first:
+    with NetcdfFile(cubes[numbers[0]]) as first:
         first.set_auto_maskandscale(False)
         layout = _layout(first)
         for number in numbers[1:]:
-            with netCDF4.Dataset(cubes[number]) as other:
+            with NetcdfFile(cubes[number]) as other:
                 other.set_auto_maskandscale(False)
                 _require_same_layout(layout, _layout(other), numbers[0], number)
                 for name in sorted({*first.ncattrs(), *other.ncattrs()} - NOT_COMPARED):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import ScenarioError, SweepError
 from hcss_twin.core.result_cache import ResultCache
@@ -75,6 +76,7 @@ class SweepResult:
         }
 
 
+@checked
 def sweep(
     source: str | Path | Mapping[str, Any] | Scenario,
     folder: str | Path,

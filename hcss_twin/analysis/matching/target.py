@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.models.clouds.database import read_facts
@@ -38,6 +39,7 @@ Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
 
 
+@checked
 @dataclass(frozen=True)
 class ImageChoice:
     """Selection of the matched part of an image and of the cloud detection.

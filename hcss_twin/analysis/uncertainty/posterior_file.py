@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import open_netcdf, reads
 from hcss_twin.version import __version__
 
@@ -139,10 +142,7 @@ def write_posterior(
     attributes : mapping, optional
         Additional global attributes.
     """
-    import netCDF4
-
-    create: Callable[..., Any] = netCDF4.Dataset
-    with atomic_write(path, PosteriorError, "NetCDF") as draft, create(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, PosteriorError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", VERSION_ATTRIBUTE: np.int32(VERSION), "title": title})
         file.setncatts(
             {
@@ -164,12 +164,14 @@ def write_posterior(
             _write_variogram(file, variogram)
 
 
+@checked
 @reads(PosteriorError)
-def read_posterior(path: Path) -> Posterior:
+def read_posterior(path: str | os.PathLike[str]) -> Posterior:
     """Read the draws of a posterior.
 
     Raises PosteriorError if the file is missing, damaged, not a posterior, of another version, or not converged.
     """
+    path = Path(path)
     if not path.is_file():
         raise PosteriorError(f"cannot read {path}: there is no such file")
     with open_netcdf(path, PosteriorError, "not a NetCDF file, or damaged") as dataset:

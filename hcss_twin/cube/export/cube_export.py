@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.files import atomic_write, require_not_read
 from hcss_twin.core.reading import reads
@@ -134,6 +135,7 @@ class Exported:
     missing: int
 
 
+@checked
 @reads(CubeError)
 def export_cube(
     cube: str | os.PathLike[str],

@@ -11,6 +11,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
 from hcss_twin.version import __version__
 
@@ -134,8 +135,6 @@ def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mappi
     attributes : mapping of str to str
         Further global attributes, for example ``title`` and ``origin``.
     """
-    import netCDF4
-
     coordinates = {
         "target_altitude_m": table.target_altitude_m,
         "zenith_deg": table.zenith_deg,
@@ -146,7 +145,7 @@ def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mappi
         "level_pressure_Pa": table.profile.pressure_Pa,
         "level_temperature_K": table.profile.temperature_K,
     }
-    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts(
             {
                 "format": FORMAT,

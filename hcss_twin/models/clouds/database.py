@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import reading, reads
 
 FOLDER = "clouds"
@@ -167,12 +168,9 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
     CatalogError
         If the file cannot be written.
     """
-    import netCDF4
-
     mask = np.where(entry.mask, _CLOUD, np.where(entry.missing, _MISSING, _CLEAR)).astype(np.int8)
     planes: dict[str, NDArray[Any]] = {"image": entry.image, "grey": entry.grey, "mask": mask, "label": entry.labels}
-    create: Callable[..., Any] = netCDF4.Dataset
-    with atomic_write(path, CatalogError, "NetCDF") as draft, create(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", "format": FORMAT, "format_version": np.int32(FORMAT_VERSION)})
         file.setncatts({name: _attribute(value) for name, value in dataclasses.asdict(entry.facts).items()})
         rows, columns = entry.grey.shape

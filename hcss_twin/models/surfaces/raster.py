@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ProviderError, choose_from
-from hcss_twin.core.reading import open_netcdf, reading, require_size
+from hcss_twin.core.netcdf import NETCDF
+from hcss_twin.core.reading import first_bytes, open_netcdf, reading, require_size
 from hcss_twin.models.surfaces.parameters import RasterParameters
 from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
-
-_NETCDF = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,7 @@ class Raster:
     def __init__(self, inputs: SurfaceInputs, parameters: RasterParameters) -> None:
         self._inputs, self._name = inputs, parameters.file
         path = inputs.catalog.file(parameters.file)
-        with path.open("rb") as file:
-            is_netcdf = file.read(4) in _NETCDF
+        is_netcdf = first_bytes(path, CatalogError).startswith(NETCDF)
         self._grid = (_netcdf if is_netcdf else _geotiff)(path)
         self._classes = self._temperature = None
         if parameters.classes:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.netcdf import open_with_xarray, write_with_xarray
 from hcss_twin.core.reading import reading
 from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, SPREAD, DrawStatistics
 from hcss_twin.sweeps.propagation.joint_sample import JointSample
@@ -146,18 +148,17 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
         if each.dtype.kind in "fi" and each.ndim
     }
     with atomic_write(path, PropagationError, "NetCDF") as draft:
-        dataset.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        write_with_xarray(dataset, draft, encoding=encoding)
 
 
+@checked
 def open_propagation(path: str | Path) -> xr.Dataset:
     """Open the file of a propagation.
 
     Raises PropagationError if it cannot be read or is not a propagation.
     """
-    import xarray as xr
-
     with reading(path, PropagationError):
-        dataset = xr.open_dataset(path, engine="netcdf4")
+        dataset = open_with_xarray(path)
     version = dataset.attrs.get(VERSION_ATTRIBUTE)
     if version != VERSION:
         dataset.close()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation, versions
 from hcss_twin.core.errors import (
     CertificateWarning,
@@ -86,6 +87,7 @@ class Propagation:
         return tuple(json.loads(self.dataset.attrs["notes"]))
 
 
+@checked
 def propagate(
     source: str | Path | Mapping[str, Any] | Scenario,
     output: str | Path | None = None,

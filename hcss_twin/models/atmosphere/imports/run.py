@@ -10,7 +10,8 @@ from typing import Literal
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.files import require_file, require_not_read
-from hcss_twin.core.reading import reads
+from hcss_twin.core.netcdf import NETCDF
+from hcss_twin.core.reading import first_bytes, reads
 from hcss_twin.models.atmosphere.imports.combine import combine
 from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
 from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
@@ -72,12 +73,8 @@ def detect_format(path: Path) -> str:
         If the format is unknown.
     """
     suffix = path.suffix.lower()
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(100_000)
-    except OSError as error:
-        raise CatalogError(f"{path}: cannot be read: {error}") from error
-    if head[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02"):
+    head = first_bytes(path, CatalogError, 100_000)
+    if head.startswith(NETCDF):
         raise CatalogError(f"{path}: is NetCDF; an atmosphere table needs no import")
     start = head.lstrip()[:1]
     if start == b"{":

@@ -12,6 +12,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import reading
 
 RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
 """Spectral unit of radiance and irradiance: per cm-1, per micrometre, per nanometre."""
@@ -140,7 +141,5 @@ def sine_deg(angle_deg: float) -> float:
 
 def read_text(path: Path, encoding: str = "utf-8") -> str:
     """Return the text of a file; raise CatalogError if it cannot be read."""
-    try:
+    with reading(path, CatalogError, "not a text file"):
         return path.read_text(encoding=encoding)
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
+from hcss_twin.core.netcdf import NETCDF, NetcdfFile, netcdf_lock
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_size
 from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
 
 UNITS = "mW m-2 sr-1 (cm-1)-1"
@@ -35,17 +36,15 @@ _USABLE = ("good", "conditionally_usable")
 @contextmanager
 def quiet() -> Iterator[None]:
     """Suppress the warnings of file libraries about unusual attributes, which the user cannot change."""
-    with warnings.catch_warnings():
+    with netcdf_lock(), warnings.catch_warnings():  # not thread safe either
         warnings.simplefilter("ignore")
         yield
 
 
 def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
-    import netCDF4
-
     what = "it is NetCDF, but damaged, truncated or unsupported"
-    with reading(path, CatalogError, what), quiet(), netCDF4.Dataset(path) as dataset:
+    with reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
         name = choose_plane(path, variable, _planes(dataset), list(dataset.variables))
         require_size(path, dataset.variables[name].shape, CatalogError, MAX_IMAGE_PIXELS, "pixels")
         return _netcdf_plane(path, dataset, dataset.variables[name])
@@ -223,12 +222,9 @@ def planck_coefficients(path: Path) -> PlanckCoefficients | None:
     CatalogError
         If the file cannot be read.
     """
-    import netCDF4
-
-    with path.open("rb") as file:
-        if not file.read(4).startswith((b"\x89HDF", b"CDF")):
-            return None
-    with reading(path, CatalogError, "not a NetCDF file that can be read"), quiet(), netCDF4.Dataset(path) as dataset:
+    if not first_bytes(path, CatalogError).startswith(NETCDF):
+        return None
+    with reading(path, CatalogError, "not a NetCDF file that can be read"), quiet(), NetcdfFile(path) as dataset:
         if not all(name in dataset.variables for name in _PLANCK):
             return None
         values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]

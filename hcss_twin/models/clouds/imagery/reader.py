@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
+from hcss_twin.core.netcdf import NETCDF
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_no_stream, require_size
 from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, choose_plane, luminance
@@ -41,10 +42,10 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
         not square, or has values that are all missing, all the same, or no temperatures although the unit is K.
     """
     if not path.is_file():
+        require_no_stream(path, CatalogError)
         raise CatalogError(f"no image '{path}'")
-    with path.open("rb") as file:
-        magic = file.read(8)
-    if magic.startswith((b"\x89HDF", b"CDF")):
+    magic = first_bytes(path, CatalogError)
+    if magic.startswith(NETCDF):
         image = read_netcdf(path, variable)
     elif magic.startswith(_TIFF):
         image = read_tiff(path, variable)

@@ -1,10 +1,10 @@
 """Sea ice from a file: ice where its concentration is large enough, with a map of its temperature."""
 
-import netCDF4
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.interpolate import RegularGridInterpolator
 
+from hcss_twin.catalog import NetcdfFile
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 
@@ -25,7 +25,7 @@ class IceMap:
 
     def __init__(self, inputs: SurfaceInputs, parameters: Parameters) -> None:
         self._ground, self._of = inputs.ground, parameters
-        with netCDF4.Dataset(inputs.catalog.file(parameters.file)) as data:
+        with NetcdfFile(inputs.catalog.file(parameters.file)) as data:
             axes = tuple(np.asarray(data[name][:], dtype=float) for name in ("latitude", "longitude"))
             share = np.ma.filled(data["concentration"][:], np.nan).astype(float)
             kelvin = np.ma.filled(data["temperature"][:], np.nan).astype(float)

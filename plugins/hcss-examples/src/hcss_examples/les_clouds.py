@@ -2,11 +2,11 @@
 
 import math
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from hcss_twin.catalog import NetcdfFile
 from hcss_twin.errors import CatalogError, ProviderError
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Microphysics
 
@@ -32,7 +32,7 @@ class LesClouds:
         wind, pixel = inputs.motion.cloud_velocity_m_s, inputs.grid.pixel_size_m
         self._pixels_per_s = -wind[1] / pixel, (inputs.motion.platform_speed_m_s - wind[0]) / pixel
         path = inputs.catalog.file(parameters.file)
-        with netCDF4.Dataset(path) as file:
+        with NetcdfFile(path) as file:
             if parameters.variable not in file.variables or file[parameters.variable].units != "kg m-3":
                 raise CatalogError(f"{path}: no variable '{parameters.variable}' in kg m-3; has {list(file.variables)}")
             self._time_s, z, y, x = (np.asarray(file[name][:], dtype=float) for name in ("time", "z", "y", "x"))

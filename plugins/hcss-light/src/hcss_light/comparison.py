@@ -15,6 +15,7 @@ from hcss_light.slices import Slices
 from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.light import LARGEST_SQUARE
 from hcss_twin.engine.stream import FrameClouds, PartMaker
@@ -163,10 +164,8 @@ def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> Non
     LightError
         If the cube is not one of the scenario.
     """
-    from netCDF4 import Dataset
-
     checked = summary(result) | {"light": result["light"]}
-    with Dataset(path, "a") as cube:
+    with NetcdfFile(path, "a") as cube:
         own = getattr(cube, "hcss_scenario", None)
         if own is None or json.loads(own) != json.loads(scenario.to_json()):
             raise LightError(f"--cube: {path} has another scenario; allowed: a cube of the scenario that is compared")

@@ -18,7 +18,9 @@ from hcss_payload.attitude import Attitude, AttitudeTable
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
 from hcss_payload.trajectory import PositionTable, Trajectory, velocity_m_s
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.reading import reading
 
 BODY_FRAME, EARTH_FRAME = "SC_BODY_1", "ITRF2020"
 
@@ -39,6 +41,7 @@ class _Segment:
         return value.upper()
 
 
+@checked
 def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | None = None) -> PositionTable:
     """Return the trajectory of an orbit ephemeris message.
 
@@ -65,6 +68,7 @@ def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | 
     return PositionTable(_seconds(segment.times, start), positions)  # type: ignore[arg-type]
 
 
+@checked
 def write_oem(path: str | Path, trajectory: Trajectory, start: datetime, times_s: Sequence[float], name: str) -> None:
     """Write a trajectory at some times, in ITRF, as an orbit ephemeris message."""
     lines = []
@@ -75,6 +79,7 @@ def write_oem(path: str | Path, trajectory: Trajectory, start: datetime, times_s
     _write(Path(path), ("CCSDS_OEM_VERS", "2.0"), keys, start, times_s, name, lines, data_marks=False)
 
 
+@checked
 def read_aem(path: str | Path, start: datetime) -> AttitudeTable:
     """Return the attitude of an attitude ephemeris message with quaternions between the body and ITRF.
 
@@ -108,6 +113,7 @@ def read_aem(path: str | Path, start: datetime) -> AttitudeTable:
     return AttitudeTable(_seconds(segment.times, start), values)  # type: ignore[arg-type]
 
 
+@checked
 def write_aem(path: str | Path, attitude: Attitude, start: datetime, times_s: Sequence[float], name: str) -> None:
     """Write an attitude at some times as an attitude ephemeris message, from ITRF to the body."""
     lines = []
@@ -126,10 +132,8 @@ def write_aem(path: str | Path, attitude: Attitude, start: datetime, times_s: Se
 
 def _read(path: Path, version: str) -> _Segment:
     """Read a message with one segment; lines of comments and covariances are skipped."""
-    try:
+    with reading(path, PayloadError, "not a text file"):
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise PayloadError(f"{path}: cannot be read as text: {error}") from error
     keys: dict[str, str] = {}
     times: list[datetime] = []
     values: list[list[float]] = []

@@ -11,6 +11,7 @@ from hcss_payload.attitude import Attitude
 from hcss_payload.checks import finite, unit_quaternion
 from hcss_payload.jitter import Jitter
 from hcss_payload.trajectory import Trajectory
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 
 
@@ -48,6 +49,7 @@ class Pose:
         return turned
 
 
+@checked
 def pose_at(time_s: float, trajectory: Trajectory, attitude: Attitude, jitter: Jitter | None = None) -> Pose:
     """Return the pose at a time, with the turns of the jitter around the axes of the body."""
     turn = Rotation.from_quat(attitude.at(time_s))

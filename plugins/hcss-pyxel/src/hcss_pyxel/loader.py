@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from hcss_pyxel.exposure import BETWEEN, Between, frame_weights
 from hcss_pyxel.files import frame_times_s
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
 from hcss_twin import open_cube
+from hcss_twin.core.arguments import checked
 from hcss_twin.errors import choose_from
 
 if TYPE_CHECKING:
@@ -26,11 +26,8 @@ Array = NDArray[np.float64]
 UNITS = "W m-2 sr-1"
 WAVELENGTHS = ("central", "black-body")
 
-# Pyxel's observations call the loader in several threads, and the NetCDF library must not be entered twice: two
-# threads that open files end the process.
-_ONE_FILE_AT_A_TIME = threading.Lock()
 
-
+@checked
 def load_cube(
     detector: Detector,
     cube: str | os.PathLike[str],
@@ -97,7 +94,7 @@ def load_cube(
     seconds = _exposure_s(float(detector.time_step), integration_time)
     if frames not in BETWEEN:
         raise ValueError(f"frames: '{frames}'; {choose_from(str(frames), BETWEEN)}")
-    with _ONE_FILE_AT_A_TIME, open_cube(cube) as dataset:
+    with open_cube(cube) as dataset:
         data, number = _band_of(dataset, variable, band)
         rows, columns = _window(detector, data, window)
         weights = frame_weights(frame_times_s(dataset), end - seconds, end, frames)

@@ -19,6 +19,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, ndtri
 
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import open_netcdf
 from hcss_twin.errors import CatalogError
 from hcss_twin.providers import Array
@@ -146,10 +147,8 @@ def to_ranks(field: Array, ties: Array | None = None) -> tuple[Bytes, Array]:
 
 def write_example(path: Path, example: Example) -> None:
     """Write an example as NetCDF; heights are rounded to 0.1 m. Raises CatalogError if it could not be read again."""
-    import netCDF4
-
     _check(path, example)
-    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
+    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts(
             {
                 "title": f"Example of a sky: {example.kind}", "hcss_skies_format": FORMAT, "kind": example.kind,

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.netcdf import NETCDF
+from hcss_twin.core.reading import first_bytes, open_netcdf
 from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
@@ -25,7 +26,6 @@ from hcss_twin.providers import Array
 
 _EARTH_RADIUS_M = 6.371e6
 
-_NETCDF = (b"\x89HDF", b"CDF")
 
 FIRST = r"(ir|bt|tb|cmi|rad|ch)?_?(108|10\.8|c13|103|10\.3)(_?um)?"
 SECOND = r"(ir|bt|tb|cmi|rad|ch)?_?(120|12\.0|c15|123)(_?um)?"
@@ -75,9 +75,7 @@ def read_plane(path: Path, variable: str | None, at: Mapping[str, int], pattern:
     CatalogError
         If there is no such image, or an index is missing or out of range.
     """
-    with path.open("rb") as file:
-        is_netcdf = file.read(4).startswith(_NETCDF)
-    if not is_netcdf:
+    if not first_bytes(path, CatalogError).startswith(NETCDF):
         if at:
             raise CatalogError(f"{path}: --at {next(iter(at))}: allowed for NetCDF variables of several images only")
         return _of_image(path, read_image(path, variable))

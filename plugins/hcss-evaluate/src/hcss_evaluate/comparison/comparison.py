@@ -34,12 +34,14 @@ from hcss_evaluate.comparison.side import (
 )
 from hcss_twin.analysis.measures.morphology import MorphologyErrors
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 
 BINS = 80
 _PathLike = str | os.PathLike[str]
 
 
+@checked
 def evaluate(
     real: _PathLike | Sequence[_PathLike],
     sim: _PathLike | Sequence[_PathLike],

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageOptionError
 from hcss_twin.models.clouds.imagery.cloudiness import CloudIs
@@ -16,6 +17,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import CloudIs
 Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]
 
 
+@checked
 @dataclass(frozen=True)
 class EvaluationChoice:
     """Selection of the compared data and of the cloud detection.

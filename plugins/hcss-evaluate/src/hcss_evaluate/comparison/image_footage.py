@@ -15,6 +15,8 @@ import numpy as np
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
+from hcss_twin.core.netcdf import NETCDF, NetcdfFile
+from hcss_twin.core.reading import first_bytes
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
@@ -153,14 +155,8 @@ def is_cube(path: Path) -> bool:
     """Whether a file is a cube of this package, complete or not."""
     if is_zarr(path) and path.is_dir():
         return True
-    try:
-        with path.open("rb") as file:
-            if not file.read(4).startswith((b"\x89HDF", b"CDF")):
-                return False
-    except OSError:
+    if not path.is_file() or not first_bytes(path, CatalogError).startswith(NETCDF):
         return False
-    import netCDF4
-
-    with suppress(Exception), quiet(), netCDF4.Dataset(path) as dataset:  # a damaged file of any kind
+    with suppress(Exception), quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
         return FORMAT_ATTRIBUTE in dataset.ncattrs()
     return False

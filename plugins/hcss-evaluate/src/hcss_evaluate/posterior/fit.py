@@ -24,6 +24,7 @@ from hcss_evaluate.posterior.population import PopulationModel
 from hcss_evaluate.posterior.result import write_result
 from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
 from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import require_not_read
@@ -32,6 +33,7 @@ FRAME = (800, 800, 20.0)
 """Rows, columns and pixel size of the paper's images; also used to check priors before any image is read."""
 
 
+@checked
 def fit(
     images: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     output: str | os.PathLike[str],
@@ -139,6 +141,7 @@ def _prepare(
     return prepare(likelihood, space, np.random.SeedSequence([seed, 0, index]), simulated)
 
 
+@checked
 def fit_dimension(
     dimension: float,
     error: float,

@@ -24,6 +24,7 @@ from hcss_evaluate.posterior.population import PopulationModel
 from hcss_twin import __version__
 from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.archives import read_arrays, write_arrays
+from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError, PosteriorOptionError
 from hcss_twin.core.files import atomic_write, require_file
@@ -31,6 +32,7 @@ from hcss_twin.core.reading import reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 
 
+@checked
 @dataclass(frozen=True)
 class FitOptions:
     """How to fit.

@@ -15,7 +15,8 @@ from hcss_evaluate.realism.patches import SIZE
 from hcss_evaluate.realism.score import Realism, compare
 from hcss_twin import CatalogError, ImageError
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.reading import reading, require_size
+from hcss_twin.core.netcdf import NETCDF, open_with_xarray
+from hcss_twin.core.reading import first_bytes, reading, require_size
 
 SCENE_SIZE = 4 * SIZE
 """Side of the scenes, pixels, into which larger images are cut."""
@@ -148,12 +149,9 @@ def _stack(path: Path, variable: str | None) -> tuple[Array, Sequence[float] | N
     """Return a NetCDF variable of several images as (scenes, times, rows, columns) with its times; None for others."""
     if variable is None:
         return None
-    with path.open("rb") as file:
-        if not file.read(4).startswith((b"\x89HDF", b"CDF")):
-            return None
-    import xarray as xr
-
-    with reading(path, CatalogError), xr.open_dataset(path) as dataset:
+    if not first_bytes(path, CatalogError).startswith(NETCDF):
+        return None
+    with reading(path, CatalogError), open_with_xarray(path) as dataset:
         if variable not in dataset or dataset[variable].squeeze().ndim < 3:
             return None
         item = dataset[variable]
