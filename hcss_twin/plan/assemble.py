@@ -215,10 +215,7 @@ def assemble(
         cloud_notes=tuple(note for each in clouds for note in each.notes),
         filled_in=(*around.filled_in, *(item for each in clouds for item in each.filled_in)),
         slant=slant,
-        code={
-            name: (entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target))
-            for name, entry in entries.items()
-        },
+        code={name: entry.code(catalog.shelf, built[name].provider) for name, entry in entries.items()},
         lines_of_sight=sight,
         elements=elements,
         derived=derived,
