@@ -116,6 +116,11 @@ sys.meta_path.append(Finder())
 """
 READ = "from pathlib import Path\nimport json, tomllib, numpy as np\n"
 
+LAZY = """from importlib import import_module
+def __getattr__(n):
+    return getattr(import_module(f'{__name__}.b'), n)
+"""
+
 PLACES: dict[str, Place] = {
     "another module": Place(OF_LIB, _one("st_lib.py")),
     "module imported in a method": Place("def value():\n    from st_lib import E\n    return E", _one("st_lib.py")),
@@ -145,7 +150,7 @@ PLACES: dict[str, Place] = {
     "several imports with aliases": Place("import os as o, \\\n    st_lib as lib" + USE + "lib.E", _one("st_lib.py")),
     "import in brackets": Place(
         "from st_pack import (\n    a,\n    E,\n)" + USE + "E",
-        lambda number: {"st_pack/__init__.py": f"a = 1\nfrom .b import E\n", "st_pack/b.py": f"E = {number}\n"},
+        lambda number: {"st_pack/__init__.py": "a = 1\nfrom .b import E\n", "st_pack/b.py": f"E = {number}\n"},
     ),
     "import_module with a name": Place(
         "import importlib" + USE + 'importlib.import_module("st_lib").E', _one("st_lib.py")
@@ -156,10 +161,7 @@ PLACES: dict[str, Place] = {
     "__import__": Place("st = __import__('st_lib')" + USE + "st.E", _one("st_lib.py")),
     "lazy attribute of a package": Place(
         "import st_pack" + USE + "st_pack.E",
-        lambda number: {
-            "st_pack/b.py": f"E = {number}\n",
-            "st_pack/__init__.py": "from importlib import import_module\ndef __getattr__(n):\n    return getattr(import_module(f'{__name__}.b'), n)\n",
-        },
+        lambda number: {"st_pack/b.py": f"E = {number}\n", "st_pack/__init__.py": LAZY},
     ),
     "archive": Place(
         "import st_zipped" + USE + "st_zipped.E", _archive, start="import sys; sys.path.insert(0, '@HERE@/lib.zip')"

@@ -28,7 +28,8 @@ def model(name: str = "us-standard-1976") -> Columns:
 
 def text(columns: Columns, digits: int = 7) -> str:
     """Return a profile as CSV."""
-    rows = [",".join(columns), *(",".join(f"{each:.{digits}g}" for each in row) for row in zip(*columns.values()))]
+    rows = [",".join(columns)]
+    rows += [",".join(f"{each:.{digits}g}" for each in row) for row in zip(*columns.values(), strict=True)]
     return "\n".join(rows) + "\n"
 
 
@@ -66,8 +67,8 @@ def good(number: int) -> str:
         columns = {each: columns[each] for each in random.permutation(list(columns))}
     elif kind == 4:  # more levels
         columns = _finer(columns, int(random.integers(5, 40)))
-    elif kind == 5:  # gases left to the model
-        columns = {each: columns[each] for each in ("altitude_m", "pressure_Pa", "temperature_K")}
+    elif kind == 5:  # all gases but water vapour left to the model
+        columns = {each: columns[each] for each in ("altitude_m", "pressure_Pa", "temperature_K", "h2o")}
     elif kind == 6:  # some gases left to the model
         columns = {each: columns[each] for each in columns if each not in random.choice(GASES[1:], 3, replace=False)}
     elif kind == 7:  # ends below the top
