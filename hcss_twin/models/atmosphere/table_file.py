@@ -61,21 +61,22 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
         If the file is not in this format, lacks a variable, or has impossible values.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
-        names = (*DIMENSIONS, "transmittance", "path_radiance", *LEVELS)
+        names: list[str] = [*DIMENSIONS, "transmittance", "path_radiance", *LEVELS]
         missing = [name for name in names if name not in dataset.variables]
         if missing:
             raise CatalogError(f"{path}: variables missing: {', '.join(missing)}")
         for name in ("transmittance", "path_radiance"):
             if dataset.variables[name].dimensions != DIMENSIONS:
                 raise CatalogError(f"{path}: {name} must have the dimensions {', '.join(DIMENSIONS)}")
-        names += tuple(name for name in GAS_LEVELS if name in dataset.variables)
+        names += [name for name in GAS_LEVELS if name in dataset.variables]
         values = {name: np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan) for name in names}
         resolution = float(getattr(dataset, "resolution_cm1", 0.0))
         source = str(getattr(dataset, "source", path.name))
         measured = getattr(dataset, "interpolation_error_transmittance_max", None)
     _check(path, values)
     gases = {gas: values[name] for name, gas in GAS_LEVELS.items() if name in values}
-    profile = Profile(path.stem, *(values[name] for name in LEVELS), mixing_ratio=gases)
+    altitude_m, pressure_Pa, temperature_K = (values[name] for name in LEVELS)
+    profile = Profile(path.stem, altitude_m, pressure_Pa, temperature_K, gases)
     return AtmosphereTable(
         values["target_altitude_m"],
         values["zenith_deg"],

@@ -50,7 +50,7 @@ class Entry:
         return self.distribution == OWN_DISTRIBUTION
 
     def code(self, shelf: ResultCache, provider: Any = None) -> tuple[str, ...]:
-        """Return what names the code of a provider, and the ``cache_token`` of a made one, in keys of cached results."""
+        """Return what names a provider's code, and the ``cache_token`` of a made one, in keys of cached results."""
         target, parameters = self.spec.target, self.spec.parameters
         targets = (target,) if parameters is None else (target, parameters)
         code = shelf.fingerprint(self.distribution, targets)
