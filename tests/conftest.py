@@ -20,7 +20,7 @@ from hypothesis import settings  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
 from hcss_twin.core import result_cache  # noqa: E402
-from hcss_twin.core.plugins import installed  # noqa: E402
+from hcss_twin.core.plugins import OWN_DISTRIBUTION, installed  # noqa: E402
 from hcss_twin.core.result_cache import ResultCache  # noqa: E402
 from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: E402, F401
 
@@ -37,7 +37,7 @@ def one_installation():
     Not while a test has another path for imports, or replaces the function that looks at the files.
     """
     path, plugins, files = list(sys.path), {}, ResultCache()
-    of_package, of_files = ResultCache.fingerprint, result_cache.package_fingerprint
+    of_package, of_files = ResultCache.fingerprint, result_cache.code_fingerprint
 
     def installed_once(group):
         if sys.path != path:
@@ -46,9 +46,9 @@ def one_installation():
             plugins[group] = tuple(installed(group))
         return plugins[group]
 
-    def fingerprint(own, module):
-        is_shared = module.partition(".")[0] == "hcss_twin" and result_cache.package_fingerprint is of_files
-        return of_package(files if is_shared else own, module)
+    def fingerprint(own, distribution=OWN_DISTRIBUTION, targets=()):
+        is_shared = distribution == OWN_DISTRIBUTION and result_cache.code_fingerprint is of_files
+        return of_package(files if is_shared else own, distribution, targets)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hcss_twin.providers.registry.registry.installed", installed_once)

@@ -133,7 +133,7 @@ def cached_file(folder: Path, name: str) -> Path | None:
 
 def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
     """Return a hash of the inputs of a result and of the versions of this package and its libraries."""
-    code = {"format": FORMAT, "libraries": memory.versions(), "engine": memory.fingerprint(__name__)}
+    code = {"format": FORMAT, "libraries": memory.versions(), "engine": memory.fingerprint()}
     return hashlib.sha256(json.dumps({**parts, **code}, sort_keys=True, default=str).encode()).hexdigest()
 
 

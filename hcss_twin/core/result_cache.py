@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
-import os
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 from hcss_twin.core.array_memory import ArrayMemory
+from hcss_twin.core.code_fingerprint import code_fingerprint
 from hcss_twin.core.environment import versions
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 
 _T = TypeVar("_T")
 
@@ -80,35 +79,12 @@ class ResultCache:
         """Return the versions of this package and its libraries at the first call."""
         return self.get_or_compute("versions", versions)
 
-    def fingerprint(self, module: str) -> str:
-        """Return :func:`package_fingerprint` of a module's package at the first call."""
-        package = module.partition(":")[0].partition(".")[0]
-        return self.get_or_compute(("fingerprint", package), lambda: package_fingerprint(package))
+    def fingerprint(self, distribution: str = OWN_DISTRIBUTION, targets: tuple[str, ...] = ()) -> str:
+        """Return the :func:`code_fingerprint` of this package, or of objects of a distribution, at the first call."""
+        code = () if distribution == OWN_DISTRIBUTION else targets
+        return self.get_or_compute(("fingerprint", distribution, *code), lambda: code_fingerprint(distribution, code))
 
 
 def _state(path: Path) -> tuple[str, int, int, int]:
     about = path.stat()
     return str(path.resolve()), about.st_size, about.st_mtime_ns, about.st_ino
-
-
-def package_fingerprint(package: str) -> str:
-    """Return a hash of the names, sizes and modification times of a top-level package's files."""
-    spec = importlib.util.find_spec(package)
-    if spec is None:
-        return "absent"
-    if spec.submodule_search_locations is None:
-        files = [spec.origin] if spec.origin else []
-    else:
-        files = sorted(
-            os.path.join(folder, name)
-            for root in spec.submodule_search_locations
-            for folder, _, names in os.walk(root)
-            if os.path.basename(folder) != "__pycache__"
-            for name in names
-        )
-    digest = hashlib.sha256()
-    for path in files:
-        with suppress(FileNotFoundError):  # a dangling link
-            about = os.stat(path)
-            digest.update(f"{path}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
-    return digest.hexdigest()

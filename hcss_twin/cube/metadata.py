@@ -89,7 +89,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_beyond_accuracy", "JSON", _CHECKED,
         "Omitted physics that exceeds its share of the accuracy: texts with size and the keys that would compute it."),
     AttributeSpec("hcss_error_budget", "JSON", _CHECKED,
-        "The total error, models included, by class (`clear`, layers) and band: `total`, `total_K`, `unknown` and "
+        "The total error, models included, by class (`clear`, layers) and band: `total` and `total_K`, or "
+        "`at_least` and `at_least_K` if a part is unknown, `unknown` and "
         "`contributions` with `name`, `relative`, `kelvin`, `known` (share of the band with a figure), `statistic`, "
         "`sources`, `recomputed` (false: a figure of notes) and `needs`."),
     AttributeSpec("hcss_monte_carlo", "JSON", "pixels are checked and clouds have sides",

@@ -55,6 +55,11 @@ to 45 min, within 0.15, of 10.8 um images of clouds over sea from a geostationar
 BY_SCALE_S = 1800.0
 """Evolution time, with lifetimes by scale, for generators without them."""
 
+NOT_SHARED = (
+    "columns are solved for this scene alone: scenes that differ in the temperature of the sea share them only if "
+    "cloud tops do not vary"
+)
+
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
@@ -179,7 +184,8 @@ def assemble(
     with attribute_to_field("radiance.model", radiance.parameters):
         model = model_of(sea, slant.view, kelvin, 0)
     tops_vary = any(getattr(each, "cloud_top_range_m", None) is not None for each in generators)
-    if between is not None and model.declares.numerical_levels > 1 and not tops_vary:  # other models are cheap
+    shares = between is not None and model.declares.numerical_levels > 1  # other models are cheap
+    if between is not None and shares and not tops_vary:
         from hcss_twin.plan.between_sea_temperatures import interpolating  # not for single scenes
 
         model_of = interpolating(exact_model_of, sea_of, sea, kelvin, between, catalog)
@@ -212,13 +218,13 @@ def assemble(
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
-        cloud_notes=tuple(note for each in clouds for note in each.notes),
+        cloud_notes=(
+            *(note for each in clouds for note in each.notes),
+            *((NOT_SHARED,) if shares and tops_vary else ()),
+        ),
         filled_in=(*around.filled_in, *(item for each in clouds for item in each.filled_in)),
         slant=slant,
-        code={
-            name: (entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target))
-            for name, entry in entries.items()
-        },
+        code={name: entry.code(catalog.shelf, built[name].provider) for name, entry in entries.items()},
         lines_of_sight=sight,
         elements=elements,
         derived=derived,

@@ -79,8 +79,8 @@ class Assembly:
         Builds the sea model for another temperature.
     built : mapping of str to Built
         How each provider was made, by the same labels as ``entries``.
-    code : mapping of str to (str, str, str)
-        Name, version and fingerprint of each provider, on which cached results depend.
+    code : mapping of str to tuple of str
+        What names the code of each provider in keys of cached results.
     lines_of_sight : LinesOfSight or None
         Lines of sight to the sensor; None if its altitude is unknown.
     surfaces : SceneSurfaces or None
@@ -124,7 +124,7 @@ class Assembly:
     sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
-    code: Mapping[str, tuple[str, str, str]]
+    code: Mapping[str, tuple[str, ...]]
     lines_of_sight: LinesOfSight | None = None
     between: SeaTemperatures | None = None
     elements: tuple[ElementProvider, ...] = ()

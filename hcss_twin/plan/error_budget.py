@@ -31,8 +31,8 @@ COLUMNS, SIDES = "plane-parallel clouds", "clouds with sides"
 
 CLEAR, CLOUDY = "clear", "cloudy"
 
-LEAST_KNOWN = 0.05
-"""Share of a band with figures up to which they say nothing of the band."""
+LEAST_KNOWN, MOSTLY_KNOWN = 0.05, 0.95
+"""Share of a band with figures up to which they say nothing of the band, and from which they say all."""
 
 _UNSTATED = {
     "gas": (CLEAR, CLOUDY),
@@ -72,6 +72,13 @@ class Contribution:
     recomputed: bool = True
     needs: str = ""
 
+    @property
+    def unknown(self) -> str:
+        """What of it is unknown: its name, if need be with the share of the band; empty if all is known."""
+        if self.relative is None:
+            return self.name
+        return "" if self.known > MOSTLY_KNOWN else f"{self.name} in {100.0 * (1.0 - self.known):.0f} % of the band"
+
 
 @dataclass(frozen=True)
 class ErrorBudget:
@@ -80,26 +87,28 @@ class ErrorBudget:
     contributions: Mapping[tuple[str, str], tuple[Contribution, ...]]
 
     def total(self, cell: tuple[str, str]) -> tuple[float, float]:
-        """Return the root sum of squares of the known contributions of a class and band, relative and in kelvin."""
+        """Return the root sum of squares of the known contributions of a class and band, relative and in kelvin.
+
+        It is a total only if none is :meth:`unknown`; otherwise the error is at least that.
+        """
         known = [each for each in self.contributions[cell] if each.relative is not None]
         relative, kelvin = ([getattr(each, unit) or 0.0 for each in known] for unit in ("relative", "kelvin"))
         return math.hypot(*relative), math.hypot(*kelvin)
 
-    @property
-    def unknown(self) -> tuple[str, ...]:
-        """Names of contributions that are unknown in some class and band."""
-        every = (each for own in self.contributions.values() for each in own)
-        return tuple(dict.fromkeys(each.name for each in every if each.relative is None))
+    def unknown(self, cell: tuple[str, str]) -> list[str]:
+        """Return what is unknown of a class and band."""
+        return [each.unknown for each in self.contributions[cell] if each.unknown]
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
-        """Return total and contributions by class and band, as JSON values."""
+        """Return total and contributions by class and band, as JSON values; ``at_least`` where part is unknown."""
         told: dict[str, dict[str, Any]] = {}
         for (of, band), own in self.contributions.items():
             relative, kelvin = self.total((of, band))
-            unknown = [each.name for each in own if each.relative is None]
+            unknown = self.unknown((of, band))
+            name = "at_least" if unknown else "total"
             told.setdefault(of, {})[band] = {
-                "total": relative,
-                "total_K": kelvin,
+                name: relative,
+                f"{name}_K": kelvin,
                 "unknown": unknown,
                 "contributions": [{**vars(each), "sources": list(each.sources)} for each in own],
             }
@@ -112,13 +121,17 @@ class ErrorBudget:
 
     @property
     def totals(self) -> tuple[str, ...]:
-        """Return a line for each class: the total of each band and its largest contribution; then the unknown ones."""
+        """Return a line for each class: the total of each band, its largest contribution, and what is unknown."""
         by_class: dict[str, list[str]] = {}
         for (of, band), own in self.contributions.items():
             largest = max(own, key=lambda each: each.relative or 0.0)
-            by_class.setdefault(of, []).append(f"{band} {_size(*self.total((of, band)))} mostly from {largest.name}")
-        lines = [f"{of} {', '.join(parts)}" for of, parts in by_class.items()]
-        return (*lines, *((f"unknown and not included: {', '.join(self.unknown)}",) if self.unknown else ()))
+            unknown = self.unknown((of, band))
+            without = f" (unknown: {', '.join(unknown)})" if unknown else ""
+            by_class.setdefault(of, []).append(f"{band} {self._total((of, band))} mostly from {largest.name}{without}")
+        return tuple(f"{of} {', '.join(parts)}" for of, parts in by_class.items())
+
+    def _total(self, cell: tuple[str, str]) -> str:
+        return ("at least " if self.unknown(cell) else "") + _size(*self.total(cell))
 
     def _cell(self, of: str, band: str) -> str:
         own = sorted(self.contributions[of, band], key=lambda each: -(each.relative or 0.0))
@@ -127,10 +140,9 @@ class ErrorBudget:
             for each in own
             if each.relative is not None
         ]
-        unknown = [each.name for each in own if each.relative is None]
-        least = "at least " if unknown else ""
+        unknown = self.unknown((of, band))
         tail = f", unknown: {', '.join(unknown)}" if unknown else ""
-        return f"{least}{_size(*self.total((of, band)))}: {', '.join(parts)}{tail}"
+        return f"{self._total((of, band))}: {', '.join(parts)}{tail}"
 
     def beyond(self, accuracy: float) -> tuple[str, ...]:
         """Return what the chosen models leave out beyond the accuracy though a key would add it, largest first."""
@@ -155,7 +167,7 @@ def _percent(relative: float | None) -> str:
 
 def _remark(contribution: Contribution) -> str:
     """Say of which part of a band a figure is, and whether it is from notes."""
-    partly = "" if contribution.known > 0.95 else f" of {100.0 * contribution.known:.0f} % of the band"
+    partly = "" if contribution.known > MOSTLY_KNOWN else f" of {100.0 * contribution.known:.0f} % of the band"
     return f"{partly}{'' if contribution.recomputed else ' (notes)'}"
 
 
@@ -260,6 +272,7 @@ def _of_provider(
         return
     sunlight, zenith_deg = (None, plan.sun_matters), plan.view.zenith_deg
     columns = {"", kind, of, *(each.microphysics.material for each in plan.layers if each.name == of)}
+    is_stated = name == "radiance model" or kind not in _UNSTATED[name]  # some models add nothing to clear sky
     for cause in dict.fromkeys(each.name for each in errors):
         every = [each for each in errors if each.name == cause and each.path == "up"]
         # What is known for other clouds only is unknown here, unless it is of another material.
@@ -277,6 +290,7 @@ def _of_provider(
             and each.lower_um <= band.longest_um
             and each.upper_um >= band.shortest_um
         ]
+        is_stated = True
         relative, share = band.mean(fitting)
         yield Contribution(
             cause,
@@ -288,3 +302,5 @@ def _of_provider(
             all(each.command for each in fitting),
             next((each.needs for each in fitting if each.needs), ""),
         )
+    if not is_stated:  # only other paths or columns
+        yield Contribution(name)

@@ -213,27 +213,40 @@ def list_omissions(
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)
 
 
-def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
-    """Yield the texture of the sea's temperature, if the sea has one temperature.
+def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
+    """Return the omission of the texture of the sea's temperature.
 
     Three standard deviations are the bound, of a black body at the shortest wavelength.
+
+    Parameters
+    ----------
+    why : str
+        Why the sea has one temperature.
+    needs : str
+        Key and value that would avoid it.
     """
+    # Spectrum k^-2 with 0.3 K in wavelengths up to 320 km, of which the image has those up to its size.
+    grid, sea_K = assembly.grid, assembly.sea_temperature_K
+    size_m = grid.pixel_size_m * max(grid.rows, grid.columns)
+    typical_K = 0.3 * math.sqrt(min(1.0, size_m / 320e3))
+    shortest = 1e4 / min(band.lower_um for band in assembly.bands)
+    warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
+    share = float(warmer / sea - 1.0)
+    size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
+    bound, needs = 3.0 * share, needs if share else ""
+    return Omission("texture of the sea's temperature", f"{why}; {size}", bound, share, "rms", needs)
+
+
+def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
+    """Yield the texture of the sea's temperature, if the sea has one temperature."""
     why = "sea.temperature_texture is 0"
     if scenario.sea.temperature_texture != 0.0:
         from hcss_twin.plan.texture import why_one_temperature  # not for scenes without texture
 
         why = why_one_temperature(scenario, assembly)
     if assembly.surface is None and why:
-        # Spectrum k^-2 with 0.3 K in wavelengths up to 320 km, of which the image has those up to its size.
-        grid, sea_K = assembly.grid, assembly.sea_temperature_K
-        size_m = grid.pixel_size_m * max(grid.rows, grid.columns)
-        typical_K = 0.3 * math.sqrt(min(1.0, size_m / 320e3))
-        shortest = 1e4 / min(band.lower_um for band in assembly.bands)
-        warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
-        share = float(warmer / sea - 1.0)
-        size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
-        needs = "sea.temperature_texture = 0.3" if scenario.sea.temperature_texture is not None and share else ""
-        yield Omission("texture of the sea's temperature", f"{why}; {size}", 3.0 * share, share, "rms", needs)
+        needs = "sea.temperature_texture = 0.3" if scenario.sea.temperature_texture is not None else ""
+        yield texture_of_sea(assembly, why, needs)
 
 
 def _changes_of_air(

@@ -17,6 +17,7 @@ from hcss_twin.models.atmosphere.model_choice import calendar_model, closest_mod
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
 from hcss_twin.models.atmosphere.profile_field import ProfileField
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
+from hcss_twin.models.atmosphere.same_profile import difference
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.providers import CloudLayer
@@ -139,8 +140,8 @@ def _profile(
             if isinstance(given, ProfileField):
                 centre = scenario.place.latitude, scenario.place.longitude
                 given = given.with_levels_near(*centre)
-                return given.at(*centre), given
-            return given, None
+                return _same_air(scenario, given.at(*centre), bound), given
+            return _same_air(scenario, given, bound), None
         if bound is not None:
             why = f"the profile that provider '{atmosphere.provider}' belongs to"
             filled.append(FilledIn(field, bound.name, why))
@@ -160,6 +161,19 @@ def _profile(
             )
         filled.append(FilledIn(field, name, why))
         return load_profile(name, catalog), None
+
+
+def _same_air(scenario: Scenario, profile: Profile, bound: Profile | None) -> Profile:
+    """Return a given profile if the provider supports it."""
+    other = "" if bound is None else difference(profile, bound)
+    if bound is not None and other:
+        message = (
+            f"provider '{scenario.atmosphere.provider}' supports only the profile '{bound.name}', and "
+            f"'{scenario.atmosphere.profile}' is other air: {other}; allowed: omit the key, or choose a provider that "
+            "supports any profile"
+        )
+        raise ScenarioError([Problem("atmosphere.profile", message)])
+    return profile
 
 
 def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Profile:

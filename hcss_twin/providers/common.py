@@ -174,6 +174,7 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "bound_profile": (callable, "a static method"),
     "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
     "model_errors": (callable, "a method"),
+    "cache_token": (lambda value: value is None or isinstance(value, str), "None or text"),
     "expected_failures": (lambda value: isinstance(value, Mapping), "a mapping of laws to reasons"),
     "sea_sun_terms": (
         lambda value: isinstance(value, Set) and all(isinstance(name, str) for name in value),

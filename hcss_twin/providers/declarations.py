@@ -101,9 +101,13 @@ class ProviderOptions(Protocol):
     ----------
     expected_failures : mapping of str to str
         Laws of the conformance kit that the provider breaks on purpose, each with the reason; on the class.
+    cache_token : str or None
+        Names the state of what results depend on beside inputs, parameters, code and files of the catalog: the version
+        of a remote table, the hash of a generated file. Cached results of another token are not used.
     """
 
     expected_failures: Mapping[str, str]
+    cache_token: str | None
 
     def model_errors(self) -> Sequence[ModelError]:
         """Return how far the provider is from the best reference known; without this member it is ``unknown``.

@@ -247,11 +247,14 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     budget = json_attribute(attributes, "hcss_error_budget", {})
     if budget:
         rows = [
-            [of, band, *(f"{100.0 * cell['total']:.2g}", f"{cell['total_K']:.2g}"), _contributions(cell)]
+            [of, band, *_total(cell), _contributions(cell)]
             for of, bands in budget.items()
             for band, cell in bands.items()
         ]
-        caption = "Total error, models included: root of the sum of squares of known errors; (notes): not recomputed."
+        caption = (
+            "Total error, models included: root of the sum of squares; at least that, where a part is unknown; "
+            "(notes): not recomputed."
+        )
         yield Table(["class", "band", "%", "kelvin", "contributions in %"], rows, caption, text_columns=2)
     beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
     if beyond:
@@ -259,6 +262,13 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield bullets(str(each) for each in beyond)
     if words is not None:
         yield folded("The certificate in words", bullets(str(words).split("; ")))
+
+
+def _total(cell: Mapping[str, Any]) -> tuple[str, str]:
+    """Total error of a class and band in percent and kelvin; cubes of earlier versions have a total of the known."""
+    name = "at_least" if "at_least" in cell else "total"
+    least = "at least " if cell["unknown"] else ""
+    return f"{least}{100.0 * cell[name]:.2g}", f"{least}{cell[f'{name}_K']:.2g}"
 
 
 def _contributions(cell: Mapping[str, Any]) -> str:

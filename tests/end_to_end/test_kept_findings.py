@@ -96,7 +96,7 @@ def test_a_changed_file_is_found_out_anew(asked, tmp_path):
 def test_other_code_is_found_out_anew(asked, monkeypatch):
     plan()
     asked.clear()
-    monkeypatch.setattr(result_cache, "package_fingerprint", lambda _: "another")
+    monkeypatch.setattr(result_cache, "code_fingerprint", lambda *_: "another")
     plan()
     assert asked
 

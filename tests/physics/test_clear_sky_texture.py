@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin import Scenario, ScenarioError, simulate
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.texture import OverWarmerSea
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
@@ -46,6 +47,21 @@ def field(shape: TextureShape, pixel_size_m: float, seed: int = 1, size: int = S
 
 def whole(texture: TextureField, size: int = SIZE, time_s: float = 0.0) -> np.ndarray:
     return texture.at(time_s, slice(0, size), slice(0, size)).astype(np.float64)
+
+
+@pytest.mark.parametrize("name", Catalog().names("scenarios", ".toml"))
+def test_shipped_scenes_have_the_texture_that_is_on_by_default(name: str) -> None:
+    assert Scenario.load(name).sea.temperature_texture is None
+
+
+def test_clear_pixels_of_the_first_shipped_scene_differ() -> None:
+    few = {"image.rows": 80, "image.columns": 80, "image.pixel_size": 200.0, "frames.count": 1, "output.certificate": 0}
+    models = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie", "bands": ["lwir"]}
+    cube = simulate(Scenario.load("stratus", {**few, **models}))
+    clear = cube["radiance"].values[0, 0][cube["cloud_mask"].values[0] == 0].astype(np.float64)
+    # 0.03 to 0.05 K of a black body at 291 K
+    assert 0.03 * 0.016 < clear.std() / clear.mean() < 0.08 * 0.016
+    assert np.unique(clear).size > 0.5 * clear.size
 
 
 @pytest.mark.parametrize("shape", [SEA_TEMPERATURE, WATER_VAPOUR], ids=["sea", "vapour"])

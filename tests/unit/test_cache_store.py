@@ -10,7 +10,6 @@ import pytest
 
 from hcss_twin.core.cache import CacheError, Store, limit_bytes, read_record, write_record
 from hcss_twin.core.errors import CacheWarning
-from hcss_twin.core.result_cache import ResultCache, package_fingerprint
 
 
 @pytest.fixture(autouse=True)
@@ -219,29 +218,3 @@ def test_records_come_back_to_the_bit(tmp_path):
 def test_what_no_record_can_hold_is_refused(tmp_path):
     with pytest.raises(TypeError, match="set"):
         write_record(tmp_path / "tree.npz", Tree(({1},), None), CLASSES)
-
-
-def test_a_changed_file_changes_the_fingerprint_of_its_package(tmp_path, monkeypatch):
-    (tmp_path / "some_package").mkdir()
-    (tmp_path / "some_package" / "__init__.py").write_text("")
-    inner = tmp_path / "some_package" / "inner.py"
-    inner.write_text("a = 1\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    before = package_fingerprint("some_package")
-    assert ResultCache().fingerprint("some_package.inner:Thing") == before
-    inner.write_text("a = 12\n")
-    assert package_fingerprint("some_package") != before
-
-
-def test_a_link_that_leads_nowhere_does_not_hide_the_rest_of_a_package(tmp_path, monkeypatch):
-    package = tmp_path / "linked_package"
-    package.mkdir()
-    (package / "__init__.py").write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
-    try:
-        (package / "gone.py").symlink_to(tmp_path / "nowhere.py")
-    except OSError:
-        pytest.skip("no links here")
-    before = package_fingerprint("linked_package")
-    (package / "new.py").write_text("b = 2\n")
-    assert package_fingerprint("linked_package") != before

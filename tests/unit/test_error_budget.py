@@ -16,6 +16,7 @@ from hcss_twin.plan import error_budget as budgets
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.error_budget import Contribution, ErrorBudget, beyond_accuracy, error_budget
 from hcss_twin.providers import ModelError
+from hcss_twin.reports.cube_page import _total
 
 MODELS = Path(__file__).parents[2] / "hcss_twin" / "models"
 C2_CM_K = 1.438777
@@ -48,10 +49,34 @@ def test_the_total_is_the_root_of_the_sum_of_squares_of_what_is_known():
     own = (Contribution("a", 0.03, 1.5, 1.0), Contribution("b", 0.04, 2.0, 0.5), Contribution("c"))
     budget = ErrorBudget({("clear", "x"): own})
     assert budget.total(("clear", "x")) == pytest.approx((0.05, 2.5))
-    assert budget.unknown == ("c",)
     assert budget.lines == (
-        "clear x: at least 5 % (2.5 K): b 4 % (2 K) of 50 % of the band, a 3 % (1.5 K), unknown: c",
+        "clear x: at least 5 % (2.5 K): b 4 % (2 K) of 50 % of the band, a 3 % (1.5 K), "
+        "unknown: b in 50 % of the band, c",
     )
+
+
+@pytest.mark.parametrize(
+    ("third", "unknown"),
+    [((), []), ((Contribution("gas"),), ["gas"]), ((Contribution("sea", 0.0, 0.0, 0.2),), ["sea in 80 % of the band"])],
+)
+def test_an_error_of_which_a_part_is_unknown_has_no_total_and_is_at_least_that_wherever_it_is_shown(third, unknown):
+    budget = ErrorBudget(
+        {("clear", "x"): (Contribution("a", 0.03, 1.5, 1.0), Contribution("b", 0.04, 2.0, 1.0), *third)}
+    )
+    cell = budget.as_dict()["clear"]["x"]
+    (line,), (short,) = budget.lines, budget.totals
+    # the page that earlier versions' cubes have, too
+    shown = (line, short, " ".join(_total(cell)), " ".join(_total({**cell, "total": 0.05, "total_K": 2.5})))
+    assert [("at least" in text) for text in shown] == [bool(unknown)] * 4
+    assert cell["unknown"] == unknown
+    assert ("total" in cell, "total_K" in cell) == (not unknown, not unknown)
+    assert (cell.get("at_least"), cell.get("total")) == ((0.05, None) if unknown else (None, 0.05))
+    assert all(each in short and each in line for each in unknown)
+
+
+def test_a_provider_that_states_only_other_paths_is_unknown_on_the_way_up(plan):
+    sky = ModelError(name="gas", lower_um=8.0, upper_um=14.0, relative=0.1, path="sky")
+    assert contribution(plan, 1, sky).unknown == "gas"
 
 
 def test_kelvin_follow_from_the_derivative_of_planck(plan):
@@ -122,7 +147,7 @@ def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(pl
     assert {"particles", "single scattering", "plane-parallel clouds"} <= set(names["stratus", bands[1]])
     assert "phase function of ice" not in names["stratus", bands[1]]
     assert any("needs radiance.model = 'physical'" in each for each in budget.beyond(plan.accuracy.relative))
-    assert "numerics" not in budget.unknown
+    assert all("numerics" not in budget.unknown(cell) for cell in budget.contributions)
     numerics = plan.numerics.error + plan.grid_refinement.error
     measured = error_budget(plan, {bands[0]: 1e-5})
     assert [each.relative for each in measured.contributions["clear", bands[0]][:2]] == [1e-5, numerics]

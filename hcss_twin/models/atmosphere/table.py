@@ -17,6 +17,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.native_grid import native_nodes, native_window
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.same_profile import difference, unstated
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
 from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
@@ -42,8 +43,8 @@ class TableTransmittance:
     Parameters
     ----------
     inputs : AtmosphereInputs
-        The profile gives cloud temperatures; it must be the profile of the table
-        (temperatures within 2 K at the table's levels up to 20 km).
+        The profile gives cloud temperatures; it must be that of the table
+        (:func:`hcss_twin.models.atmosphere.same_profile.difference`).
     parameters : TableParameters
         Which table.
 
@@ -65,7 +66,13 @@ class TableTransmittance:
     def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:
         table = read_atmosphere_table(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
         self._profile = table.profile
-        self._require_same_profile(inputs)
+        own = _profile_of(table, parameters.file, inputs.catalog)
+        other = difference(inputs.profile, own)
+        if other:
+            raise ProviderError(
+                f"the atmosphere table '{parameters.file}' was computed for other air than profile "
+                f"'{inputs.profile.name}': {other}"
+            )
         self._wavenumber = table.wavenumber_cm1
         self._zenith = table.zenith_deg
         depth = -np.log(np.clip(table.transmittance, _MIN_TRANSMITTANCE, _MAX_TRANSMITTANCE))
@@ -90,16 +97,15 @@ class TableTransmittance:
                     sunlight=True,
                 ),
                 *_unverified(table),
+                *_unstated(inputs.profile, own, parameters.file),
             ),
         )
 
     @staticmethod
     def bound_profile(parameters: TableParameters, catalog: Catalog) -> Profile:
         """Return the profile that the table was computed with; raises CatalogError."""
-        known = CATALOG_PROFILES.get(parameters.file)
-        if known is not None:
-            return load_profile(known, catalog)
-        return read_atmosphere_table(catalog.find(parameters.file, "atmospheres", ".nc")).profile
+        table = read_atmosphere_table(catalog.find(parameters.file, "atmospheres", ".nc"))
+        return _profile_of(table, parameters.file, catalog)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths whose legs all run from one target to space.
@@ -182,17 +188,20 @@ class TableTransmittance:
         """Interpolate from the table's wavenumbers to the requested ones (band edges)."""
         return native_window(self._wavenumber, wavenumber_cm1, PROVIDER).interpolate(native)
 
-    def _require_same_profile(self, inputs: AtmosphereInputs) -> None:
-        top = float(inputs.profile.altitude_m[-1])
-        if top < 20_000.0:
-            raise ProviderError(f"profile '{inputs.profile.name}' ends at {top:g} m; allowed: 20000 m or higher")
-        levels = self._profile.altitude_m[self._profile.altitude_m <= 20_000.0]
-        difference = float(np.max(np.abs(inputs.profile.temperature_at(levels) - self._profile.temperature_at(levels))))
-        if difference > 2.0:
-            raise ProviderError(
-                f"the atmosphere table belongs to another profile than '{inputs.profile.name}': temperatures differ by "
-                f"up to {difference:.1f} K; allowed 2 K"
-            )
+
+def _profile_of(table: AtmosphereTable, file: str, catalog: Catalog) -> Profile:
+    known = CATALOG_PROFILES.get(file)
+    return table.profile if known is None else load_profile(known, catalog)
+
+
+def _unstated(given: Profile, own: Profile, file: str) -> tuple[str, ...]:
+    """Return a note on gases of the profile that cannot be compared, as the table does not state them."""
+    gases = ", ".join(gas.upper() for gas in unstated(given, own))
+    text = (
+        f"the atmosphere table '{file}' does not state its {gases}: the radiance has what it was computed with, "
+        f"whatever profile '{given.name}' says"
+    )
+    return (text,) if gases else ()
 
 
 def _unverified(table: AtmosphereTable) -> tuple[str, ...]:

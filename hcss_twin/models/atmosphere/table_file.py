@@ -12,13 +12,15 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
+from hcss_twin.physics.profile import EARTH_RADIUS_M, GASES, Profile
 from hcss_twin.version import __version__
 
 FORMAT = "hcss-atmosphere-table"
 FORMAT_VERSION = 1
 DIMENSIONS = ("target_altitude_m", "zenith_deg", "wavenumber_cm1")
 LEVELS = ("level_altitude_m", "level_pressure_Pa", "level_temperature_K")
+GAS_LEVELS = {f"level_{gas}": gas for gas in GASES}
+"""Optional variables: mixing ratios of the profile."""
 
 
 @dataclass(frozen=True)
@@ -60,19 +62,22 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
         If the file is not in this format, lacks a variable, or has impossible values.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
-        names = (*DIMENSIONS, "transmittance", "path_radiance", *LEVELS)
+        names: list[str] = [*DIMENSIONS, "transmittance", "path_radiance", *LEVELS]
         missing = [name for name in names if name not in dataset.variables]
         if missing:
             raise CatalogError(f"{path}: variables missing: {', '.join(missing)}")
         for name in ("transmittance", "path_radiance"):
             if dataset.variables[name].dimensions != DIMENSIONS:
                 raise CatalogError(f"{path}: {name} must have the dimensions {', '.join(DIMENSIONS)}")
+        names += [name for name in GAS_LEVELS if name in dataset.variables]
         values = {name: np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan) for name in names}
         resolution = float(getattr(dataset, "resolution_cm1", 0.0))
         source = str(getattr(dataset, "source", path.name))
         measured = getattr(dataset, "interpolation_error_transmittance_max", None)
     _check(path, values)
-    profile = Profile(path.stem, values["level_altitude_m"], values["level_pressure_Pa"], values["level_temperature_K"])
+    gases = {gas: values[name] for name, gas in GAS_LEVELS.items() if name in values}
+    altitude_m, pressure_Pa, temperature_K = (values[name] for name in LEVELS)
+    profile = Profile(path.stem, altitude_m, pressure_Pa, temperature_K, gases)
     return AtmosphereTable(
         values["target_altitude_m"],
         values["zenith_deg"],
@@ -103,6 +108,9 @@ def _check(path: Path, values: dict[str, Array]) -> None:
     for name in ("wavenumber_cm1", "level_pressure_Pa", "level_temperature_K"):
         if np.any(values[name] <= 0.0):
             raise CatalogError(f"{path}: {name} must be above 0")
+    for name in GAS_LEVELS:
+        if name in values and (np.any(values[name] < 0.0) or np.any(values[name] > 1.0)):
+            raise CatalogError(f"{path}: {name} must lie in 0..1")
     if np.any(np.diff(values["level_pressure_Pa"]) >= 0.0):
         raise CatalogError(f"{path}: level_pressure_Pa must descend strictly")
     if values["target_altitude_m"][0] < 0.0 or values["zenith_deg"][0] < 0.0:
@@ -118,6 +126,7 @@ _UNITS = {
     "level_altitude_m": ("m", "altitude of the profile's levels"),
     "level_pressure_Pa": ("Pa", "pressure, logarithmic between levels"),
     "level_temperature_K": ("K", "temperature, linear between levels"),
+    **{name: ("1", f"mole fraction of {gas.upper()}") for name, gas in GAS_LEVELS.items()},
     "transmittance": ("1", "total transmittance, target to space"),
     "path_radiance": ("W m-2 sr-1 (cm-1)-1", "thermal emission of the path, from space"),
 }
@@ -140,11 +149,11 @@ def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mappi
         "zenith_deg": table.zenith_deg,
         "wavenumber_cm1": table.wavenumber_cm1,
     }
-    levels = {
-        "level_altitude_m": table.profile.altitude_m,
-        "level_pressure_Pa": table.profile.pressure_Pa,
-        "level_temperature_K": table.profile.temperature_K,
-    }
+    profile = table.profile
+    levels = dict(zip(LEVELS, (profile.altitude_m, profile.pressure_Pa, profile.temperature_K), strict=True))
+    # Those of a model atmosphere, which the user's file lacks, need not be those of the runs.
+    stated = profile.mixing_ratio.keys() - profile.model_gases
+    levels |= {name: profile.mixing_ratio[gas] for name, gas in GAS_LEVELS.items() if gas in stated}
     with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts(
             {

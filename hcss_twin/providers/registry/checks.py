@@ -35,5 +35,4 @@ def _write(path: Any, count: dict[str, int]) -> None:
 
 
 def _key(entry: Entry, parameters: Any, shelf: ResultCache) -> str:
-    code = shelf.fingerprint(entry.spec.target)
-    return result_key({"check": [entry.kind, entry.qualified_name, entry.version, code, str(parameters)]}, shelf)
+    return result_key({"check": [entry.kind, *entry.code(shelf), str(parameters)]}, shelf)

@@ -10,6 +10,7 @@ import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
 from hcss_twin.core.plugins import OWN_DISTRIBUTION, Origin, Remark
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, API_VERSIONS, Kind, ProviderSpec
 from hcss_twin.version import __version__
@@ -47,6 +48,14 @@ class Entry:
     def is_own(self) -> bool:
         """Whether the provider is of this package."""
         return self.distribution == OWN_DISTRIBUTION
+
+    def code(self, shelf: ResultCache, provider: Any = None) -> tuple[str, ...]:
+        """Return what names a provider's code, and the ``cache_token`` of a made one, in keys of cached results."""
+        target, parameters = self.spec.target, self.spec.parameters
+        targets = (target,) if parameters is None else (target, parameters)
+        code = shelf.fingerprint(self.distribution, targets)
+        token = getattr(provider, "cache_token", None)
+        return (self.qualified_name, self.version, target, code, *(() if token is None else (token,)))
 
     @property
     def summary(self) -> str:

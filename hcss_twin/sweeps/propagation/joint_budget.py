@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 MODEL_ERRORS = "hcss_error_budget"
 """Attribute of a propagation with the errors that models state, JSON, as :data:`Stated`."""
 
-Stated = Mapping[str, Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]]
+Stated = Mapping[str, Mapping[str, Mapping[str, Any]]]
 """Errors by class (``clear``, or the name of a cloud layer) and band.
 
-``contributions`` is a list of mappings with ``name``, and ``relative`` and ``kelvin``, which are None where unknown.
+``contributions`` is a list of mappings with ``name``, and ``relative`` and ``kelvin``, which are None where unknown;
+``unknown`` lists what is unknown in all or part of the band.
 """
 
 
@@ -53,7 +54,7 @@ class BudgetRow:
     total : ErrorSize
         Root of the sum of squares of what is known; unknown if nothing is known of models.
     is_least : bool
-        Whether a model's contribution is unknown, so that the total is a lower limit.
+        Whether a model's contribution is unknown in all or part of the band, so that the total is a lower limit.
     """
 
     kind: str
@@ -87,14 +88,15 @@ def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow
             ErrorSize(of_radiance, of_kelvin, is_limit)
             for (of_radiance, _), (of_kelvin, is_limit) in zip(*parts, strict=True)
         )
-        models = _of_class(kind, band, stated)
+        cell = _of_class(kind, band, stated)
+        models = _model_errors(cell)
         known = [each for each in models.values() if math.isfinite(each.kelvin)]
         total = UNKNOWN
         if known and math.isfinite(kelvin):
             total = ErrorSize(
                 math.hypot(relative, *(each.relative for each in known)), math.hypot(kelvin, *(e.kelvin for e in known))
             )
-        rows.append(BudgetRow(kind, inputs, seed, models, total, len(known) < len(models)))
+        rows.append(BudgetRow(kind, inputs, seed, models, total, len(known) < len(models) or bool(cell.get("unknown"))))
     return rows
 
 
@@ -110,13 +112,16 @@ def _parts(spread: float, seed_share: float, error: float) -> list[tuple[float, 
     return [(spread * math.sqrt(error if at else share), at) for share, at in zip(shares, limits, strict=True)]
 
 
-def _of_class(kind: str, band: str, stated: Stated) -> dict[str, ErrorSize]:
+def _of_class(kind: str, band: str, stated: Stated) -> Mapping[str, Any]:
     clouds = [name for name in stated if name != CLEAR]
     own = kind if kind == CLEAR else clouds[0] if kind != ALL and len(clouds) == 1 else None
-    contributions = () if own is None else stated.get(own, {}).get(band, {}).get("contributions", ())
+    return {} if own is None else stated.get(own, {}).get(band, {})
+
+
+def _model_errors(cell: Mapping[str, Any]) -> dict[str, ErrorSize]:
     return {
         str(each["name"]): UNKNOWN
         if each["relative"] is None or each["kelvin"] is None
         else ErrorSize(float(each["relative"]), float(each["kelvin"]))
-        for each in contributions
+        for each in cell.get("contributions", ())
     }

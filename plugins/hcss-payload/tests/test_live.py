@@ -1,16 +1,20 @@
 """Live frames against cubes, frames from poses and closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, PositionTable, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveTwin, PointTarget
+from hcss_payload.live.supported import require_supported
 from payload_scenes import RADIOMETER
 
 import hcss_twin
 from hcss_twin.physics.geodesy import to_earth_centred
 
 SIZE = 96
+SEA = {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk"}
 FAST = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
 
 
@@ -25,7 +29,7 @@ def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
         "frames": {"count": 2, "interval": 30.0},
         "motion": {"platform_speed": 0.0, "wind_speed": 10.0, "wind_from": 250.0},
         "clouds": {"type": kind, "coverage": 0.5, "coverage_mode": "field"},
-        "sea": {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk"},
+        "sea": SEA,
         "output": {"certificate": 0},
     }
     return hcss_twin.Scenario.model_validate(scenario | FAST | overrides)
@@ -172,8 +176,19 @@ def test_what_live_frames_cannot_show_is_refused_by_name():
     camera, orbit, track = of_orbit(16)
     with pytest.raises(PayloadError, match="coverage_mode = 'frame', which has no meaning"):
         LiveTwin(scene(clouds={"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"}), camera)
+    twin = LiveTwin(scene(), camera)
+    assert twin.omissions[0].what == "texture of the sea's temperature"  # on by default in cubes
+    assert 0.0 < twin.omissions[0].size < 0.01
+    assert twin.omissions[0] in twin.plan.omissions
+    assert twin.plan.texture is None
+    assert not LiveTwin(scene(sea=SEA | {"temperature_texture": 0.0}), camera).omissions
+    with pytest.raises(PayloadError, match=r"sea\.temperature_texture"):
+        LiveTwin(scene(sea=SEA | {"temperature_texture": 0.3}), camera)
+    for part, name in ({"light": object()}, "radiance.light"), ({"imager": object()}, "camera"):
+        with pytest.raises(PayloadError, match=name):
+            require_supported(replace(twin.plan, **part))
     with pytest.raises(PayloadError, match="start_s, end_s: 0 to 31 s; allowed: within 0 to 30 s"):
-        LiveTwin(scene(), camera).prepare(orbit, track, 0.0, 31.0)
+        twin.prepare(orbit, track, 0.0, 31.0)
     with pytest.raises(PayloadError, match="hold several cells of the coarsest octave"):
         LiveTwin(scene("cumulus"), of_orbit(4, 3000.0)[0]).prepare(orbit, track, 0.0, 1.0)
     with LiveTwin(scene(), camera).prepare(orbit, track, 0.0, 1.0) as live:

@@ -63,6 +63,7 @@ def scene(
                 "view.zenith": view_zenith_deg,
                 "bands": list(bands),
                 "frames.count": 1,
+                "sea.temperature_texture": 0.0,  # the paper's sea has one temperature
                 **({} if sea_temperature_K is None else {"sea.temperature": sea_temperature_K}),
                 **({"radiance.parameters": radiance} if model == "as-printed" else _PHYSICAL),
             },

@@ -32,6 +32,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.clouds import layer_seed
+from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import View
 
@@ -51,6 +52,8 @@ _AHEAD_S = 3.0
 
 _STRIPS_PER_THREAD = 4
 
+_ONE_TEMPERATURE = "live frames have a sea of one temperature"
+
 
 class LiveTwin:
     """A scenario and a camera, ready to be prepared for passes.
@@ -65,6 +68,11 @@ class LiveTwin:
     fineness : float
         Points of the sky per width of a pixel's footprint.
 
+    Attributes
+    ----------
+    omissions : tuple of Omission
+        What is on by default, and live frames do not show: the texture of the sea's temperature, with its size.
+
     Raises
     ------
     PayloadError
@@ -74,9 +82,11 @@ class LiveTwin:
     def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
         require_within("threads", threads, 1, 64)
         require_within("fineness", fineness, 1.0, 16.0)
-        self.plan, self.camera = replace(make_plan(scenario), texture=None), camera
-        self.threads, self.fineness = threads, fineness
-        require_supported(self.plan)
+        plan = make_plan(scenario)
+        require_supported(plan)
+        self.omissions = () if plan.texture is None else (texture_of_sea(plan.assembly, _ONE_TEMPERATURE),)
+        self.plan = replace(plan, texture=None, omissions=(*plan.omissions, *self.omissions))
+        self.camera, self.threads, self.fineness = camera, threads, fineness
 
     def prepare(
         self,
@@ -127,6 +137,8 @@ class PreparedPass:
 
     Attributes
     ----------
+    omissions : tuple of Omission
+        Those of the twin.
     errors : dict of str to float
         Measured in preparation: ``tables`` relative, between the tables along the pass; ``place_m`` of the plane.
     removed : (float, float)
@@ -147,7 +159,7 @@ class PreparedPass:
         plan, camera = twin.plan, twin.camera
         self._plan, self._camera, self._threads = plan, camera, twin.threads
         self.trajectory, self.attitude, self._jitter = trajectory, attitude, jitter
-        self.start_s, self.end_s = start_s, end_s
+        self.start_s, self.end_s, self.omissions = start_s, end_s, twin.omissions
         times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
         poses = [pose_at(float(time), trajectory, attitude) for time in times]
         height = reference_height_m(plan.layers[0])
