@@ -17,9 +17,10 @@ CAMERA = {
 
 USUAL = (
     r"^camera: (lines of sight|clouds are met|each pixel has its own view|\d+ x \d+ points|\d+ instants)",
-    r"^(full disk|sea|waves|cloud|radiance|sensor|pixels are squares|texture|air|optics|band)",
+    r"^(as-printed radiance: |band model: |sea: first reflection|blur at the edges |pixels are squares )",
+    r"^sensor model 'integration' of .* asks for the scene",
 )
-"""Notes of every plan with a camera, which question nothing."""
+"""Notes of every plan of these scenes, which question nothing."""
 
 
 def judged(given):
@@ -40,7 +41,8 @@ def judged(given):
     told = "\n".join([refused or "", *_questions(notes)])
     names = given.names if isinstance(given.names, tuple) else (given.names,)
     row = {"name": given.name, "refused": refused, "questions": _questions(notes), "error_m": error_m}
-    row["named"] = "TRACEBACK" not in told and all(re.search(_pattern(each), told) for each in names)
+    found = [bool(re.search(_pattern(each), told)) for each in names]
+    row["named"] = "TRACEBACK" not in told and (all(found) or (any(found) and "is out of range" in told))
     if not isinstance(given, Geometry) and given.expected_m is not None:
         row["within_m"] = given.within_m
     return row
