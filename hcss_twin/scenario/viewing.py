@@ -162,7 +162,14 @@ def _direction(platform: Platform, view: Mapping[str, Any], place: Mapping[str, 
 
 def _geostationary(scenario: ScenarioModel) -> Iterator[Problem]:
     platform, place = scenario.platform, scenario.place
-    given = [f"view.{name}" for name in scenario.view.model_fields_set]
+    seen = _direction(platform, {}, place.model_dump())
+    # Near the zenith a small angle between two directions is a large one between their azimuths.
+    within = {"zenith": AGREEMENT_DEG, "azimuth": AGREEMENT_DEG / max(math.sin(math.radians(seen["zenith"])), 1e-3)}
+    given = [
+        f"view.{name}"
+        for name in scenario.view.model_fields_set
+        if abs((getattr(scenario.view, name) - seen[name] + 180.0) % 360.0 - 180.0) > within[name]
+    ]
     given += ["platform.off_nadir"] if platform.off_nadir is not None else []
     assert platform.altitude is not None
     if abs(platform.altitude - GEOSTATIONARY_M) > 0.01 * GEOSTATIONARY_M:
@@ -172,11 +179,14 @@ def _geostationary(scenario: ScenarioModel) -> Iterator[Problem]:
             f"{1e-3 * GEOSTATIONARY_M:.0f} km within 1 %, or view.zenith and view.azimuth in its place",
         )
     if given:
-        yield Problem("platform.longitude", f"given with {', '.join(sorted(given))}; allowed: one of them")
+        yield Problem(
+            "platform.longitude",
+            f"given with {', '.join(sorted(given))}, and means view zenith {seen['zenith']:.4g} deg, azimuth "
+            f"{seen['azimuth']:.4g} deg; allowed: one of them, or both within {AGREEMENT_DEG:g} deg",
+        )
     if platform.mode == "push-broom" or scenario.motion.platform_speed == ORBIT:
         yield Problem("platform.longitude", "with a platform that moves over the ground; allowed: mode = 'staring'")
-    zenith = _direction(platform, {}, place.model_dump())["zenith"]
-    if zenith > LARGEST_ZENITH_DEG:
+    if (zenith := seen["zenith"]) > LARGEST_ZENITH_DEG:
         yield Problem(
             "platform.longitude",
             f"{platform.longitude:g} deg is seen at zenith {zenith:.2f} deg from {place.latitude:g}, "

@@ -1,4 +1,4 @@
-"""Scenarios that state one quantity of camera, orbit or sensor twice: 100 that agree, and 100 that contradict themselves.
+"""Scenarios that state one quantity of camera, orbit or sensor twice: 100 that agree, and 100 with a contradiction.
 
 What keys imply is computed here from triangles on the sphere of 6371 km and Kepler's third law. Every scenario is
 determined by its number.

@@ -63,7 +63,8 @@ def elements(orbit="polar", age_days=1.0, number="39084", seed=0, start=START, *
         "inclination": f"{inclination:8.4f}", "node": f"{node:8.4f}", "eccentricity": f"{eccentricity * 1e7:07.0f}",
         "argument": f"{argument:8.4f}", "anomaly": f"{anomaly:8.4f}", "motion": f"{motion:11.8f}", "set": " 999",
     } | changes  # fmt: skip
-    first = f"1 {number:>5}{value['kind']} 13008A   {value['day']} {value['ndot']}  00000-0 {value['drag']} 0 {value['set']}0"
+    start_of_first = f"1 {number:>5}{value['kind']} 13008A   {value['day']}"
+    first = f"{start_of_first} {value['ndot']}  00000-0 {value['drag']} 0 {value['set']}0"
     second = (
         f"2 {number:>5} {value['inclination']} {value['node']} {value['eccentricity']} {value['argument']} "
         f"{value['anomaly']} {value['motion']}59500"
@@ -203,9 +204,11 @@ def _good_elements():
         lines = elements(orbit, age, catalogue, number, start, **changes)
         first, second = lines
         text = [
-            f"{first}\n{second}\n", f"{first}\r\n{second}\r\n", f"\ufeff{first}\n{second}", f"SATELLITE 1\n{first}\n{second}\n",
+            f"{first}\n{second}\n", f"{first}\r\n{second}\r\n", f"\ufeff{first}\n{second}",
+            f"SATELLITE 1\n{first}\n{second}\n",
             f"0 SATELLITE 1\n{first}\n{second}\n", f"{first}   \n{second}\t\n", f"\n\n{first}\n\n{second}\n\n",
-            f"\ufeffSATELLITE\r\n{first}\r\n{second}", f"SATELLITE (HIGH)   \n{first}\n{second}\n \n", f"{first}\r{second}\r",
+            f"\ufeffSATELLITE\r\n{first}\r\n{second}", f"SATELLITE (HIGH)   \n{first}\n{second}\n \n",
+            f"{first}\r{second}\r",
         ][number % 10]  # fmt: skip
         name = f"elements {number}: {orbit}, {age:g} days, {catalogue}, {text[:3]!r}"
         if number % 11 == 10:
@@ -339,6 +342,8 @@ def _bad_elements():
         result.append(
             _bad_tle(f"digit {where} of line 2", first, second[:where] + swapped + second[where + 1 :], "line2")
         )
+    two = elements("polar", number="1") + elements("station", number="2")
+    three = [line for each in "123" for line in (f"SAT {each}", *elements("polar", number=each))]
     result += [
         _bad_tle("lines exchanged", second, first, "line1"),
         _bad_tle("line 1 twice", first, first, "line2"),
@@ -347,7 +352,7 @@ def _bad_elements():
         _bad_tle("letter O for zero", _with(first, 21, "O"), second, "line1"),
         _bad_tle("inclination 98.2 as text", first, _with(second, 8, " abc.def"), "line2"),
         _bad_tle("columns shifted", checksum(first[:18] + first[19:68] + " "), second, "line1"),
-        _bad_tle("columns of line 2 shifted", first, checksum(second[:8] + second[9:60] + " " + second[60:68]), "line2"),
+        _bad_tle("columns shifted", first, checksum(second[:8] + second[9:60] + " " + second[60:68]), "line2"),
         _bad_tle("comma for point", _with(first, 23, ","), second, "line1"),
         _bad_tle("comma for point in line 2", first, _with(second, 11, ","), "line2"),
         _bad_tle("day 400", _with(first, 20, "400"), second, "line1"),
@@ -356,13 +361,13 @@ def _bad_elements():
         _bad_tle("no motion", first, _with(second, 52, " 0.00000000"), "line2"),
         _bad_tle("25 revolutions a day", first, _with(second, 52, "25.00000000"), "line2|SGP4|Earth"),
         _bad_tle("perigee in the Earth", first, _with(second, 26, "4000000"), "line2|perigee"),
-        _bad_tle("two satellites", "", "", "orbit.file", raw="\n".join(elements("polar", number="1") + elements("station", number="2")).encode()),
-        _bad_tle("three satellites with names", "", "", "orbit.file", raw="\n".join(line for each in "123" for line in (f"SAT {each}", *elements("polar", number=each))).encode()),
+        _bad_tle("two satellites", "", "", "orbit.file", raw="\n".join(two).encode()),
+        _bad_tle("three satellites with names", "", "", "orbit.file", raw="\n".join(three).encode()),
         _bad_tle("empty", "", "", "orbit.file", raw=b""),
         _bad_tle("one line", "", "", "orbit.file", raw=first.encode()),
         _bad_tle("not text", "", "", "orbit.file", raw=bytes(range(128, 256))),
         _bad_tle("UTF-16", "", "", "orbit.file", raw=f"{first}\n{second}".encode("utf-16")),
-        _bad_tle("a message of another kind", "", "", "orbit|line", raw=b'[{"OBJECT_NAME": "X",\n"MEAN_MOTION": 15.5}]'),
+        _bad_tle("a message of another kind", "", "", "orbit|line", raw=b'[{"NAME": "X",\n"MEAN_MOTION": 15.5}]'),
         _bad_tle("blanks became tabs", first.replace("  ", "\t"), second, "line1"),
     ]  # fmt: skip
     return result

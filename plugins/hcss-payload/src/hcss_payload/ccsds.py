@@ -176,14 +176,15 @@ def _spans(field: str, segments: Sequence[_Segment], tables: Sequence[_AnyTable]
         objects = list(dict.fromkeys(each.keys[key] for each in segments if key in each.keys))
         if len(objects) > 1:
             raise PayloadError(f"{segments[0].path}: {key} {', '.join(objects)}; allowed: segments of one object")
-    usable = [each.usable_s(start) for each in segments]
-    for number, (before, after) in enumerate(itertools.pairwise(usable), start=1):
+    found = zip(segments, tables, (each.usable_s(start) for each in segments), strict=True)
+    ordered = sorted(found, key=lambda each: each[2])
+    for (_, _, before), (segment, _, after) in itertools.pairwise(ordered):
         if after[0] < before[1]:
             raise PayloadError(
-                f"{segments[number].where}: usable from {after[0]:g} s, and the segment before up to {before[1]:g} s "
-                "after the start; allowed: segments in the order of time whose usable spans do not overlap"
+                f"{segment.where}: usable from {after[0]:g} s, and the segment before it up to {before[1]:g} s after "
+                "the start; allowed: segments whose usable spans do not overlap"
             )
-    return Spans(field, tables, usable)
+    return Spans(field, [table for _, table, _ in ordered], [usable for _, _, usable in ordered])
 
 
 def write_oem(path: str | Path, trajectory: Trajectory, start: datetime, times_s: Sequence[float], name: str) -> None:

@@ -61,6 +61,8 @@ class TwoLineElements:
 
     def __post_init__(self) -> None:
         require_utc("trajectory.start", self.start)
+        for name in ("line1", "line2"):
+            object.__setattr__(self, name, getattr(self, name).strip(" \t\r\n\ufeff"))
         first, second = _columns("line1", self.line1), _columns("line2", self.line2)
         if first["number"] != second["number"]:
             raise PayloadError(
@@ -87,10 +89,9 @@ class TwoLineElements:
     @property
     def epoch(self) -> datetime:
         """Time of the elements, in UTC; years 57 to 99 are those of the last century."""
-        text = self.line1.strip()
-        year = int(text[18:20])
+        year = int(self.line1[18:20])
         return datetime(year + (1900 if year >= 57 else 2000), 1, 1, tzinfo=UTC) + timedelta(
-            days=float(text[20:32].replace(" ", "0")) - 1.0
+            days=float(self.line1[20:32].replace(" ", "0")) - 1.0
         )
 
     def at(self, time_s: float) -> Array:
@@ -108,7 +109,7 @@ class TwoLineElements:
             from sgp4.api import Satrec  # an extra
         except ModuleNotFoundError as missing:
             raise PayloadError("trajectory: two-line elements need sgp4: pip install 'hcss-payload[tle]'") from missing
-        return Satrec.twoline2rv(self.line1.strip(), self.line2.strip())
+        return Satrec.twoline2rv(self.line1, self.line2)
 
 
 def read_two_lines(path: Path) -> tuple[str, str]:
@@ -131,14 +132,13 @@ def read_two_lines(path: Path) -> tuple[str, str]:
 
 def _columns(name: str, line: str) -> dict[str, str]:
     """Return the fields of a line."""
-    text = line.strip()
-    digits = [int(mark) if mark.isdigit() else int(mark == "-") for mark in text[:68]]
-    if len(text) != 69 or not text.startswith(f"{name[-1]} ") or str(sum(digits) % 10) != text[68]:
+    digits = [int(mark) if mark in "0123456789" else int(mark == "-") for mark in line[:68]]
+    if len(line) != 69 or not line.startswith(f"{name[-1]} ") or str(sum(digits) % 10) != line[68]:
         raise PayloadError(
             f"trajectory.{name}: {line!r}; allowed: 69 characters that begin with '{name[-1]} ' and end with the "
             "checksum of the others"
         )
-    columns = re.fullmatch(_LAYOUTS[name], text[:68])
+    columns = re.fullmatch(_LAYOUTS[name], line[:68], re.ASCII)
     if columns is None:
         raise PayloadError(
             f"trajectory.{name}: {line!r} has other columns than two-line elements; allowed: as published, for example "
