@@ -52,12 +52,15 @@ class CleanCube:
         Seconds after the start.
     scenario : mapping
         In JSON form.
+    binned : float
+        Pixels of the scenario along the side of one of the cube, which may be subsampled or averaged.
     """
 
     inputs: SensorInputs
     frame_numbers: NDArray[np.int64]
     times_s: NDArray[np.float64]
     scenario: Mapping[str, Any]
+    binned: float = 1.0
 
 
 def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
@@ -106,7 +109,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         catalog=Catalog(base=base or Path.cwd()),
         corner=_corner(dataset, image, pixel_size_m),
     )
-    return CleanCube(inputs, numbers, times_s, scenario)
+    return CleanCube(inputs, numbers, times_s, scenario, grid.pixel_size_m / pixel_size_m)
 
 
 def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[SpectralBand]:

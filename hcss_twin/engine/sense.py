@@ -28,6 +28,7 @@ from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, make_sensor
+from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
@@ -256,6 +257,7 @@ def section_of(sensor: Any) -> SensorSection:
 
 def _build(section: SensorSection, cube: CleanCube, name: str) -> BuiltSensor:
     sensor = alone(make_sensor(section, cube.inputs))
+    examine_geometry(cube.scenario, sensor.stages, cube.binned)
     for stage in sensor.stages:
         if stage.instants is not None:
             raise CubeError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
@@ -27,6 +28,7 @@ from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.sensor import planned_sensor, require_instants
+from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
@@ -35,6 +37,7 @@ from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.viewing import viewing_notes
 
 if TYPE_CHECKING:
     from hcss_twin.plan.accuracy import RequestedAccuracy
@@ -112,6 +115,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     if imager is not None:
         extent = slice(0, imager.rows), slice(0, imager.columns)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
+    doubts = () if sensor is None else examine_geometry(json.loads(scenario.to_json()), sensor.stages)
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
@@ -168,6 +172,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         notes=(
             *_notes(scenario, assembly, computed, waves is not None, sunlight),
             *analysis.notes,
+            *viewing_notes(scenario),
+            *doubts,
             *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
             *_on_land(land),
             *(() if imager is None else imager.notes),

@@ -176,7 +176,8 @@ PlatformSpeed = Annotated[
 class Platform(ScenarioSection):
     """The platform and its instrument; without `altitude` the view is orthographic.
 
-    These keys replace `view.zenith`, `image.pixel_size` and `motion.platform_speed`; giving both is an error.
+    These keys replace `view.zenith`, `image.pixel_size` and `motion.platform_speed`; giving both is an error, unless
+    they agree within 0.1 degrees or 5 %.
     """
 
     altitude: Length | None = Field(

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from hcss_twin.core.errors import Problem, shown
 from hcss_twin.physics.viewing import (
+    GEOSTATIONARY_M,
     ground_speed_m_s,
     off_nadir_deg,
     slant_range_m,
@@ -21,6 +22,12 @@ _Model = TypeVar("_Model", bound=ScenarioModel)
 
 LARGEST_ZENITH_DEG = 85.0
 """Upper limit of ``view.zenith``."""
+
+AGREEMENT, AGREEMENT_DEG = 0.05, 0.1
+"""Relative and angular difference of keys that state the same: that of numbers rounded to two digits."""
+
+FULL_SPEED_M_S = 465.0
+"""Speed of the equator with the rotation of the Earth, which the speed of a circular orbit neglects."""
 
 LARGEST_PIXEL_M = 100_000.0
 """Upper limit of ``image.pixel_size``."""
@@ -98,6 +105,50 @@ def pixel_size_and_speed(data: Mapping[str, Any]) -> tuple[float, float]:
     return size, float(speed)
 
 
+def pixel_angles_rad(data: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
+    """Yield what keys of a scenario given as text say about the angle of a pixel: keys, least and largest angle.
+
+    A square pixel on the ground has the width of the footprint across the line of sight, or its solid angle, or a width
+    between.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the text is not a scenario.
+    """
+    for name, section in data.items():
+        optics = section if isinstance(section, Mapping) and name != "sensor" else {}
+        focal, pitch = optics.get("focal_length"), optics.get("detector_pitch")
+        if focal and pitch:
+            yield (
+                f"{name}.detector_pitch {pitch:g} m with {name}.focal_length {focal:g} m",
+                pitch / focal,
+                pitch / focal,
+            )
+    platform = Platform.model_validate(data.get("platform", {}))
+    if platform.altitude is None or platform.detector_pitch is not None:
+        return
+    size, _ = pixel_size_and_speed(data)
+    zenith = _direction(platform, data.get("view", {"zenith": 0.0}), data["place"])["zenith"]
+    angle, altitude_km = size / slant_range_m(zenith, platform.altitude), 1e-3 * platform.altitude
+    keys = f"image.pixel_size {size:g} m with platform.altitude {altitude_km:g} km, seen at zenith {zenith:.3g} deg,"
+    yield keys, angle * math.sqrt(math.cos(math.radians(zenith))), angle
+
+
+def viewing_notes(scenario: ScenarioModel) -> tuple[str, ...]:
+    """Return a note on a speed of the footprint that no circular orbit of the platform's altitude has."""
+    altitude, speed = scenario.platform.altitude, scenario.motion.platform_speed
+    if altitude is None or not isinstance(speed, float) or speed == 0.0:
+        return ()
+    orbit = ground_speed_m_s(altitude)
+    if abs(abs(speed) - orbit) <= AGREEMENT * orbit + FULL_SPEED_M_S:
+        return ()
+    return (
+        f"motion.platform_speed {speed:g} m/s is {abs(speed) / orbit:.3g} times that of a circular orbit at "
+        f"platform.altitude {1e-3 * altitude:g} km, {orbit:.4g} m/s",
+    )
+
+
 def _direction(platform: Platform, view: Mapping[str, Any], place: Mapping[str, Any]) -> dict[str, float]:
     """Direction from the image centre toward the sensor, as the keys of ``view`` that the platform gives."""
     assert platform.altitude is not None
@@ -111,14 +162,31 @@ def _direction(platform: Platform, view: Mapping[str, Any], place: Mapping[str, 
 
 def _geostationary(scenario: ScenarioModel) -> Iterator[Problem]:
     platform, place = scenario.platform, scenario.place
-    given = [f"view.{name}" for name in scenario.view.model_fields_set]
+    seen = _direction(platform, {}, place.model_dump())
+    # Near the zenith a small angle between two directions is a large one between their azimuths.
+    within = {"zenith": AGREEMENT_DEG, "azimuth": AGREEMENT_DEG / max(math.sin(math.radians(seen["zenith"])), 1e-3)}
+    given = [
+        f"view.{name}"
+        for name in scenario.view.model_fields_set
+        if abs((getattr(scenario.view, name) - seen[name] + 180.0) % 360.0 - 180.0) > within[name]
+    ]
     given += ["platform.off_nadir"] if platform.off_nadir is not None else []
+    assert platform.altitude is not None
+    if abs(platform.altitude - GEOSTATIONARY_M) > 0.01 * GEOSTATIONARY_M:
+        yield Problem(
+            "platform.longitude",
+            f"with platform.altitude {1e-3 * platform.altitude:g} km, where no satellite stays above a place; allowed: "
+            f"{1e-3 * GEOSTATIONARY_M:.0f} km within 1 %, or view.zenith and view.azimuth in its place",
+        )
     if given:
-        yield Problem("platform.longitude", f"given with {', '.join(sorted(given))}; allowed: one of them")
+        yield Problem(
+            "platform.longitude",
+            f"given with {', '.join(sorted(given))}, and means view zenith {seen['zenith']:.4g} deg, azimuth "
+            f"{seen['azimuth']:.4g} deg; allowed: one of them, or both within {AGREEMENT_DEG:g} deg",
+        )
     if platform.mode == "push-broom" or scenario.motion.platform_speed == ORBIT:
         yield Problem("platform.longitude", "with a platform that moves over the ground; allowed: mode = 'staring'")
-    zenith = _direction(platform, {}, place.model_dump())["zenith"]
-    if zenith > LARGEST_ZENITH_DEG:
+    if (zenith := seen["zenith"]) > LARGEST_ZENITH_DEG:
         yield Problem(
             "platform.longitude",
             f"{platform.longitude:g} deg is seen at zenith {zenith:.2f} deg from {place.latitude:g}, "
@@ -130,13 +198,14 @@ def _look_angle(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
     off_nadir = scenario.platform.off_nadir
     if off_nadir is None:
         return
-    if "zenith" in scenario.view.model_fields_set:
+    zenith = view_zenith_deg(off_nadir, altitude)
+    if "zenith" in scenario.view.model_fields_set and not abs(zenith - scenario.view.zenith) <= AGREEMENT_DEG:
         yield Problem(
             "platform.off_nadir",
-            f"{off_nadir:g} deg given with view.zenith {scenario.view.zenith:g} deg; allowed: one of them",
+            f"{off_nadir:g} deg given with view.zenith {scenario.view.zenith:g} deg, and means zenith {zenith:.4g} "
+            f"deg; allowed: one of them, or both within {AGREEMENT_DEG:g} deg",
         )
         return
-    zenith = view_zenith_deg(off_nadir, altitude)
     if zenith > LARGEST_ZENITH_DEG:
         most = off_nadir_deg(LARGEST_ZENITH_DEG, altitude)
         problem = "misses the Earth" if math.isinf(zenith) else f"meets the ground at zenith {zenith:.2f} deg"
@@ -157,15 +226,16 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
         (other,) = set(pair) - set(missing)
         yield Problem(f"platform.{missing[0]}", f"is required with {other}; allowed: both, or image.pixel_size alone")
         return
-    if "pixel_size" in scenario.image.model_fields_set:
-        yield Problem(
-            "platform.detector_pitch", f"with image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them"
-        )
-        return
     zenith = _direction(platform, scenario.view.model_dump(), scenario.place.model_dump())["zenith"]
     if not zenith <= LARGEST_ZENITH_DEG:
         return  # reported at platform.off_nadir
-    size = _pixel_m(platform, slant_range_m(zenith, altitude))
+    size, given = _pixel_m(platform, slant_range_m(zenith, altitude)), scenario.image.pixel_size
+    if "pixel_size" in scenario.image.model_fields_set and not abs(given - size) <= AGREEMENT * size:
+        yield Problem(
+            "platform.detector_pitch",
+            f"with image.pixel_size {given:g} m, and means {size:.4g} m with platform.focal_length and altitude; "
+            f"allowed: one of them, or both within {100 * AGREEMENT:g} %",
+        )
     if size > LARGEST_PIXEL_M:
         yield Problem(
             "platform.detector_pitch",

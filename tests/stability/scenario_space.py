@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from hcss_twin.cube.variables import VARIABLES
+from hcss_twin.physics.viewing import slant_range_m, view_zenith_deg
 
 CLOUD_TYPES = ("cirrus", "cumulus", "simulated", "stratocumulus", "stratus", "fog", "deep-convection")
 CATALOG_BANDS = ("mwir-3.7", "mwir-4.2-4.4", "mwir-3.4-4.1", "lwir-8.5", "lwir-9.7", "lwir-10.8", "swir-2.7-3.0")
@@ -367,6 +368,22 @@ def platforms(draw, raw):
     raw |= {"platform": platform, "view": view, "image": image, "motion": motion}
 
 
+def agree(raw, parameters):
+    """Change the parameters of a sensor that other keys state, too: contradictions are refused."""
+    frames, platform = raw.get("frames", {}), raw.get("platform")
+    if "integration_time" in parameters and frames.get("count", 8) > 1:
+        parameters["integration_time"] = min(parameters["integration_time"], frames.get("interval", 1.0))
+    if platform is None or "pixel_angle" not in parameters:
+        return
+    if "detector_pitch" in platform:
+        parameters["pixel_angle"] = platform["detector_pitch"] / platform["focal_length"]
+        return
+    zenith, altitude = raw["view"].get("zenith", 0.0), platform["altitude"]
+    if "off_nadir" in platform:
+        zenith = min(view_zenith_deg(platform["off_nadir"], altitude), 85.0)
+    parameters["pixel_angle"] = raw["image"].get("pixel_size", 20.0) / slant_range_m(zenith, altitude)
+
+
 @st.composite
 def seen_scenarios(draw, models=PAPER):
     """A scenario with a sensor, a platform or both. The file ``psf.txt`` is that of :func:`write_files`."""
@@ -375,6 +392,7 @@ def seen_scenarios(draw, models=PAPER):
     if draw(st.booleans()):
         draw(platforms(raw))
     raw["sensor"] = draw(sensors())
+    agree(raw, raw["sensor"]["parameters"])
     asked = draw(st.sets(st.sampled_from(["brightness_temperature", "cloud_mask", "terms", "cloud_top_altitude"])))
     raw["output"] = {"variables": ["radiance", *sorted(asked)]}
     # Slant paths want more of clouds than most of these have.

@@ -178,6 +178,28 @@ def test_what_contradicts_the_platform_is_refused_by_name(platform, sections, fi
         assert word in problem.message
 
 
+@pytest.mark.parametrize(
+    ("platform", "sections"),
+    [
+        ({**ALTITUDE, "off_nadir": 30}, {"view": {"zenith": 34.2525}}),  # asin((1 + 800 / 6371) sin 30)
+        ({**ALTITUDE, **OPTICS}, {"image": {"pixel_size": 30}}),  # 15 um / 400 mm x 800 km
+        ({"longitude": 150.0, "altitude": "35786 km"}, {"view": {"azimuth": 180}}),  # south of a place north of it
+    ],
+)
+def test_keys_that_agree_with_the_platform_are_accepted(platform, sections):
+    alone, both = scenario(platform), scenario(platform, **sections)
+    assert (both.view, both.image.pixel_size) == (alone.view, alone.image.pixel_size)
+    assert again(both).view == both.view
+    ((section, keys),) = sections.items()
+    with pytest.raises(ScenarioError, match="or both within"):
+        scenario(platform, **{section: {name: 1.1 * value for name, value in keys.items()}})
+
+
+def test_a_satellite_above_one_place_is_geostationary():
+    with pytest.raises(ScenarioError, match=r"longitude: with platform\.altitude 700 km, where no satellite stays"):
+        scenario({"longitude": 150.0, "altitude": "700 km"})
+
+
 def test_all_contradictions_are_told_at_once():
     with pytest.raises(ScenarioError) as caught:
         scenario(

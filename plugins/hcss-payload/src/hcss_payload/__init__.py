@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from hcss_payload.earth_rotation import EarthOrientation
     from hcss_payload.jitter import Jitter, JitterLine
     from hcss_payload.pose import Pose, pose_at
-    from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory, TwoLineElements
+    from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
+    from hcss_payload.two_lines import TwoLineElements
 
 __all__ = [
     "Attitude",
@@ -52,7 +53,8 @@ _HOMES = {
     "earth_rotation": ("EarthOrientation",),
     "jitter": ("Jitter", "JitterLine"),
     "pose": ("Pose", "pose_at"),
-    "trajectory": ("Circular", "Geostationary", "PositionTable", "Trajectory", "TwoLineElements"),
+    "trajectory": ("Circular", "Geostationary", "PositionTable", "Trajectory"),
+    "two_lines": ("TwoLineElements",),
 }
 
 

@@ -19,11 +19,13 @@ from hcss_payload.earth_rotation import EarthOrientation
 from hcss_payload.jitter import Jitter, JitterLine
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection, OrbitSection
-from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory, TwoLineElements
+from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
+from hcss_payload.two_lines import TwoLineElements, read_two_lines
 from hcss_twin import Scenario
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, Problem, ScenarioError, choose_from
 from hcss_twin.core.plugins import FAILURES, describe
+from hcss_twin.scenario.viewing import AGREEMENT
 
 ORBITS, ATTITUDES = "hcss_payload.orbits", "hcss_payload.attitudes"
 """Entry point groups of other packages: functions ``(parameters, scenario, catalog)`` that return a trajectory, and
@@ -80,9 +82,10 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     assert isinstance(camera, CameraSection)
     assert isinstance(orbit, OrbitSection)
     assert isinstance(attitude, AttitudeSection)
+    _require_time(camera, scenario)
     optics = _named("camera", lambda: _camera(camera))
-    trajectory = _named("orbit", lambda: _trajectory(orbit, scenario, catalog))
-    toward = _named("attitude", lambda: _attitude(attitude, trajectory, scenario, catalog))
+    trajectory = _named("orbit", lambda: _trajectory(orbit, scenario, catalog), orbit.file)
+    toward = _named("attitude", lambda: _attitude(attitude, trajectory, scenario, catalog), attitude.file)
     shaken = None
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
@@ -107,17 +110,29 @@ def scene_of(scenario: Scenario) -> Scenario:
     return Scenario.from_dict(own, base=scenario.base, origin=scenario.origin)
 
 
-def _named(section: str, make: Callable[[], _T]) -> _T:
-    """Call a function; its errors name the section."""
+def _named(section: str, make: Callable[[], _T], file: str | None = None) -> _T:
+    """Call a function; its errors name the key, or the section or its file."""
     try:
         return make()
     except ScenarioError:
         raise
     except HcssError as error:
         field, _, message = str(error).partition(": ")
-        known = field.startswith((f"{section}.", "trajectory."))
-        name = f"{section}.{field.partition('.')[2]}" if known else section
-        raise ScenarioError([Problem(name, message if known else str(error))]) from error
+        known = field.startswith((f"{section}.", "trajectory.")) and file is None
+        name = f"{section}.{field.partition('.')[2]}" if known else section if file is None else f"{section}.file"
+        text = str(error).removeprefix("trajectory.").removeprefix(f"{name}: ")
+        raise ScenarioError([Problem(name, message if known else text)]) from error
+
+
+def _require_time(camera: CameraSection, scenario: Scenario) -> None:
+    """Raise a :class:`ScenarioError` if a frame takes longer than the time to the next one."""
+    interval_s = scenario.frames.interval
+    taken = {"integration_time": camera.integration_time, "line_time": abs(camera.line_time) * (camera.rows - 1)}
+    for name, time_s in taken.items():
+        if scenario.frames.count > 1 and time_s > interval_s * (1.0 + AGREEMENT):
+            given = f"{getattr(camera, name):g} s: a frame takes {time_s:g} s, and frames.interval is {interval_s:g} s"
+            message = f"{given}; allowed: up to the interval"
+            raise ScenarioError([Problem(f"camera.{name}", message)])
 
 
 def _camera(section: CameraSection) -> Camera:
@@ -142,7 +157,7 @@ def _trajectory(section: OrbitSection, scenario: Scenario, catalog: Catalog) -> 
         case "geostationary":
             return Geostationary(float(section.longitude or 0.0))
         case "tle":
-            lines = section.lines or _two_lines(catalog, str(section.file))
+            lines = section.lines or read_two_lines(catalog.file(str(section.file)))
             return TwoLineElements(*lines, start, earth)
         case "oem":
             return read_oem(catalog.file(str(section.file)), start, earth)
@@ -193,18 +208,6 @@ def _jitter(section: JitterSection, seed: int) -> Jitter:
 def _radians(degrees: tuple[float, float, float]) -> tuple[float, float, float]:
     x, y, z = np.radians(degrees).tolist()
     return x, y, z
-
-
-def _two_lines(catalog: Catalog, name: str) -> tuple[str, str]:
-    """Return the two lines of a file, which may begin with the name of the satellite."""
-    try:
-        text = catalog.file(name).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise PayloadError(f"orbit.file: {name} cannot be read as text: {error}") from error
-    lines = [line.rstrip() for line in text.splitlines() if line.strip()]
-    if len(lines) not in (2, 3):
-        raise PayloadError(f"orbit.file: {name} has {len(lines)} lines; allowed: two, or three with a name before")
-    return lines[-2], lines[-1]
 
 
 def _table(catalog: Catalog, field: str, name: str, columns: tuple[str, ...]) -> Any:

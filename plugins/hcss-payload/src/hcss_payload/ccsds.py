@@ -6,10 +6,13 @@ section 4. Positions in ITRF or TEME are read; other frames need precession and 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -17,33 +20,96 @@ from scipy.spatial.transform import Rotation
 from hcss_payload.attitude import Attitude, AttitudeTable
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
-from hcss_payload.trajectory import PositionTable, Trajectory, velocity_m_s
+from hcss_payload.examination import largest_turn_rad, require_consistent_velocities, require_radius
+from hcss_payload.spans import Spans
+from hcss_payload.trajectory import LARGEST_DEGREE, USUAL_DEGREE, PositionTable, Trajectory, velocity_m_s
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import atomic_write
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import reading, shown_line
+
+_AnyTable = TypeVar("_AnyTable", PositionTable, AttitudeTable)
 
 BODY_FRAME, EARTH_FRAME = "SC_BODY_1", "ITRF2020"
+
+_OEM, _AEM = "CCSDS_OEM_VERS", "CCSDS_AEM_VERS"
+
+_VERSIONS = {_OEM: ("1.0", "2.0", "3.0"), _AEM: ("1.0", "2.0")}
+
+_MARKS = {
+    "META_START": "metadata",
+    "META_STOP": "data",
+    "DATA_START": "data",
+    "DATA_STOP": "between",
+    "COVARIANCE_START": "covariance",
+    "COVARIANCE_STOP": "between",
+}
+"""Lines that begin and end parts of a message, and the part that follows."""
+
+_TIME = re.compile(r"(\d{4})-(\d{3}|\d\d-\d\d)T(\d\d):(\d\d):(\d\d(?:\.\d*)?)Z?")
+
+_WIDE_RAD = 0.2
+"""Turn between points up to which velocities are left out where no interpolation is stated: through eight positions the
+error is below 0.5 m in low orbits at the ends, too, and velocities are often rounded, or means over some seconds."""
+
+_SLACK = timedelta(seconds=1)
+"""By how much states may lie outside START_TIME to STOP_TIME, which some programs round."""
 
 
 @dataclass(frozen=True)
 class _Segment:
     """Keys of one block of metadata, and the numbers and times of its lines."""
 
-    keys: dict[str, str]
-    times: list[datetime]
-    values: list[list[float]]
+    path: Path
+    line: int
+    keys: dict[str, str] = field(default_factory=dict)
+    times: list[datetime] = field(default_factory=list)
+    values: list[list[float]] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
 
-    def one_of(self, path: Path, key: str, allowed: Sequence[str]) -> str:
-        """Return the value of a key of which only some values can be read; a value may begin like an allowed one."""
-        value = self.keys.get(key, "missing")
-        if not any(value.upper().startswith(each) for each in allowed):
-            raise PayloadError(f"{path}: {key} {value}; allowed: {', '.join(allowed)}")
-        return value.upper()
+    @property
+    def where(self) -> str:
+        """File and first line, for messages."""
+        return f"{self.path}: segment of line {self.line}"
+
+    def one_of(self, key: str, allowed: str, pattern: str) -> str:
+        """Return the value of a key of which only some values can be read."""
+        value = self.keys.get(key, "missing").upper()
+        if not re.fullmatch(pattern, value):
+            raise PayloadError(f"{self.where}: {key} {self.keys.get(key, 'missing')}; allowed: {allowed}")
+        return value
+
+    def usable_s(self, start: datetime) -> tuple[float, float]:
+        """Return the first and last time that may be used, which the times of the keys must contain."""
+        known = {
+            key: _parsed(self.keys[key], f"{self.where}: {key}")
+            for key in ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME")
+            if key in self.keys
+        }
+        first, last = self.times[0], self.times[-1]
+        begin, end = known.get("USEABLE_START_TIME", first), known.get("USEABLE_STOP_TIME", last)
+        problems = {
+            "USEABLE_START_TIME": not first - _SLACK <= begin < end,
+            "USEABLE_STOP_TIME": end > last + _SLACK,
+            "START_TIME": known.get("START_TIME", first) > first + _SLACK,
+            "STOP_TIME": known.get("STOP_TIME", last) < last - _SLACK,
+        }
+        for key, wrong in problems.items():
+            if wrong:
+                raise PayloadError(
+                    f"{self.where}: {key} {self.keys.get(key)}, with states from {_stamp(first)} to {_stamp(last)}; "
+                    "allowed: START_TIME, first state, USEABLE_START_TIME, USEABLE_STOP_TIME, last state and STOP_TIME "
+                    "in this order"
+                )
+        first_s, last_s = _seconds([max(begin, first), min(end, last)], start)
+        return first_s, last_s
 
 
 @checked
-def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | None = None) -> PositionTable:
+def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | None = None) -> Spans[PositionTable]:
     """Return the trajectory of an orbit ephemeris message.
+
+    Each segment holds in its usable span. Its interpolation is the one that it states (HERMITE, LAGRANGE or LINEAR),
+    otherwise of degree 7, with velocities where points are far apart or few.
 
     Parameters
     ----------
@@ -55,17 +121,73 @@ def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | 
     Raises
     ------
     PayloadError
-        If the file is not such a message with one segment in UTC and ITRF or TEME.
+        If the file is not such a message of one object around the Earth, in UTC and ITRF or TEME, or its states are
+        impossible.
     """
-    path = Path(path)
-    segment = _read(path, "CCSDS_OEM_VERS")
-    frame = segment.one_of(path, "REF_FRAME", ("ITRF", "TEME"))
-    positions = 1e3 * np.array([line[:3] for line in segment.values])
-    if frame.startswith("TEME"):
-        earth = orientation or EarthOrientation()
+    segments = _read(Path(path), _OEM)
+    tables = [_positions(each, start, orientation or EarthOrientation()) for each in segments]
+    return _spans("trajectory", segments, tables, start)
+
+
+def _positions(segment: _Segment, start: datetime, earth: EarthOrientation) -> PositionTable:
+    where = segment.where
+    segment.one_of("CENTER_NAME", "EARTH", "EARTH")
+    frame = segment.one_of("REF_FRAME", "ITRF, TEME", r"ITRF[-_ ]?\d*|WGS-?84|TEME")
+    if frame == "TEME" and "REF_FRAME_EPOCH" in segment.keys:
+        raise PayloadError(
+            f"{where}: REF_FRAME_EPOCH {segment.keys['REF_FRAME_EPOCH']} with TEME; allowed: TEME of date"
+        )
+    count = len(segment.values[0])
+    if count not in (3, 6, 9):
+        raise PayloadError(f"{where}: line {segment.lines[0]}: {count} numbers; allowed: 6, 9 with accelerations, or 3")
+    states = 1e3 * np.array(segment.values)
+    positions, velocities = states[:, :3], states[:, 3:6] if count > 3 else None
+    require_radius(where, segment.lines, positions)
+    if frame == "TEME":
         days = [days_since_2000(time) for time in segment.times]
-        positions = np.array([earth.earth_fixed(each, day) for each, day in zip(positions, days, strict=True)])
-    return PositionTable(_seconds(segment.times, start), positions)  # type: ignore[arg-type]
+        positions, velocities = earth.states(positions, velocities, days)
+    times_s = np.array(_seconds(segment.times, start))
+    if velocities is not None:
+        require_consistent_velocities(where, segment.lines, times_s, positions, velocities)
+    hermite, degree = _interpolation(segment, velocities is not None)
+    if "INTERPOLATION" not in segment.keys and times_s.size > USUAL_DEGREE:
+        hermite = hermite and largest_turn_rad(times_s, positions) > _WIDE_RAD
+    return PositionTable(times_s, positions, velocities if hermite else None, degree)
+
+
+def _interpolation(segment: _Segment, has_velocities: bool) -> tuple[bool, int]:
+    """Return whether the interpolation uses velocities, and its degree."""
+    if "INTERPOLATION" not in segment.keys:
+        return has_velocities, USUAL_DEGREE
+    method = segment.one_of("INTERPOLATION", "HERMITE, LAGRANGE, LINEAR", "HERMITE|LAGRANGE|LINEAR")
+    if method == "HERMITE" and not has_velocities:
+        raise PayloadError(
+            f"{segment.where}: INTERPOLATION HERMITE without velocities; allowed: with them, or LAGRANGE"
+        )
+    most = 1 if method == "LINEAR" else LARGEST_DEGREE
+    text = segment.keys.get("INTERPOLATION_DEGREE", str(min(USUAL_DEGREE, most)))
+    if not (text.isdecimal() and 1 <= int(text) <= most):
+        raise PayloadError(
+            f"{segment.where}: INTERPOLATION_DEGREE {text} with INTERPOLATION {method}; allowed: 1 to {most}"
+        )
+    return method == "HERMITE", int(text)
+
+
+def _spans(field: str, segments: Sequence[_Segment], tables: Sequence[_AnyTable], start: datetime) -> Spans[_AnyTable]:
+    """Return the tables of the segments of one object, whose usable spans follow one another."""
+    for key in ("OBJECT_ID", "OBJECT_NAME"):
+        objects = list(dict.fromkeys(each.keys[key] for each in segments if key in each.keys))
+        if len(objects) > 1:
+            raise PayloadError(f"{segments[0].path}: {key} {', '.join(objects)}; allowed: segments of one object")
+    found = zip(segments, tables, (each.usable_s(start) for each in segments), strict=True)
+    ordered = sorted(found, key=lambda each: each[2])
+    for (_, _, before), (segment, _, after) in itertools.pairwise(ordered):
+        if after[0] < before[1]:
+            raise PayloadError(
+                f"{segment.where}: usable from {after[0]:g} s, and the segment before it up to {before[1]:g} s after "
+                "the start; allowed: segments whose usable spans do not overlap"
+            )
+    return Spans(field, [table for _, table, _ in ordered], [usable for _, _, usable in ordered])
 
 
 @checked
@@ -76,14 +198,14 @@ def write_oem(path: str | Path, trajectory: Trajectory, start: datetime, times_s
         state = np.concatenate((trajectory.at(time_s), velocity_m_s(trajectory, time_s))) / 1e3
         lines.append(f"{_utc(start, time_s)} " + " ".join(f"{value:.9f}" for value in state))
     keys = {"CENTER_NAME": "EARTH", "REF_FRAME": EARTH_FRAME}
-    _write(Path(path), ("CCSDS_OEM_VERS", "2.0"), keys, start, times_s, name, lines, data_marks=False)
+    _write(Path(path), (_OEM, "2.0"), keys, start, times_s, name, lines, data_marks=False)
 
 
 @checked
-def read_aem(path: str | Path, start: datetime) -> AttitudeTable:
+def read_aem(path: str | Path, start: datetime) -> Spans[AttitudeTable]:
     """Return the attitude of an attitude ephemeris message with quaternions between the body and ITRF.
 
-    The standard's quaternion from A to B turns the axes of A into those of B, so that its inverse turns components.
+    Each segment holds in its usable span.
 
     Parameters
     ----------
@@ -93,15 +215,23 @@ def read_aem(path: str | Path, start: datetime) -> AttitudeTable:
     Raises
     ------
     PayloadError
-        If the file is not such a message with one segment.
+        If the file is not such a message of one object.
     """
-    path = Path(path)
-    segment = _read(path, "CCSDS_AEM_VERS")
-    if segment.one_of(path, "ATTITUDE_TYPE", ("QUATERNION",)) != "QUATERNION":
-        raise PayloadError(f"{path}: ATTITUDE_TYPE {segment.keys['ATTITUDE_TYPE']}; allowed: QUATERNION")
-    first, second = (segment.one_of(path, f"REF_FRAME_{each}", ("ITRF", "SC_")) for each in "AB")
+    segments = _read(Path(path), _AEM)
+    return _spans("attitude", segments, [_quaternions(each, start) for each in segments], start)
+
+
+def _quaternions(segment: _Segment, start: datetime) -> AttitudeTable:
+    """Return the turns of a segment.
+
+    The standard's quaternion from A to B turns the axes of A into those of B, so that its inverse turns components.
+    """
+    segment.one_of("ATTITUDE_TYPE", "QUATERNION", "QUATERNION")
+    first, second = (segment.one_of(f"REF_FRAME_{each}", "ITRF, SC_", "(ITRF|SC_).*") for each in "AB")
     if first.startswith("ITRF") == second.startswith("ITRF"):
-        raise PayloadError(f"{path}: REF_FRAME_A {first}, REF_FRAME_B {second}; allowed: ITRF and a frame SC_...")
+        raise PayloadError(
+            f"{segment.where}: REF_FRAME_A {first}, REF_FRAME_B {second}; allowed: ITRF and a frame SC_..."
+        )
     values = np.array([line[:4] for line in segment.values])
     # Version 2 of the standard has no such keys: its scalar part is last, and its direction from A to B.
     if segment.keys.get("QUATERNION_TYPE", "LAST").upper() == "FIRST":
@@ -110,7 +240,7 @@ def read_aem(path: str | Path, start: datetime) -> AttitudeTable:
     # A turn of ITRF's axes into those of the body is also the turn of components in the body into those in ITRF.
     if first.startswith("ITRF") == backward:
         values = values * np.array([-1.0, -1.0, -1.0, 1.0])
-    return AttitudeTable(_seconds(segment.times, start), values)  # type: ignore[arg-type]
+    return AttitudeTable(np.array(_seconds(segment.times, start)), values)
 
 
 @checked
@@ -127,57 +257,88 @@ def write_aem(path: str | Path, attitude: Attitude, start: datetime, times_s: Se
         "ATTITUDE_TYPE": "QUATERNION",
         "QUATERNION_TYPE": "LAST",
     }
-    _write(Path(path), ("CCSDS_AEM_VERS", "1.0"), keys, start, times_s, name, lines, data_marks=True)
+    _write(Path(path), (_AEM, "1.0"), keys, start, times_s, name, lines, data_marks=True)
 
 
-def _read(path: Path, version: str) -> _Segment:
-    """Read a message with one segment; lines of comments and covariances are skipped."""
+def _read(path: Path, version: str) -> list[_Segment]:
+    """Read the segments of a message; comments and covariances are skipped."""
     with reading(path, PayloadError, "not a text file"):
-        text = path.read_text(encoding="utf-8")
-    keys: dict[str, str] = {}
-    times: list[datetime] = []
-    values: list[list[float]] = []
-    for number, line in _lines(text):
-        key, equals, value = (part.strip() for part in line.partition("="))
-        if equals:
-            if key == "OBJECT_NAME" and key in keys:
-                raise PayloadError(f"{path}: more than one segment; allowed: one (line {number})")
+        text = path.read_text(encoding="utf-8-sig")  # Windows writes a byte-order mark
+    header: dict[str, str] = {}
+    segments: list[_Segment] = []
+    part = "header"
+    for number, line in enumerate(map(str.strip, text.splitlines()), start=1):
+        if not line or line.split()[0] == "COMMENT":
+            continue
+        if line in _MARKS:
+            part = _MARKS[line]
+            if line == "META_START":
+                segments.append(_Segment(path, number))
+        elif part == "data" and "=" not in line:
+            _add_state(segments[-1], number, line, version)
+        elif part in ("header", "metadata"):
+            keys = header if part == "header" else segments[-1].keys
+            key, equals, value = (each.strip() for each in line.partition("="))
+            if not equals or key in keys:
+                raise PayloadError(f"{path}: line {number}: {shown_line(line)!r}; allowed: KEY = value, each key once")
             keys[key] = value
-            continue
-        try:
-            time, *fields = line.split()
-            times.append(_parsed(time))
-            values.append([float(each) for each in fields])
-        except ValueError as error:
-            raise PayloadError(f"{path}: line {number}: {line!r} is no time with numbers") from error
-        if len(values[-1]) != len(values[0]) or len(values[-1]) < 4 - (version == "CCSDS_OEM_VERS"):
-            raise PayloadError(f"{path}: line {number}: {len(values[-1])} numbers; allowed: as many as in a state")
-    if version not in keys:
+        elif part != "covariance":
+            raise PayloadError(
+                f"{path}: line {number}: {shown_line(line)!r} is no state; allowed: a block that begins with META_START"
+            )
+    if version not in header:
         raise PayloadError(f"{path}: no {version}; allowed: a message of this kind in text form (KVN)")
-    segment = _Segment(keys, times, values)
-    segment.one_of(path, "TIME_SYSTEM", ("UTC",))
-    return segment
+    if header[version] not in _VERSIONS[version]:
+        raise PayloadError(f"{path}: {version} {header[version]}; allowed: {', '.join(_VERSIONS[version])}")
+    for each in segments:
+        each.one_of("TIME_SYSTEM", "UTC", "UTC")
+    short = next((each for each in segments if len(each.times) < 2), None)
+    if short is not None or not segments:
+        where = path if short is None else short.where
+        raise PayloadError(f"{where}: {0 if short is None else len(short.times)} states; allowed: two or more")
+    return segments
 
 
-def _lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield numbered lines with keys and data."""
-    covariance = False
-    for number, line in enumerate(text.splitlines(), 1):
-        line = line.strip()
-        covariance = (covariance or line == "COVARIANCE_START") and line != "COVARIANCE_STOP"
-        if covariance or not line or line.startswith("COMMENT") or line.endswith(("_START", "_STOP")):
-            continue
-        yield number, line
+def _add_state(segment: _Segment, number: int, line: str, version: str) -> None:
+    """Add a line with a time and numbers to a segment."""
+    where = f"{segment.path}: line {number}"
+    time, *fields = line.split()
+    try:
+        moment, values = _parsed(time, where), [float(each) for each in fields]
+    except ValueError as error:
+        raise PayloadError(f"{where}: {shown_line(line)!r} is no time with numbers") from error
+    if not np.all(np.isfinite(values)):
+        raise PayloadError(f"{where}: {shown_line(line)!r} is not finite; allowed: finite numbers")
+    count = len(segment.values[0]) if segment.values else len(values)
+    if len(values) != count or count < 4 - (version == _OEM):
+        raise PayloadError(f"{where}: {len(values)} numbers; allowed: as many as in a state")
+    if segment.times and moment <= segment.times[-1]:
+        raise PayloadError(f"{where}: {time} is not later than the epoch before; allowed: epochs that ascend")
+    segment.times.append(moment)
+    segment.values.append(values)
+    segment.lines.append(number)
 
 
-def _parsed(text: str) -> datetime:
+def _parsed(text: str, where: str) -> datetime:
     """Return a time of either form of the standard, yyyy-mm-dd or yyyy-ddd."""
-    text = text.removesuffix("Z")
-    date, _, clock = text.partition("T")
-    if date.count("-") == 1:
-        year, day = date.split("-")
-        date = (datetime(int(year), 1, 1) + timedelta(days=int(day) - 1)).strftime("%Y-%m-%d")
-    return datetime.fromisoformat(f"{date}T{clock}").replace(tzinfo=UTC)
+    found = _TIME.fullmatch(text)
+    try:
+        if found is None:
+            raise ValueError(text)
+        year, date, hour, minute, second = found.groups()
+        day = datetime.strptime(f"{year}-{date}", "%Y-%m-%d" if "-" in date else "%Y-%j").replace(tzinfo=UTC)
+        if int(hour) > 23 or int(minute) > 59 or float(second) >= 60.0:
+            raise ValueError(text)
+    except ValueError as error:
+        raise PayloadError(
+            f"{where}: {shown_line(text)!r} is no time with numbers; allowed: UTC, as 2024-04-20T02:30:00.0 or "
+            "2024-111T02:30:00.0"
+        ) from error
+    return day + timedelta(hours=int(hour), minutes=int(minute), seconds=float(second))
+
+
+def _stamp(time: datetime) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%S.%f")
 
 
 def _seconds(times: Sequence[datetime], start: datetime) -> list[float]:
@@ -186,7 +347,7 @@ def _seconds(times: Sequence[datetime], start: datetime) -> list[float]:
 
 
 def _utc(start: datetime, time_s: float) -> str:
-    return (start + timedelta(seconds=float(time_s))).strftime("%Y-%m-%dT%H:%M:%S.%f")
+    return _stamp(start + timedelta(seconds=float(time_s)))
 
 
 def _write(

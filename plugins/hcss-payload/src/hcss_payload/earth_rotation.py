@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -51,6 +52,14 @@ class EarthOrientation:
         x, y, z = cosine * teme_m[0] + sine * teme_m[1], cosine * teme_m[1] - sine * teme_m[0], teme_m[2]
         pole_x, pole_y = (value * _ARCSECOND for value in self.pole_arcsec)
         return np.array([x + pole_x * z, y - pole_y * z, z - pole_x * x + pole_y * y])
+
+    def states(self, teme_m: Array, teme_m_s: Array | None, utc_days: Sequence[float]) -> tuple[Array, Array | None]:
+        """Return positions (N, 3) and velocities (N, 3) over the rotating Earth of those of the TEME frame."""
+        positions = np.array([self.earth_fixed(each, day) for each, day in zip(teme_m, utc_days, strict=True)])
+        if teme_m_s is None:
+            return positions, None
+        turned = np.array([self.earth_fixed(each, day) for each, day in zip(teme_m_s, utc_days, strict=True)])
+        return positions, turned - np.cross([0.0, 0.0, EARTH_RATE_RAD_S], positions)
 
 
 def days_since_2000(utc: datetime) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,7 @@ from hcss_payload.complete import complete
 from hcss_payload.directions import directions_around, view_of
 from hcss_payload.disk import Disk
 from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
+from hcss_payload.examination import examine, examine_place
 from hcss_payload.limb import Limb
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
 from hcss_payload.pose import pose_at
@@ -24,7 +26,7 @@ from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZEN
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_payload.reference_pixel import solve_pixel
-from hcss_payload.sampled_pass import sample_pass
+from hcss_payload.sampled_pass import FIELD, sample_pass
 from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
@@ -122,6 +124,8 @@ class CameraImager:
         self._limb: Limb | None = None
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
+        with _named():
+            doubts = examine(payload.trajectory, first, last)
         self._shutter = self._shutter_over(times)
         jitter = payload.jitter
         margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
@@ -131,6 +135,11 @@ class CameraImager:
         disk = whole_disk(scenario, catalog, payload.trajectory, self.views, seen, times, self.climate is not None)
         if disk is not None:
             self.views, self._centre, self._last = disk, disk.centre, None
+        else:
+            apart_m = max(self.rows, self.columns) / (FIELD - 1) * float(np.max(footprints))
+            positions_m = np.array([payload.trajectory.at(each) for each in times.tolist()])
+            with _named():
+                doubts += examine_place(self._centre, seen.place_deg, apart_m, positions_m)
         middle, _ = self._geometry(float(times[times.size // 2])).nodes()
         self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(seen.toward[len(seen.toward) // 2])
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
@@ -141,6 +150,7 @@ class CameraImager:
         self.points = -(-(payload.points or own) // instants) * instants
         self.notes: tuple[str, ...] = (
             *NOTES,
+            *doubts,
             *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
@@ -160,12 +170,8 @@ class CameraImager:
 
     def _geometry(self, time_s: float) -> FrameGeometry:
         if self._last is None or self._last[0] != time_s:
-            try:
+            with _named():
                 pose = self._payload.pose(time_s)
-            except PayloadError as error:
-                name, _, message = str(error).partition(": ")
-                field = name.replace("trajectory", "orbit").partition(".")[0]
-                raise ScenarioError([Problem(field, message)]) from error
             lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
             self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
         return self._last[1]
@@ -178,7 +184,7 @@ class CameraImager:
         payload, half = self._payload, 0.5 * self._payload.integration_s
         if half == 0.0:
             return Shutter(line_s=payload.line_s)
-        try:
+        with _named():
             # With jitter the ends of single exposures say little: what it moves in that time is added.
             nominal = [
                 [pose_at(time + off, payload.trajectory, payload.attitude) for off in (-half, half)]
@@ -188,9 +194,6 @@ class CameraImager:
             if payload.jitter is not None:
                 smear += payload.jitter.moved_rad(2.0 * half) / self.camera.pixel_rad
             return Shutter(2.0 * half, payload.line_s, instants_for(smear))
-        except PayloadError as error:
-            field, _, message = str(error).partition(": ")
-            raise ScenarioError([Problem(field, message)]) from error
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
@@ -276,6 +279,16 @@ class CameraImager:
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
         complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb)
+
+
+@contextmanager
+def _named() -> Iterator[None]:
+    """Turn errors of trajectory, attitude and camera into those of their keys of the scenario."""
+    try:
+        yield
+    except PayloadError as error:
+        field, _, message = str(error).partition(": ")
+        raise ScenarioError([Problem(field.replace("trajectory", "orbit"), message)]) from error
 
 
 def _range(values: Array) -> tuple[float, float]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from datetime import datetime
-from functools import cached_property
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_utc, require_within
-from hcss_payload.earth_rotation import EARTH_RATE_RAD_S, EarthOrientation, days_since_2000
+from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_within
+from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
 from hcss_twin.physics.viewing import EARTH_M3_S2
@@ -136,13 +134,13 @@ class Circular:
         return radius * np.array([x * np.cos(node) - y * np.sin(node), x * np.sin(node) + y * np.cos(node), z])
 
 
-_NEIGHBOURS = 8
-"""Points of the interpolation in tables; degree 7, as ephemerides are commonly exchanged with."""
+USUAL_DEGREE, LARGEST_DEGREE = 7, 31
+"""Degree of the interpolation in tables: that with which ephemerides are commonly exchanged."""
 
 
 @dataclass(frozen=True, eq=False)
 class PositionTable:
-    """Positions at given times, with the polynomial through the eight nearest between them (Lagrange).
+    """Positions at given times, with the polynomial through the nearest of them between (Lagrange, or Hermite).
 
     Parameters
     ----------
@@ -150,72 +148,53 @@ class PositionTable:
         Seconds after the start, ascending.
     positions_m : array_like (N, 3)
         Earth-fixed.
+    velocities_m_s : array_like (N, 3), optional
+        Over the rotating Earth; the polynomial has them, too.
+    degree : int
+        Of the polynomial; a lower one where the table has fewer points.
     """
 
     times_s: Array
     positions_m: Array
+    velocities_m_s: Array | None = None
+    degree: int = USUAL_DEGREE
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "times_s", ascending("trajectory.times_s", self.times_s))
-        object.__setattr__(
-            self, "positions_m", finite("trajectory.positions_m", self.positions_m, len(self.times_s), 3)
-        )
+        for name in ("positions_m", "velocities_m_s"):
+            if getattr(self, name) is not None:
+                values = finite(f"trajectory.{name}", getattr(self, name), len(self.times_s), 3)
+                object.__setattr__(self, name, values)
+        require_within("trajectory.degree", self.degree, 1, LARGEST_DEGREE)
 
     def at(self, time_s: float) -> Array:
         """Return the position; a time outside the table is an error."""
-        times = self.times_s
-        require_inside("trajectory", time_s, times)
-        count = min(_NEIGHBOURS, times.size)
+        require_inside("trajectory", time_s, self.times_s)
+        return self.through(time_s, self.points)
+
+    @property
+    def points(self) -> int:
+        """How many of the nearest points the polynomial passes."""
+        wanted = self.degree + 1 if self.velocities_m_s is None else self.degree // 2 + 1
+        return min(wanted, self.times_s.size)
+
+    def through(self, time_s: float, points: int) -> Array:
+        """Return the position of the polynomial through so many points.
+
+        With the Lagrange polynomials L of the points, Hermite's terms are (1 - 2 L'(t_i) (t - t_i)) L^2 for positions,
+        and (t - t_i) L^2 for velocities.
+        """
+        times, count = self.times_s, points
         first = int(np.clip(np.searchsorted(times, time_s) - count // 2, 0, times.size - count))
-        near = times[first : first + count]
+        own = slice(first, first + count)
+        since = time_s - times[own]
         others = ~np.eye(count, dtype=np.bool_)
-        apart = np.where(others, near[:, None] - near[None, :], 1.0)
-        weight = np.prod(np.where(others, time_s - near[None, :], 1.0) / apart, axis=1)
-        position: Array = weight @ self.positions_m[first : first + count]
-        return position
-
-
-@dataclass(frozen=True)
-class TwoLineElements:
-    """An orbit from two-line elements by SGP4; needs the extra ``tle`` (package sgp4).
-
-    Parameters
-    ----------
-    line1, line2 : str
-        The elements.
-    start : datetime
-        Time 0, in UTC.
-    orientation : EarthOrientation
-        Orientation of the Earth.
-    """
-
-    line1: str
-    line2: str
-    start: datetime
-    orientation: EarthOrientation = field(default_factory=EarthOrientation)
-
-    def __post_init__(self) -> None:
-        require_utc("trajectory.start", self.start)
-        for name, number, line in (("line1", "1 ", self.line1), ("line2", "2 ", self.line2)):
-            digits = [int(mark) if mark.isdigit() else int(mark == "-") for mark in line[:68]]
-            if len(line.rstrip()) != 69 or not line.startswith(number) or str(sum(digits) % 10) != line[68]:
-                raise PayloadError(
-                    f"trajectory.{name}: {line!r}; allowed: 69 characters that begin with '{number}' and end with "
-                    "the checksum of the others"
-                )
-
-    def at(self, time_s: float) -> Array:
-        """Return the position; an orbit that SGP4 cannot propagate is an error."""
-        days = days_since_2000(self.start) + time_s / 86400.0
-        error, kilometres, _ = self._satellite.sgp4(2451545.0, days)
-        if error:
-            raise PayloadError(f"trajectory: SGP4 fails {time_s:g} s after the start with error {error}")
-        return self.orientation.earth_fixed(1e3 * np.array(kilometres), days)
-
-    @cached_property
-    def _satellite(self) -> Any:
-        try:
-            from sgp4.api import Satrec  # an extra
-        except ModuleNotFoundError as missing:
-            raise PayloadError("trajectory: two-line elements need sgp4: pip install 'hcss-payload[tle]'") from missing
-        return Satrec.twoline2rv(self.line1, self.line2)
+        apart = np.where(others, times[own, None] - times[None, own], 1.0)
+        weight = np.prod(np.where(others, since[None, :], 1.0) / apart, axis=1)
+        if self.velocities_m_s is None:
+            position: Array = weight @ self.positions_m[own]
+            return position
+        slope = np.sum(np.where(others, 1.0 / apart, 0.0), axis=1)
+        square = weight**2
+        position = ((1.0 - 2.0 * slope * since) * square) @ self.positions_m[own]
+        return position + (since * square) @ self.velocities_m_s[own]

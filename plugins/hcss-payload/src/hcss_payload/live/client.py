@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,13 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.checks import PayloadError, require_within
-from hcss_payload.live.ring import MOST_BANDS, MOST_TARGETS, TARGET_VALUES, Ring
+from hcss_payload.live.ring import MOST_BANDS, MOST_TARGETS, TARGET_VALUES, Ring, is_later
 from hcss_payload.live.target import PointTarget
 from hcss_payload.pose import Pose
 
-_NAP_S, _SPIN_S = 5e-5, 2e-3
+_NAP_S, _SPIN_S, _BLIND_S = 5e-5, 2e-3, 2e-3
+"""Shortest pause, time around that of usual frames in which a client looks without pause, and longest pause."""
+
 _EARLY = 0.8
-"""Share of the time that the last frame took for which a client sleeps."""
+"""Share of the least time of recent frames after which a client looks without pause."""
+
+_RECENT = 8
+"""Frames among which the least time is taken: after a stall of one, the others say how long frames take."""
+
+_PATIENT = 0.01
+"""Longer waits make longer pauses: this share of them."""
 
 _TRIES = 100
 
@@ -31,7 +40,7 @@ class ServedFrame:
     Attributes
     ----------
     number, pose_number : int
-        Of the frame, from 0, and of the pose that :meth:`LiveClient.send_pose` returned.
+        Of the frame, from 0, and of the pose that :meth:`LiveClient.send_pose` returned; after 2^64 - 1 follows 0.
     pose_values : ndarray (8,)
         Time, position and quaternion of the pose.
     image : ndarray of float32 or uint16 (bands, rows, columns)
@@ -65,7 +74,7 @@ class LiveClient:
     name : str
         Of the shared memory, as ``hcss serve --name``.
     timeout_s : float
-        Time to wait for the server.
+        Time to wait until the server is ready.
 
     Raises
     ------
@@ -74,18 +83,23 @@ class LiveClient:
     """
 
     def __init__(self, name: str, timeout_s: float = 0.0) -> None:
-        self._usual_s = 0.0
+        self._recent_s: deque[float] = deque(maxlen=_RECENT)
+        self._refused_before = 0
         until = time.monotonic() + timeout_s
         while True:
             try:
                 self._ring = Ring.attach(name)
-            except (FileNotFoundError, PayloadError, ValueError) as error:  # no memory, or not yet filled
-                if time.monotonic() >= until:
-                    raise PayloadError(
-                        f"name: no server '{name}' ({error}); allowed: a running `hcss serve`"
-                    ) from error
-            else:
-                break
+                if int(self._ring.header["ready"]):
+                    break
+                self._ring.close(delete=False)
+                why: object = "it is not ready yet"
+            except (OSError, PayloadError, ValueError) as error:  # no memory, or not yet filled
+                why = error
+            if time.monotonic() >= until:
+                raise PayloadError(
+                    f"name: no server '{name}' ({why}) within {timeout_s:g} s; allowed: a running `hcss serve`, which "
+                    "may compile for minutes before it is ready"
+                )
             time.sleep(0.02)
 
     @property
@@ -106,6 +120,7 @@ class LiveClient:
         PayloadError
             If there are too many, or they have no intensity in some band.
         """
+        self._refused_before = int(self._ring.header["refused"])
         if targets is None:
             return self._ring.post(pose)
         bands = self._ring.shape.bands
@@ -139,32 +154,48 @@ class LiveClient:
         raise PayloadError("latest: frames are written faster than read; allowed: `--slots` for more of them")
 
     def wait(
-        self, pose_number: int, timeout_s: float = 1.0, out: NDArray[np.float32] | NDArray[np.uint16] | None = None
+        self, pose_number: int, timeout_s: float = 60.0, out: NDArray[np.float32] | NDArray[np.uint16] | None = None
     ) -> ServedFrame:
         """Return the newest frame as soon as it is that of a pose, or of a later one; ``out`` as for :meth:`latest`.
 
         Raises
         ------
+        PayloadError
+            If the server has refused the pose, or a later one in its place, or has ended.
         TimeoutError
             If there is none in time.
         """
-        start = time.monotonic()
+        start, ring = time.monotonic(), self._ring
+        usual_s = min(self._recent_s, default=0.0)
         while True:
-            count = int(self._ring.header["frames"])
-            if count and int(self._ring.slots[(count - 1) % self._ring.shape.slots]["pose_number"]) >= pose_number:
+            count = int(ring.header["frames"])
+            if count and is_later(int(ring.slots[(count - 1) % ring.shape.slots]["pose_number"]), pose_number):
                 frame = self.latest(out)
-                if frame is not None and frame.pose_number >= pose_number:
-                    self._usual_s = time.monotonic() - start
+                if frame is not None and is_later(frame.pose_number, pose_number):
+                    self._recent_s.append(time.monotonic() - start)
                     return frame
             waited = time.monotonic() - start
+            self._require_hope(pose_number)
             if waited > timeout_s:
                 raise TimeoutError(f"no frame of pose {pose_number} within {timeout_s:g} s; counts: {self.counts()}")
-            # Leaves the processor to others, but looks without pause around the time that the last frame took.
-            early = min(_EARLY * self._usual_s, timeout_s) - waited
+            # Leaves the processor to others, but looks without pause around the time that frames take; a pause is
+            # always short, since the next frame may be faster than any before.
+            early = _EARLY * usual_s - waited
             if early > 0.0:
-                time.sleep(early)
-            elif waited > self._usual_s + _SPIN_S:
-                time.sleep(_NAP_S)
+                time.sleep(min(early, _BLIND_S))
+            elif waited > usual_s + _SPIN_S:
+                time.sleep(min(max(_NAP_S, _PATIENT * waited), _BLIND_S))
+
+    def _require_hope(self, pose_number: int) -> None:
+        header = self._ring.header
+        if not int(header["ready"]):
+            raise PayloadError(f"wait: the server ended before the frame of pose {pose_number}; allowed: a running one")
+        refused = int(header["refused_pose"])
+        if int(header["refused"]) > self._refused_before and is_later(refused, pose_number):
+            raise PayloadError(
+                f"wait: pose {pose_number} was refused, or {refused} in its place; allowed: what `hcss serve` says on "
+                "standard error"
+            )
 
     def counts(self) -> dict[str, int]:
         """Return numbers of frames, of poses that newer ones replaced, of refused poses, and of late tiles of sky."""

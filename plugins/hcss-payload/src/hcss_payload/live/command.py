@@ -39,11 +39,15 @@ def serve(
     hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
     parent = None if outlive_parent else _parent()  # first, since it may end during the preparation
+    from hcss_payload.live.ring import Ring
     from hcss_payload.live.scenario_pass import live_pass
     from hcss_payload.live.server import Server
 
-    live = live_pass(load(scenario, assignments), start_s, end_s, threads, fineness, highest_target_m=highest_m)
     name = name or f"hcss-live-{os.getpid()}"
+    Ring.require_name(name)  # before minutes of compilation
+    live = live_pass(load(scenario, assignments), start_s, end_s, threads, fineness, highest_target_m=highest_m)
+    for note in live.notes:
+        click.echo(f"note: {note}", err=True)
     try:
         server = Server(live, name, slots, parent)
     except BaseException:

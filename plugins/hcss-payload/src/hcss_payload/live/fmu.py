@@ -18,14 +18,14 @@ class LiveCamera(Fmi3Slave, CoSimulation):  # type: ignore[misc]  # pythonfmu3 h
     """Sends the pose at the end of each step to the server, and gives the number of its frame.
 
     Inputs are the Earth-fixed position ``x_m``, ``y_m``, ``z_m`` and the quaternion ``q_x``, ``q_y``, ``q_z``, ``q_w``
-    of the body; parameters are the name of the shared memory and the longest time to wait for a frame; outputs are the
-    number of the frame and how many frames there are.
+    of the body; parameters are the name of the shared memory and the longest time to wait for the server and for a
+    frame; outputs are the number of the frame and how many frames there are.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.author, self.description = "The hcss_twin developers", "Live frames of hcss_twin"
-        self.memory, self.timeout_s = "hcss-live", 1.0
+        self.memory, self.timeout_s = "hcss-live", 60.0
         self.x_m = self.y_m = self.z_m = self.q_x = self.q_y = self.q_z = 0.0
         self.q_w = 1.0
         self.frame, self.frames, self.time = -1, 0, 0.0

@@ -1,12 +1,15 @@
 """Frames and poses in shared memory: a ring of frames with sequence numbers, and a letter box for poses.
 
 A writer makes a sequence number odd, writes, and makes it even; a reader copies and looks whether the number is even
-and unchanged. Nobody ever waits for a lock, so a process that dies leaves the others alone. The order of writes is that
+and unchanged. Nobody ever waits for a lock, so a process that dies leaves the others alone: the next writer begins with
+the next odd number. Numbers of poses are labels that clients choose; the sequence number of the letter box alone says
+that there is a new one. The order of writes is that
 of processors of the kinds x86-64, which keep it; on others a reader may see half a frame in rare cases.
 """
 
 from __future__ import annotations
 
+import shutil
 import sys
 from dataclasses import dataclass
 from multiprocessing import resource_tracker, shared_memory
@@ -19,7 +22,9 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.pose import Pose
 
 MAGIC = 0x68637373_6C697665
-VERSION = 2
+VERSION = 3
+
+MOST_SLOTS = 1024
 
 MOST_TARGETS, MOST_BANDS = 64, 16
 """Targets of a frame that a letter holds, and their bands."""
@@ -33,6 +38,7 @@ _HEADER = np.dtype(
     [
         *((name, np.uint64) for name in ("magic", "version", "slots", "bands", "rows", "columns", "type", "pid")),
         *((name, np.uint64) for name in ("frames", "skipped", "refused", "stalls", "ready", "stop")),
+        ("refused_pose", np.uint64),
         ("letter", np.uint64),
         ("pose_number", np.uint64),
         ("pose", np.float64, 8),
@@ -47,10 +53,46 @@ _SLOT = np.dtype(
         ("published_ns", np.int64),
     ]
 )
+_FOLDER = "/dev/shm"
+"""Where Linux has shared memory."""
+
 _LINE = 64
 """Bytes to which parts are aligned."""
 
 _TRIES = 1000
+
+NUMBERS = 2**64
+"""Numbers of poses and letters, after which they begin again."""
+
+
+def is_later(number: int, than: int) -> bool:
+    """Return whether a number follows another one, or is the same, in a count that begins again at ``NUMBERS``."""
+    return (number - than) % NUMBERS < NUMBERS // 2
+
+
+@dataclass(frozen=True)
+class Letter:
+    """What a client posted.
+
+    Attributes
+    ----------
+    sequence : int
+        Of the letter box; it grows by 2 with each letter.
+    pose_number : int
+        The client's label.
+    values : ndarray (8,)
+        Time, position and quaternion.
+    target_count : int
+        Of targets; -1: those of the server.
+    targets : ndarray (N, 6 + bands)
+        As many of them as the letter box holds.
+    """
+
+    sequence: int
+    pose_number: int
+    values: NDArray[np.float64]
+    target_count: int
+    targets: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -64,7 +106,7 @@ class RingShape:
     dtype: np.dtype[Any]
 
     def __post_init__(self) -> None:
-        require_within("slots", self.slots, 4, 1024)
+        require_within("slots", self.slots, 4, MOST_SLOTS)
 
     @property
     def frame_bytes(self) -> int:
@@ -110,12 +152,9 @@ class Ring:
         Raises
         ------
         PayloadError
-            If the name is in use.
+            If the name is in use, or there is no such memory.
         """
-        try:
-            memory = shared_memory.SharedMemory(name, create=True, size=shape.size)
-        except FileExistsError as error:
-            raise PayloadError(f"name: '{name}' is in use; allowed: the name of no other shared memory") from error
+        memory = _create(name, shape.size)
         ring = cls(memory, shape)
         values = (shape.slots, shape.bands, shape.rows, shape.columns, TYPES.index(shape.dtype), pid)
         for field, value in zip(("slots", "bands", "rows", "columns", "type", "pid"), values, strict=True):
@@ -123,6 +162,13 @@ class Ring:
         ring.header["version"] = VERSION
         ring.header["magic"] = MAGIC
         return ring
+
+    @staticmethod
+    def require_name(name: str) -> None:
+        """Raise a :class:`PayloadError` unless shared memory of a name can be created now."""
+        memory = _create(name, _LINE)
+        memory.close()
+        memory.unlink()
 
     @classmethod
     def attach(cls, name: str) -> Ring:
@@ -141,14 +187,10 @@ class Ring:
             memory = shared_memory.SharedMemory(name)
             # Otherwise the end of this process would delete the memory of the server.
             resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
-        header = np.ndarray((), _HEADER, memory.buf) if memory.size >= _HEADER.itemsize else None
-        if header is None or int(header["magic"]) != MAGIC or int(header["version"]) != VERSION:
-            del header
+        shape = _shape_in(memory)
+        if shape is None:
             memory.close()
             raise PayloadError(f"name: '{name}' is not the memory of a server of this version; allowed: `hcss serve`'s")
-        slots, bands, rows, columns = (int(header[each]) for each in ("slots", "bands", "rows", "columns"))
-        shape = RingShape(slots, bands, rows, columns, TYPES[int(header["type"])])
-        del header
         return cls(memory, shape)
 
     def post(self, pose: Pose, targets: NDArray[np.float64] | None = None) -> int:
@@ -160,8 +202,10 @@ class Ring:
             Those of its frame; by default the server's.
         """
         header = self.header
-        number = int(header["pose_number"]) + 1
-        header["letter"] += np.uint64(1)
+        number = (int(header["pose_number"]) + 1) % NUMBERS
+        # The next odd number, also after a client that died while it wrote.
+        writing = ((int(header["letter"]) + 1) | 1) % NUMBERS
+        header["letter"] = writing
         header["pose"][0] = pose.time_s
         header["pose"][1:4] = pose.position_m
         header["pose"][4:] = pose.quaternion
@@ -169,20 +213,20 @@ class Ring:
         if targets is not None:
             header["target"][: len(targets), : targets.shape[1]] = targets
         header["pose_number"] = number
-        header["letter"] += np.uint64(1)
+        header["letter"] = (writing + 1) % NUMBERS
         return number
 
-    def newest(self, after: int) -> tuple[int, NDArray[np.float64], NDArray[np.float64] | None] | None:
-        """Return number, values and targets (N, 6 + bands) of the pose in the letter box; None if it is not newer."""
+    def newest(self, after: int) -> Letter | None:
+        """Return what is in the letter box; None if it is what had a sequence number, or is being written."""
         header = self.header
-        if int(header["pose_number"]) <= after:
-            return None
         for _ in range(_TRIES):
             before = int(header["letter"])
+            if before == after:
+                return None
             number, values, count = int(header["pose_number"]), header["pose"].copy(), int(header["targets"])
             own = header["target"][: max(0, min(count, MOST_TARGETS)), : TARGET_VALUES + self.shape.bands].copy()
             if before % 2 == 0 and int(header["letter"]) == before:
-                return number, values, None if count < 0 else own
+                return Letter(before, number, values, count, own)
         return None
 
     def publish(self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int) -> None:
@@ -209,3 +253,41 @@ class Ring:
         self.memory.close()
         if delete:
             self.memory.unlink()
+
+
+def _create(name: str, size: int) -> shared_memory.SharedMemory:
+    """Create shared memory; raises :class:`PayloadError`."""
+    needed = f"{size / 2**20:.3g} MiB of shared memory"
+    try:
+        free = shutil.disk_usage(_FOLDER).free
+    except OSError:  # of this system it is somewhere else, or missing
+        free = size
+    if free < size:
+        # Without this, writing to a page that does not exist would kill the process.
+        raise PayloadError(
+            f"name: {needed} are needed, and {_FOLDER} has {free / 2**20:.3g} MiB; allowed: fewer --slots, or more "
+            "memory (for containers --shm-size)"
+        )
+    try:
+        return shared_memory.SharedMemory(name, create=True, size=size)
+    except FileExistsError as error:
+        raise PayloadError(f"name: '{name}' is in use; allowed: the name of no other shared memory") from error
+    except (OSError, ValueError) as error:
+        raise PayloadError(
+            f"name: {needed} cannot be created as '{name}': {error}; allowed: a plain name, and a system with shared "
+            f"memory ({_FOLDER} on Linux) that may be written"
+        ) from error
+
+
+def _shape_in(memory: shared_memory.SharedMemory) -> RingShape | None:
+    """Return the shape of a server's ring; None if the memory is not one of this version."""
+    if memory.size < _HEADER.itemsize:
+        return None
+    header = np.ndarray((), _HEADER, memory.buf)
+    if int(header["magic"]) != MAGIC or int(header["version"]) != VERSION or int(header["type"]) >= len(TYPES):
+        return None
+    slots, bands, rows, columns = (int(header[each]) for each in ("slots", "bands", "rows", "columns"))
+    if not 4 <= slots <= MOST_SLOTS:
+        return None
+    shape = RingShape(slots, bands, rows, columns, TYPES[int(header["type"])])
+    return shape if shape.size <= memory.size else None

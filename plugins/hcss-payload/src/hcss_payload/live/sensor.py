@@ -16,6 +16,7 @@ from hcss_twin.models.sensor.noise import key_of
 from hcss_twin.models.sensor.point_spread import LEAST
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands
@@ -69,6 +70,8 @@ class LiveSensor:
             catalog=plan.catalog,
         )
         stages = build_stages(section, inputs)
+        optics = {"focal_length": camera.focal_length_m, "detector_pitch": camera.pitch_m}
+        examine_geometry({"camera": optics}, stages)
         self._sensor: Any
         self._sensor = sensor = _unchecked(stages[0].provider)
         by_rows = hasattr(sensor, "measure_into") and sensor.single_precision

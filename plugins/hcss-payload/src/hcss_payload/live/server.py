@@ -7,12 +7,13 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from types import FrameType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcss_payload.live.ring import Ring, RingShape
+from hcss_payload.checks import PayloadError
+from hcss_payload.live.ring import MOST_TARGETS, NUMBERS, Letter, Ring, RingShape
 from hcss_payload.live.target import PointTarget
 from hcss_payload.live.twin import PreparedPass
 from hcss_payload.pose import Pose
@@ -21,6 +22,9 @@ from hcss_twin.errors import HcssError
 SPIN_S, NAP_S, LOOK_S = 2e-3, 5e-5, 0.5
 """Time for which a server looks for poses without pause after a frame, its pauses, and time between two looks for its
 parent."""
+
+QUIET_S = 5.0
+"""Least time between two lines about refused poses."""
 
 IDLE_S, LONG_NAP_S = 1.0, 2e-3
 """Time after a frame from which on pauses are long."""
@@ -48,11 +52,13 @@ class Server:
         self._ring = Ring.create(name, RingShape(slots, bands, rows, columns, dtype), os.getpid())
         self._radiance = np.empty(live.shape, np.float32) if live.has_numbers else None
         self._stopped = False
+        self._refusals = _Refusals()
 
     def serve(self, ready: Callable[[], None]) -> None:
         """Serve until SIGTERM, SIGINT, the client's stop, or the end of the parent; then delete the memory."""
         before = {each: signal.signal(each, self._stop) for each in (signal.SIGTERM, signal.SIGINT)}
         try:
+            self._warm_up()
             self._ring.header["ready"] = 1
             ready()
             self._loop()
@@ -63,42 +69,52 @@ class Server:
 
     def close(self) -> None:
         """Delete the memory and end the threads."""
+        self._ring.header["ready"] = 0  # for clients that wait
+        self._refusals.close()
         self._ring.close(delete=True)
         self._live.close()
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self._stopped = True
 
+    def _warm_up(self) -> None:
+        """Compute a frame before clients may ask for some: the first one compiles for seconds."""
+        live = self._live
+        live.frame(live.start_s, out=self._radiance)
+        live.sky.stalls = 0
+
     def _loop(self) -> None:
-        ring, header, last, number = self._ring, self._ring.header, 0, 0
+        ring, header, last, number = self._ring, self._ring.header, int(self._ring.header["letter"]), 0
         busy, looked = time.monotonic(), 0.0
         while not self._stopped and not int(header["stop"]):
-            posted = ring.newest(last)
+            letter = ring.newest(last)
             now = time.monotonic()
             if now - looked > LOOK_S:
                 looked = now
                 if self._parent is not None and os.getppid() != self._parent:
                     return
-            if posted is None:
+            if letter is None:
                 if now - busy > SPIN_S:
                     time.sleep(NAP_S if now - busy < IDLE_S else LONG_NAP_S)
                 continue
             busy = now
-            pose_number, values, targets = posted
-            header["skipped"] += np.uint64(pose_number - last - 1)
-            last = pose_number
+            header["skipped"] += np.uint64(max(0, (letter.sequence - last) % NUMBERS // 2 - 1))
+            last = letter.sequence
             try:
-                self._make(number, pose_number, values, targets)
-            except HcssError as error:
+                self._make(number, letter)
+            except (HcssError, ArithmeticError, ValueError) as error:  # whatever numbers a client sends
+                header["refused_pose"] = letter.pose_number
                 header["refused"] += np.uint64(1)
-                print(f"pose {pose_number}: {error}", file=sys.stderr, flush=True)
+                self._refusals.add(letter.pose_number, error)
                 continue
             number += 1
             header["stalls"] = self._live.stalls
 
-    def _make(
-        self, number: int, pose_number: int, values: NDArray[np.float64], posted: NDArray[np.float64] | None
-    ) -> None:
+    def _make(self, number: int, letter: Letter) -> None:
+        values = letter.values
+        if letter.target_count > MOST_TARGETS:
+            raise PayloadError(f"targets: {letter.target_count}; allowed: up to {MOST_TARGETS}")
+        posted = None if letter.target_count < 0 else letter.targets
         pose = Pose(float(values[0]), values[1:4], values[4:])
         targets = None if posted is None else [PointTarget.of_values(each.tolist()) for each in posted]
         target = self._ring.begin(number)
@@ -107,4 +123,31 @@ class Server:
         else:
             frame = self._live.frame(pose.time_s, pose, self._radiance, targets)
             np.copyto(target, frame.digital_number, casting="unsafe")  # type: ignore[arg-type]
-        self._ring.publish(number, pose_number, values, time.monotonic_ns())
+        self._ring.publish(number, letter.pose_number, values, time.monotonic_ns())
+
+
+class _Refusals:
+    """Lines on standard error about refused poses: of the first, then at most one in some seconds, with their count."""
+
+    def __init__(self) -> None:
+        self._said_s, self._silent, self._last = -np.inf, 0, ""
+
+    def add(self, pose_number: int, error: Exception) -> None:
+        """Count a refused pose, and say so unless a line was written shortly before."""
+        self._last = f"pose {pose_number}: {error}"
+        if time.monotonic() - self._said_s < QUIET_S:
+            self._silent += 1
+            return
+        self._say()
+
+    def close(self) -> None:
+        """Say how many there were since the last line."""
+        if self._silent:
+            self._silent -= 1  # the last of them is named
+            self._say()
+
+    def _say(self) -> None:
+        more = f" (and {self._silent} more before it)" if self._silent else ""
+        self._said_s, self._silent = time.monotonic(), 0
+        with suppress(OSError):  # nobody reads them
+            print(f"{self._last}{more}", file=sys.stderr, flush=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hcss_payload.attitude import Attitude
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.examination import examine, examine_place
 from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
 from hcss_payload.live.footprints import PassFootprints
@@ -27,6 +28,7 @@ from hcss_payload.live.sky import Sky, Tiles, tiles_around
 from hcss_payload.live.supported import require_supported
 from hcss_payload.live.target import TOP_M, PointTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
+from hcss_payload.rays import geographic
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arrays import Array
@@ -141,6 +143,8 @@ class PreparedPass:
         Those of the twin.
     errors : dict of str to float
         Measured in preparation: ``tables`` relative, between the tables along the pass; ``place_m`` of the plane.
+    notes : tuple of str
+        What is doubtful about the trajectory and the place, with its size.
     removed : (float, float)
         Smallest and largest share of the field's variance that is inside pixels.
     """
@@ -161,18 +165,17 @@ class PreparedPass:
         self.trajectory, self.attitude, self._jitter = trajectory, attitude, jitter
         self.start_s, self.end_s, self.omissions = start_s, end_s, twin.omissions
         times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
+        doubts = examine(trajectory, start_s, end_s)
         poses = [pose_at(float(time), trajectory, attitude) for time in times]
         height = reference_height_m(plan.layers[0])
         seen = np.concatenate([seen_m(camera, pose, height) for pose in poses])
+        place = plan.scenario.place.latitude, plan.scenario.place.longitude
+        seen_deg = np.stack(geographic(seen)[:2], axis=-1)
+        apart_m = float(np.linalg.norm(np.ptp(seen[: len(seen) // times.size], axis=0)))
+        positions_m = np.array([pose.position_m for pose in poses])
+        self.notes = (*doubts, *examine_place(place, seen_deg, apart_m, positions_m))
         step = mesh_step(camera, poses[:: max(1, len(poses) // 4)], height)
-        fit = fit_plane(
-            seen,
-            height,
-            plan.scenario.place.latitude,
-            plan.scenario.place.longitude,
-            0.02 * _shortest(camera, poses),
-            _MARGIN_M,
-        )
+        fit = fit_plane(seen, height, *place, 0.02 * _shortest(camera, poses), _MARGIN_M)
         self._sight = Sight(camera, fit, step)
         footprints_m = np.array([self._sight.footprint_m(pose) for pose in poses])
         self._seen = PassFootprints(plan, times, footprints_m, twin.fineness)
@@ -253,6 +256,11 @@ class PreparedPass:
         pose = pose_at(time_s, self.trajectory, self.attitude, self._jitter) if pose is None else pose
         if pose.time_s != time_s:
             raise PayloadError(f"pose.time_s: {pose.time_s!r} s; allowed: {time_s!r} s, the time of the frame")
+        radius = float(np.linalg.norm(pose.position_m))
+        if radius < SEMI_MAJOR_AXIS_M:
+            raise PayloadError(
+                f"pose.position_m: {1e-3 * radius:.6g} km from the Earth's centre; allowed: outside the Earth, in m"
+            )
         shape = self.shape
         radiance = np.empty(shape, np.float32) if out is None else out
         if radiance.shape != shape or radiance.dtype != np.float32 or not radiance.flags.c_contiguous:

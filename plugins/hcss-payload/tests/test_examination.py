@@ -1,0 +1,128 @@
+"""Trajectories: right ones are read as SGP4 and sidereal time have them, impossible ones refused, doubtful ones noted.
+
+Inputs are a fixed sample of the campaign ``tests/campaign/trajectories``, which was made before the readers were tried.
+"""
+
+import os
+import sys
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("sgp4")
+pytest.importorskip("erfa", reason="the reference is not installed")
+
+from hcss_payload import Circular, PayloadError, PositionTable, TwoLineElements, read_oem
+from hcss_payload.examination import examine, examine_place
+from hcss_payload.two_lines import read_two_lines
+from payload_scenes import LINES, START
+
+CAMPAIGN = Path(__file__).parents[3] / "tests" / "campaign" / "trajectories"
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    sys.path.insert(0, str(CAMPAIGN))
+    try:
+        import orbit_inputs
+
+        yield orbit_inputs
+    finally:
+        sys.path.remove(str(CAMPAIGN))
+
+
+def examined(given, folder):
+    """Trajectory and notes of an input of the campaign."""
+    if given.content is not None:
+        (folder / given.orbit["file"]).write_bytes(given.content)
+    if given.orbit["provider"] == "tle":
+        lines = given.orbit.get("lines") or read_two_lines(folder / given.orbit["file"])
+        trajectory = TwoLineElements(*lines, given.start)
+    else:
+        trajectory = read_oem(folder / given.orbit["file"], given.start)
+    return trajectory, examine(trajectory, 0.0, 60.0)
+
+
+def test_right_orbits_are_read_and_not_questioned(campaign, tmp_path):
+    for given in campaign.good()[::3]:
+        trajectory, notes = examined(given, tmp_path)
+        apart = [
+            np.linalg.norm(trajectory.at(time) - np.array(at))
+            for time, at in zip((0.0, 30.0, 60.0), given.expected_m, strict=True)
+        ]
+        assert max(apart) < given.within_m, given.name
+        assert notes == (), given.name
+
+
+def test_wrong_orbits_are_refused_or_noted(campaign, tmp_path):
+    silent = []
+    for given in campaign.bad():
+        try:
+            _, notes = examined(given, tmp_path)
+        except PayloadError:
+            continue
+        if not notes:
+            silent.append(given.name)
+    assert silent == ["message: place 3300 km away"]  # the trajectory alone is right
+
+
+def test_the_estimated_error_between_points_is_that_of_the_orbit():
+    # A circular orbit in closed form, read at the points alone.
+    orbit = Circular(500e3, 51.6)
+    for step, degree, least_m in ((300.0, 3, 2e3), (600.0, 5, 3e3), (900.0, 7, 1e3)):
+        times = np.arange(-4.0 * step, 4.5 * step, step)
+        table = PositionTable(times, [orbit.at(time) for time in times], degree=degree)
+        error = np.linalg.norm(table.at(0.5 * step) - orbit.at(0.5 * step))
+        assert error > 0.5 * least_m
+        with pytest.raises(PayloadError, match=rf"points {step:g} s apart, .* err by about") as refused:
+            examine(table, 0.0, step)
+        stated = float(str(refused.value).partition("about ")[2].partition(" m")[0])
+        assert 0.5 < stated / error < 4.0
+    close = np.arange(-300.0, 301.0, 60.0)
+    assert examine(PositionTable(close, [orbit.at(time) for time in close]), 0.0, 60.0) == ()
+
+
+def test_old_elements_are_noted_with_their_age_and_very_old_ones_refused():
+    day = 86400.0
+    orbit = TwoLineElements(*LINES, START)
+    assert examine(orbit, 0.0, 5.0 * day) == ()
+    (note,) = examine(orbit, 30.0 * day, 30.0 * day)
+    assert "the elements are 30.6 days older than the frames; along a low orbit SGP4 errs by 1 to 3 km more" in note
+    with pytest.raises(PayloadError, match="the elements are 401 days older than the frames; allowed: up to 180 days"):
+        examine(orbit, 400.0 * day, 400.0 * day)
+
+
+def test_a_place_far_from_what_the_camera_sees_is_noted_or_refused():
+    seen, above = np.array([[30.0, 150.0], [31.0, 150.0]]), np.array([[7e6, 0.0, 0.0]])
+    assert examine_place((30.5, 150.0), seen, 50e3, above) == ()
+    (note,) = examine_place((27.0, 150.0), seen, 50e3, above)
+    assert "27 N 150 E is 332 km from the nearest pixel of all frames, 30 N 150 E" in note  # pyproj: 332 441 m
+    with pytest.raises(PayloadError, match=r"is 33.. km from the nearest pixel .* closest valid choice is 30, 150"):
+        examine_place((0.0, 150.0), seen, 50e3, above)
+
+
+def test_a_stated_interpolation_and_usable_spans_of_several_segments_hold(campaign, tmp_path):
+    lines = campaign.elements("station", 1.0)
+    linear = {"INTERPOLATION": "LINEAR", "INTERPOLATION_DEGREE": "1"}
+    blocks = [
+        campaign.block(lines, -60.0, 60.0, 10.0, keys=linear | {"USEABLE_STOP_TIME": campaign.stamp(START)}),
+        campaign.block(
+            lines, -60.0, 60.0, 10.0, keys={"USEABLE_START_TIME": campaign.stamp(START + timedelta(seconds=1))}
+        ),
+    ]
+    (tmp_path / "a.oem").write_bytes(campaign.message(*reversed(blocks)))
+    orbit = read_oem(tmp_path / "a.oem", START)
+    ends = [np.array(campaign.earth_fixed(lines, START + timedelta(seconds=each))[0]) for each in (-10.0, 0.0, 5.0)]
+    assert orbit.at(-5.0) == pytest.approx(0.5 * (ends[0] + ends[1]), abs=1e-3)
+    assert orbit.at(5.0) == pytest.approx(ends[2], abs=0.1)
+    with pytest.raises(PayloadError, match=r"time 0.5 s; the table holds -60 to 0 s, 1 to 60 s between USEABLE_START"):
+        orbit.at(0.5)
+
+
+def test_elements_with_a_byte_order_mark_are_read():
+    path = Path(os.environ.get("HCSS_SAMPLE_DATA", ""), "cases", "bom.tle")
+    if not path.is_file():
+        pytest.skip("HCSS_SAMPLE_DATA names no folder with cases/bom.tle")
+    assert TwoLineElements(*read_two_lines(path), START).epoch.isoformat()[:10] == "2024-04-20"
