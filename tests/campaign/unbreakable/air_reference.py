@@ -12,7 +12,8 @@ def vertical_amount(altitude_m, density, lower_m, upper_m):
 def slant_amount(altitude_m, density, refractivity, radius_m, lower_m, upper_m, zenith_deg):
     """Return the same along the ray that starts at ``lower_m`` toward a zenith angle at the surface point.
 
-    ds = dr / cos(zenith), and n r sin(zenith) is constant. None for a ray that the air bends back.
+    ds = dr / cos(zenith), and n r sin(zenith) is constant. None for a ray that the air bends back, or
+    that comes close to it: its cos^2(zenith) falls below a quarter of the straight ray's.
     """
     log = np.log(refractivity)
 
@@ -22,7 +23,8 @@ def slant_amount(altitude_m, density, refractivity, radius_m, lower_m, upper_m, 
     invariant = times_radius(lower_m) / (radius_m + lower_m) * radius_m * np.sin(np.radians(zenith_deg))
     inside = altitude_m[(altitude_m > lower_m) & (altitude_m < upper_m)]
     dense = np.concatenate([np.linspace(a, b, 40) for a, b in zip([lower_m, *inside], [*inside, upper_m], strict=True)])
-    if np.any(times_radius(dense) <= invariant * (1.0 + 1e-9)):
+    bent, straight = invariant / times_radius(dense), radius_m * np.sin(np.radians(zenith_deg)) / (radius_m + dense)
+    if np.any((1.0 - bent) * (1.0 + bent) < 0.25 * (1.0 - straight) * (1.0 + straight)):
         return None
 
     def along(at):

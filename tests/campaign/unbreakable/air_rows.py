@@ -18,8 +18,9 @@ from hang import Hang, limited
 RESULTS = HERE / "results-airs.json"
 TOGETHER = 20
 ZENITH_DEG = (60.0, 85.0, 88.0, 89.5, 89.98)
-TOLERANCE = {60.0: 1e-6, 85.0: 2e-5, 88.0: 2e-4, 89.5: 5e-3, 89.98: 2e-2}
-"""Relative, of amounts along a ray; the most inclined node of 32 streams has 89.93 degrees."""
+TOLERANCE = {60.0: 3e-5, 85.0: 3e-4, 88.0: 1e-3, 89.5: 1e-2, 89.98: 5e-2}
+"""Relative, of amounts along a ray: a few times what cells with one slant factor cost in the standard atmosphere. The
+most inclined node of 32 streams has 89.93 degrees."""
 
 SCENE = """
 time = 2020-09-06T12:45:00+00:00
@@ -67,7 +68,9 @@ def outcome_of(kind, number, folder, runs=True):
                 problem = wrong_amounts(made)
                 if problem:
                     return "wrong", f"{number} {air.kind}: {problem}"
-            cube = simulate(made) if runs and kind == "good" else make_plan(made)
+                if not runs:
+                    return "good", ""
+            cube = simulate(made) if kind == "good" else make_plan(made)
     except ScenarioError as error:
         said = all(each in str(error) for each in air.names)
         return ("refused" if kind == "bad" and said else "unexpected refusal"), f"{number} {air.kind}: {error}"
@@ -78,7 +81,7 @@ def outcome_of(kind, number, folder, runs=True):
         return "escaped", f"{number} {air.kind}: {type(error).__name__} at {last.name}:{last.lineno}: {error}"
     if kind == "bad":
         return "accepted", f"{number} {air.kind}"
-    sound = not runs or bool(np.all(np.isfinite(cube["radiance"].values)))
+    sound = bool(np.all(np.isfinite(cube["radiance"].values)))
     return ("good" if sound else "unsound"), ""
 
 
