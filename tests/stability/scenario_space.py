@@ -217,12 +217,27 @@ def airs(draw):
     if amount is not None:
         # Most profiles cannot hold ten times their water vapour: that is refused.
         chosen[amount] = draw(numbers(0, 1.2) if amount == "water_vapour_scale" else numbers(0, 10))
+    if amount != "water_vapour_column" and draw(st.integers(0, 3)) == 0:
+        chosen["inversion"] = draw(inversions())
     chosen["parameters"] = {
         "aerosol": draw(st.sampled_from(["none", "maritime", "rural", "urban"])),
         "visibility_km": draw(st.one_of(numbers(2, 50), st.sampled_from([2.0, 50.0]))),
         "season": draw(st.sampled_from(["spring-summer", "fall-winter"])),
     }
     return chosen
+
+
+@st.composite
+def inversions(draw):
+    """A trade inversion of any height and strength; over warm air the strongest are refused."""
+    height = draw(numbers(200, 3000))
+    return {
+        "height": height,
+        "strength": draw(st.one_of(numbers(0, 25), st.just(25.0))),
+        "cloud_base": height * draw(st.one_of(numbers(0, 1), st.sampled_from([0.0, 1.0]))),
+        "humidity_above": draw(numbers(0.01, 1)),
+        "surface_temperature": draw(numbers(250, 310)),
+    }
 
 
 @st.composite

@@ -3,12 +3,22 @@
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scenario_space import inversions
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.band_model.absorber_density import level_state
+from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
+from hcss_twin.models.atmosphere.inversion import with_inversion
 from hcss_twin.models.atmosphere.moist_air import relative_humidity, water_vapour_column_kg_m2
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.physics.profile import GASES
+from hcss_twin.models.parameters import BandModelParameters
+from hcss_twin.physics.paths import SPACE, Leg, Path
+from hcss_twin.physics.profile import EARTH_RADIUS_M, GASES
+from hcss_twin.scenario.atmosphere import InversionSection
+
+COEFFICIENTS = read_coefficients(Catalog().find("lowtran7-band-model", "atmospheres", ".nc"))
 
 HEADS = {
     "altitude_m": st.floats(-10, 130_000),
@@ -79,3 +89,27 @@ def test_a_sound_profile_or_a_refusal(tmp_path, text):
     humidity = relative_humidity(profile.mixing_ratio["h2o"], profile.pressure_Pa, profile.temperature_K)
     assert humidity.max() <= 1.06
     assert water_vapour_column_kg_m2(profile) >= 0
+    check_amounts(profile)
+
+
+def check_amounts(profile):
+    """Every ray has amounts of 0 or more, and more the more it is inclined."""
+    air = LayeredAir(level_state(profile, COEFFICIENTS, BandModelParameters()), EARTH_RADIUS_M)
+    for lower in (0.0, 0.5 * float(profile.altitude_m[1])):
+        amounts = air.amounts([Path((Leg(lower, SPACE, zenith),)) for zenith in (0.0, 60.0, 85.0, 89.9)])
+        gases = amounts[:, : COEFFICIENTS.exponent.size]
+        assert np.all(np.isfinite(amounts))
+        assert np.all(gases >= 0.0)
+        assert np.all(np.diff(gases, axis=0) >= 0.0)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.sampled_from(Catalog().names("atmospheres", ".csv")), inversions())
+def test_air_under_any_inversion_has_positive_absorber_amounts(name, given):
+    section = InversionSection(**given)
+    try:
+        profile = with_inversion(load_profile(name, Catalog()), section, section.surface_temperature)
+    except CatalogError as error:
+        assert "allowed" in str(error)
+        return
+    check_amounts(profile)

@@ -1,4 +1,4 @@
-"""What breaks the package: kills, damaged files, random scenarios, bombs and faults.
+"""What breaks the package: kills, damaged files, random scenarios, bombs, faults, limits of keys, and odd air.
 
     python tests/campaign/unbreakable/run.py files                # all of one part: up to two hours
     python tests/campaign/unbreakable/run.py kills --rows 20      # the first 20 rows
@@ -16,7 +16,14 @@ from pathlib import Path
 
 from campaign_rows import compute_rows, read_rows
 
-PARTS = {"files": "damaged_files", "kills": "kills", "scenarios": "schema_scenarios", "faults": "faults"}
+PARTS = {
+    "files": "damaged_files",
+    "kills": "kills",
+    "scenarios": "schema_scenarios",
+    "faults": "faults",
+    "limits": "limits",
+    "airs": "air_rows",
+}
 
 
 def main():

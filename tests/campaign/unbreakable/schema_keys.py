@@ -278,12 +278,14 @@ def _leaves(entry, path, definitions=None):
         yield path, entry, None
 
 
-def _parameters():
-    """Yield the same for the parameters of providers, with the section that selects the provider."""
+def _parameters(distribution="hcss-twin"):
+    """Yield the same for the parameters of providers (None: of all packages), with the section that selects them."""
     registry = Registry.discover()
     for entry in registry.entries():
         model = registry.parameters_model(entry)
-        if model is None or str(entry.kind) not in _SECTIONS or entry.distribution != "hcss-twin":
+        if model is None or str(entry.kind) not in _SECTIONS or entry.distribution != (
+            distribution or entry.distribution
+        ):
             continue
         section = _SECTIONS[str(entry.kind)]
         context = _context(section) | _PROVIDERS.get(entry.name, {})

@@ -7,10 +7,10 @@ A partial layer has the densities and cells of the whole layer, cut off at its e
 with the ends. LOWTRAN7 treats the part as a separate layer: its number of cells jumps with its thickness, and haze that
 decreases linearly to zero at a level decreases exponentially when the layer ends below that level.
 
-Rays are refracted in spherical layers (subroutines RFPATH and LAYER of LOWTRAN7; W. O. Gallery, F. X. Kneizys and S. A.
-Clough, *Air Mass Computer Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983):
-with x = r cos(zenith), the length of a ray is the integral of 1 / (1 - (r / rho) sin^2(zenith)) over x, where rho is
-the radius of curvature of a horizontal ray; n r sin(zenith) is constant along the ray.
+Rays are refracted in spherical layers, as in LOWTRAN7 (W. O. Gallery, F. X. Kneizys and S. A. Clough, *Air Mass Computer
+Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983): n r sin(zenith) is constant
+along a ray. FSCATM integrates over x = r cos(zenith), which fails under strong inversions, where light bends as much as
+the Earth and x does not grow with height; here the length is integrated over r^2.
 """
 
 from __future__ import annotations
@@ -49,9 +49,8 @@ class Layers:
 
     Attributes
     ----------
-    radius_m, index, bending : ndarray (M, 3)
-        At bottom, middle and top of each cell: distance from the Earth's centre, refractive index, and radius times the
-        relative decrease of the index per metre.
+    radius_m, index : ndarray (M, 3)
+        At bottom, middle and top of each cell: distance from the Earth's centre, and refractive index.
     thickness_m : ndarray (M,)
         Of the cells.
     amount : ndarray (M, K)
@@ -64,7 +63,6 @@ class Layers:
 
     radius_m: Array
     index: Array
-    bending: Array
     thickness_m: Array
     amount: Array
     first_cell: Indices
@@ -77,7 +75,6 @@ class Layers:
         return Layers(
             self.radius_m[cells],
             self.index[cells],
-            self.bending[cells],
             self.thickness_m[cells],
             self.amount[cells],
             self.first_cell[first:last] - starts[first],
@@ -93,7 +90,6 @@ def stack_layers(parts: list[Layers]) -> Layers:
     return Layers(
         np.concatenate([part.radius_m for part in parts]),
         np.concatenate([part.index for part in parts]),
-        np.concatenate([part.bending for part in parts]),
         np.concatenate([part.thickness_m for part in parts]),
         np.concatenate([part.amount for part in parts]),
         np.concatenate([part.first_cell + size for part, size in zip(parts, sizes, strict=True)]),
@@ -158,7 +154,6 @@ def make_layers(
     return Layers(
         radius_m=radius,
         index=1.0 + local,
-        bending=radius * local / (1.0 + local) * (state.fall / thickness)[layer, None],
         thickness_m=top_m - bottom_m,
         amount=amount,
         first_cell=first_cell,
@@ -214,33 +209,42 @@ def _mean_temperature(state: LevelState, layer: Indices, begin: Array, end: Arra
     return result
 
 
-def slant_factors(layers: Layers, invariant_m: Array) -> Array:
-    """Return ray length divided by cell thickness.
+LEAST_BENT_SHARE = 0.25
+"""Least cos^2(zenith) of a ray, as a share of that of the straight ray; 0.7 to 0.85 near the horizon in ordinary air.
+
+Under strong inversions air bends rays within a few tenths of a degree of the horizon back to the sea. Layers that are
+horizontal for hundreds of kilometres do not exist: such rays reach space, with at most twice the length."""
+
+
+def slant_factors(layers: Layers, start_index: Array, impact_m: Array) -> Array:
+    """Return ray length divided by cell thickness, which is always above 0.
+
+    With x = r cos(zenith), ds = d(r^2) / 2x; x^2 is nearly linear in r^2 (exactly so without refraction). The last
+    factor is the correction of second order by the middle of the cell.
 
     Parameters
     ----------
     layers : Layers
         M cells.
-    invariant_m : ndarray (P, M) or (P, 1)
-        n r sin(zenith) of each ray in each cell.
+    start_index : ndarray (M,) or (1,)
+        Refractive index where the ray begins.
+    impact_m : ndarray (P, M) or (P, 1)
+        r sin(zenith) of each ray where it begins.
 
     Returns
     -------
     ndarray (P, M)
     """
-    sine = invariant_m[..., None] / (layers.index * layers.radius_m)
-    along = layers.radius_m * np.sqrt((1.0 - sine) * (1.0 + sine))
-    stretch = 1.0 / (1.0 - layers.bending * sine**2)
-    # Parabola through three unequally spaced points.
-    whole = along[..., 2] - along[..., 0]
-    first = along[..., 1] - along[..., 0]
-    second = along[..., 2] - along[..., 1]
-    length = (whole / 6.0) * (
-        (2.0 - second / first) * stretch[..., 0]
-        + whole**2 / (first * second) * stretch[..., 1]
-        + (2.0 - first / second) * stretch[..., 2]
-    )
-    result: Array = length / layers.thickness_m
+    straight = impact_m[..., None] / layers.radius_m
+    bent = straight * (start_index[:, None] / layers.index)
+    # (1 - s)(1 + s) is more accurate than 1 - s^2.
+    cosine2 = np.maximum((1.0 - bent) * (1.0 + bent), LEAST_BENT_SHARE * (1.0 - straight) * (1.0 + straight))
+    along = layers.radius_m * np.sqrt(np.maximum(cosine2, 0.0))
+    lower, middle, upper = along[..., 0], along[..., 1], along[..., 2]
+    bottom, centre, top = layers.radius_m.T
+    share = 0.5 * (bottom + centre) / (bottom + top)  # of r^2 below the middle
+    expected = np.sqrt((1.0 - share) * lower**2 + share * upper**2)
+    result: Array = (bottom + top) / (lower + upper) * (1.0 + 2.0 * expected / middle) / 3.0
     return result
 
 
@@ -300,7 +304,7 @@ class LayeredAir:
         The zenith angle at the start is that of a straight ray, sin(zenith) = sin(zenith at the surface) R / (R + h);
         above, the rays are refracted.
         """
-        return slant_factors(layers, self._invariants(np.array([lower_m]), zenith_deg))
+        return slant_factors(layers, self._index(np.array([lower_m])), self._impacts_m(zenith_deg))
 
     def boundaries_m(self, layers: Layers) -> Array:
         """Return the altitudes (L + 1,) of the layer boundaries."""
@@ -311,8 +315,8 @@ class LayeredAir:
     def _amounts_upwards(self, altitude_m: float, sine: float) -> Array:
         """Return absorber amounts (K,) from an altitude to space, given the sine of the zenith angle there."""
         layers = self.between(altitude_m, SPACE)
-        invariant = float(self._index(altitude_m)) * (self.earth_radius_m + altitude_m) * sine
-        result: Array = slant_factors(layers, np.array([[invariant]]))[0] @ layers.amount
+        impact_m = np.array([[(self.earth_radius_m + altitude_m) * sine]])
+        result: Array = slant_factors(layers, self._index(np.array([altitude_m])), impact_m)[0] @ layers.amount
         return result
 
     def amounts(self, paths: Sequence[Path]) -> Array:
@@ -369,15 +373,15 @@ class LayeredAir:
         vertical = self._vertical[cell]
         vertical[cut] = vertical_amounts(self._state, bottom[cut], top[cut])
         layers = make_layers(self._state, self.earth_radius_m, bottom, top, vertical, span)
-        slant = slant_factors(layers, self._invariants(lower_m, zenith_deg)[:, span])
+        slant = slant_factors(layers, self._index(lower_m)[span], self._impacts_m(zenith_deg))
         result: Array = np.add.reduceat(slant[:, :, None] * layers.amount, starts, axis=1)
         return result
 
-    def _invariants(self, lower_m: Array, zenith_deg: Array) -> Array:
-        """Return n r sin(zenith) (P, N) of rays that start at N altitudes, straight below them."""
-        return self._index(lower_m) * self.earth_radius_m * np.sin(np.radians(zenith_deg))[:, None]
+    def _impacts_m(self, zenith_deg: Array) -> Array:
+        """Return r sin(zenith) (P, 1) of rays straight below their beginning, the same at all altitudes."""
+        return self.earth_radius_m * np.sin(np.radians(zenith_deg))[:, None]
 
-    def _index(self, altitude_m: Array | float) -> Array:
+    def _index(self, altitude_m: Array) -> Array:
         """Return the refractive index of air at altitudes."""
         result: Array = 1.0 + np.exp(np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity)))
         return result
