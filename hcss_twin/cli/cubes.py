@@ -213,8 +213,8 @@ def volume(
     from hcss_twin.reports.cloud_volume import draw_volume
 
     columns = read_columns(cube, frame)
-    picture = draw_volume(columns, output)
     voxels = None if occupancy is None else write_occupancy(columns, occupancy, step_m)
+    picture = draw_volume(columns, output)
     if as_json:
         named = None if occupancy is None else str(occupancy)
         click.echo(json.dumps({"picture": str(picture), "occupancy": named, "voxels": voxels}))
