@@ -8,7 +8,15 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, require_writable, with_size
+from hcss_twin.cli.options import (
+    EXISTING_FILE,
+    NEW_FILE,
+    Number,
+    force_option,
+    json_option,
+    require_writable,
+    with_size,
+)
 
 
 @click.group()
@@ -27,7 +35,7 @@ def atmosphere() -> None:
     help="Format of FILES.",
 )
 @click.option("--profile", help="Atmosphere of the runs: catalog name or CSV file.")
-@click.option("--resolution", type=click.FloatRange(min=0), help="Spectral resolution, cm-1.")
+@click.option("--resolution", type=Number(min=0), help="Spectral resolution, cm-1.")
 @click.option(
     "--geometry",
     multiple=True,
@@ -73,9 +81,9 @@ def atmosphere_import(
 @click.argument("sources", nargs=-1, required=True, metavar="PROVIDER_OR_TABLE...")
 @click.option("-o", "--output", required=True, type=NEW_FILE, help="Picture to write (.png).")
 @click.option("--profile", default="us-standard-1976", help="Atmosphere of the providers.")
-@click.option("--zenith", multiple=True, type=click.FloatRange(0, 90, max_open=True), help="Angle in deg; repeat.")
-@click.option("--height", multiple=True, type=click.FloatRange(min=0), help="Target height in m; repeat.")
-@click.option("--range-um", nargs=2, type=float, default=(2.5, 14.3), help="Wavelengths in um; default: 2.5 14.3.")
+@click.option("--zenith", multiple=True, type=Number(0, 90, max_open=True), help="Angle in deg; repeat.")
+@click.option("--height", multiple=True, type=Number(min=0), help="Target height in m; repeat.")
+@click.option("--range-um", nargs=2, type=Number(0.1, 1000), default=(2.5, 14.3), help="Range, um; default: 2.5 14.3.")
 @force_option
 @json_option
 def atmosphere_plot(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import FOLDER, assigned, json_option
+from hcss_twin.cli.options import FOLDER, Number, assigned, json_option
 
 if TYPE_CHECKING:
     from hcss_twin.testing.check import Check
@@ -54,7 +54,7 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
 @click.option(
     "--limit",
     default=120.0,
-    type=click.FloatRange(min=0, min_open=True),
+    type=Number(min=0, min_open=True),
     help="Seconds that one call may take, the compilation of its kernels included.",
 )
 @json_option

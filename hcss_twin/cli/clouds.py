@@ -10,7 +10,16 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import EXISTING_FILE, FOLDER, NEW_FILE, force_option, json_option, metres, require_writable
+from hcss_twin.cli.options import (
+    EXISTING_FILE,
+    FOLDER,
+    NEW_FILE,
+    Number,
+    force_option,
+    json_option,
+    metres,
+    require_writable,
+)
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.json_numbers import json_value
 
@@ -46,7 +55,7 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
         ),
         click.option(
             "--coverage",
-            type=click.FloatRange(0, 1),
+            type=Number(0, 1),
             help="Cloudy fraction for method coverage" + (", or without IMAGE." if "auto" in others else "."),
         ),
         click.option(

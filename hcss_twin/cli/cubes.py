@@ -17,6 +17,7 @@ from hcss_twin.cli.options import (
     EXISTING_FOLDER,
     NEW,
     NEW_FILE,
+    Number,
     Stop,
     assigned,
     force_option,
@@ -32,7 +33,7 @@ LISTED = 8
 """Maximum number of files listed on screen; the rest are counted."""
 
 EXIT_DIFFERENT = 1
-POSITIVE = click.FloatRange(min=0, min_open=True)
+POSITIVE = Number(min=0, min_open=True)
 
 KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc"}
 """Cache folders and file suffixes; a copy of those in ``core.cache``, which imports numpy. A test compares them."""
@@ -45,7 +46,7 @@ KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc
 @click.option("--variable", help="Variable to write; default: radiance, or the only image.")
 @click.option("--band", "bands", multiple=True, help="Name of a band; repeat. Default: all.")
 @click.option("--frame", "frames", multiple=True, type=click.IntRange(min=0), help="Number of a frame; repeat.")
-@click.option("--limits", nargs=2, type=float, metavar="LOW HIGH", help="png: values of black and white.")
+@click.option("--limits", nargs=2, type=Number(), metavar="LOW HIGH", help="png: values of black and white.")
 @force_option
 @json_option
 def export_command(
@@ -212,8 +213,8 @@ def volume(
     from hcss_twin.reports.cloud_volume import draw_volume
 
     columns = read_columns(cube, frame)
-    picture = draw_volume(columns, output)
     voxels = None if occupancy is None else write_occupancy(columns, occupancy, step_m)
+    picture = draw_volume(columns, output)
     if as_json:
         named = None if occupancy is None else str(occupancy)
         click.echo(json.dumps({"picture": str(picture), "occupancy": named, "voxels": voxels}))

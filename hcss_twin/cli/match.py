@@ -18,6 +18,7 @@ from hcss_twin.cli.clouds import cloud_options
 from hcss_twin.cli.options import (
     EXISTING_FILE,
     NEW_FILE,
+    Number,
     force_option,
     json_option,
     require_two_files,
@@ -101,7 +102,7 @@ def worded_for_options() -> Iterator[None]:
 @click.option(
     "--fd",
     "wanted",
-    type=(float, float),
+    type=(Number(), Number()),
     metavar="LOW HIGH",
     help="Required range of the fractal dimension, within 2 to 3; adjusts the parameters of IMAGE or --type.",
 )

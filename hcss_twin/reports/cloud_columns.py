@@ -82,6 +82,10 @@ class CloudColumns:
         return bool(np.all(np.isnan(self.top_m)))
 
 
+_LARGEST_M, _HIGHEST_M = 1e9, 1e6
+"""Largest scene, and the greatest altitude of cloud."""
+
+
 @reads(CubeError)
 def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
     """Read base and top of the cloud in every pixel of a frame.
@@ -124,10 +128,23 @@ def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
     base = np.where(cloudy, top - thickness / np.where(cloudy, fraction, 1.0), np.nan)
     if points == 1 and '"generator": "' in scenario:
         base, top = _shape(scenario, frame, thickness, base, top)
+    _require_measurable(x, y, base[cloudy], top[cloudy], fraction)
     base[(base < 0.0) & (base > -_ROUNDING_M)] = 0.0
     if np.any(base < 0.0):
         raise CubeError(f"the cloud's base is at {np.nanmin(base):g} m, below the sea")
     return CloudColumns(title, moment, frame, x, y, base, np.where(cloudy, top, np.nan), fraction)
+
+
+def _require_measurable(x_m: Array, y_m: Array, base_m: Array, top_m: Array, fraction: Array) -> None:
+    """Raise CubeError unless coordinates ascend and altitudes of cloud and fractions are in their ranges."""
+    for name, values in (("x", x_m), ("y", y_m)):
+        if not (np.all(np.isfinite(values)) and np.all(np.diff(values) > 0.0) and np.ptp(values) <= _LARGEST_M):
+            raise CubeError(f"{name}: {values[0]:g} to {values[-1]:g} m; allowed: ascending, up to {_LARGEST_M:g} m")
+    for name, values in (("cloud base", base_m), (NEEDED[1], top_m)):
+        if not np.all(np.abs(values) <= _HIGHEST_M):
+            raise CubeError(f"{name}: not finite, or beyond {_HIGHEST_M:g} m; the cube is damaged")
+    if not np.all((fraction >= 0.0) & (fraction <= 1.0)):
+        raise CubeError(f"{FRACTION}: values outside 0 to 1; the cube is damaged")
 
 
 def _shape(scenario: str, frame: int, thickness_m: Array, base_m: Array, top_m: Array) -> tuple[Array, Array]:
@@ -177,6 +194,9 @@ def altitude_edges(base_m: float, top_m: float, step_m: float) -> NDArray[np.flo
         raise ValueError(f"altitudes: {base_m} to {top_m} m given, allowed: finite, base at or below top")
     if not 0.0 < step_m < math.inf:
         raise ValueError(f"step_m: {step_m} given, allowed: greater than 0 and finite")
+    if (top_m - base_m) / step_m > 2 * _MAX_LEVELS:  # more than can be counted, with the smallest steps
+        closest = (top_m - base_m) / (_MAX_LEVELS - 2)
+        raise ValueError(f"step_m: {step_m} given; allowed: up to {_MAX_LEVELS} levels, closest is {closest:g}")
     first, last = math.floor(base_m / step_m), math.ceil(top_m / step_m)
     # Rounding may have moved the quotient across a whole number.
     first -= first * step_m > base_m

@@ -114,6 +114,29 @@ def test_columns_that_the_cube_does_not_determine_are_refused(cube, tmp_path, ch
         read_columns(tmp_path / "c.nc")
 
 
+@pytest.mark.parametrize("change", ["scale_factor", "values"])
+@pytest.mark.parametrize("name", ["x", "y", "cloud_top_altitude"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+def test_a_cube_whose_coordinates_or_altitudes_are_none_is_refused(cube, tmp_path, name, change, value):
+    shutil.copy(cube, tmp_path / "c.nc")
+    with netCDF4.Dataset(tmp_path / "c.nc", "a") as file:
+        item = file[name]
+        item.set_auto_maskandscale(False)
+        if change == "values":
+            item[...] = np.full(item.shape, value, dtype=item.dtype)
+        else:
+            item.setncattr(change, value)
+    with pytest.raises(CubeError, match=name if name in "xy" else "cloud"):
+        read_columns(tmp_path / "c.nc")
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf", "0", "-1", "5e-324"])
+def test_a_step_that_is_no_height_of_voxels_is_refused(cube, tmp_path, number):
+    done = run(cube, "-o", tmp_path / "v.png", "--occupancy", tmp_path / "v.nc", "--step-m", number)
+    assert done.exit_code != 0
+    assert "step" in done.output + str(done.exception)
+
+
 def test_an_existing_occupancy_file_is_kept(cube, tmp_path):
     (tmp_path / "v.nc").write_text("mine")
     done = run(cube, "-o", tmp_path / "v.png", "--occupancy", tmp_path / "v.nc")

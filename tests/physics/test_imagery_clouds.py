@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -106,7 +108,7 @@ def test_coverage_is_exact_when_asked_for(tmp_path, coverage):
 def test_coverage_that_is_not_used_is_said(tmp_path):
     image, cloud = _image()
     notes = " ".join(_clouds(tmp_path, image, coverage=0.77).declares.notes)
-    assert f"{cloud.mean():.4g} of the scene's pixels" in notes
+    assert f"{cloud.mean():.4g} of the scene's visible pixels are cloudy" in notes
     assert "0.77, is not used" in notes
     notes = " ".join(_clouds(tmp_path, image, coverage=0.2, method="coverage").declares.notes)
     assert "0.2 was requested" in notes
@@ -222,11 +224,19 @@ def test_all_that_does_not_fit_is_said_at_once(tmp_path):
     assert "column_origin: 41 puts 20 columns beyond the image's 60; allowed: 0 to 40, closest is 40" in text
 
 
-def test_coverage_that_missing_pixels_forbid_is_an_error(tmp_path):
-    image, _ = _image()
-    image[:4] = np.nan
-    with pytest.raises(ScenarioError, match=r"clouds.coverage: 0\.95 given, allowed 0 to 0\.9"):
-        _clouds(tmp_path, image, missing="clear", method="coverage", coverage=0.95)
+def test_coverage_is_of_the_visible_pixels_and_the_missing_ones_are_counted(tmp_path):
+    image = np.random.default_rng(6).uniform(size=_image()[0].shape)  # without equal levels
+    image[:4] = -9999.0  # a fill value that the file does not declare
+    whole = (slice(0, image.shape[0]), slice(0, image.shape[1]))
+    clouds = _clouds(tmp_path, image, missing="clear", method="coverage", coverage=0.1)
+    cloudy = clouds.thickness_m(0.0, *whole) > 0.0
+    assert np.count_nonzero(cloudy) == pytest.approx(0.1 * image[4:].size, abs=0.5)
+    notes = " ".join(clouds.declares.notes)
+    assert "0.1 of the scene's visible pixels are cloudy" in notes
+    fill = f"-9999 ({image[:4].size} pixels) is far from the rest"
+    assert fill in notes
+    with pytest.raises(ScenarioError, match=rf"missing in the image \({re.escape(fill)}"):
+        _clouds(tmp_path, image, method="coverage", coverage=0.1)
 
 
 def test_file_is_recorded_and_a_missing_one_named(tmp_path):

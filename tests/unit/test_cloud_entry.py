@@ -56,7 +56,8 @@ def test_import_of_temperatures_says_which_share_of_cold_cloud_it_loses(tmp_path
     kelvin = np.full((40, 40), 290.0)
     kelvin[:10], kelvin[10:20] = 220.0, 285.0  # opaque and thin cloud
     xr.Dataset({"t": (("y", "x"), kelvin, {"units": "K"})}).to_netcdf(tmp_path / "image.nc")
-    (note,) = _entry(tmp_path / "image.nc", cleaning=PLAIN).notes
+    taken_for, note = _entry(tmp_path / "image.nc", cleaning=PLAIN).notes
+    assert taken_for == "The image is taken for brightness temperature in kelvin; cold is cloud."
     assert note.startswith("50.00% of the pixels that are 2 K colder than clear sky (290 K) are left out as clear")
 
 
@@ -65,7 +66,7 @@ def test_import_finds_the_clouds_that_were_drawn(image):
     entry = _entry(image, cleaning=PLAIN)
     np.testing.assert_array_equal(entry.mask, cloud)
     assert entry.facts.clouds == 3
-    assert entry.facts.coverage == cloud.mean()
+    assert entry.facts.coverage == np.count_nonzero(cloud) / (cloud.size - 1)  # of the visible pixels
     assert entry.facts.missing_pixels == 1
     assert np.argwhere(entry.missing).tolist() == [[58, 70]]
     filled = _entry(image, cleaning=Cleaning(closing=1))
@@ -152,7 +153,7 @@ def test_an_image_too_small_for_a_dimension_says_so(tmp_path):
         ({"window": 9}, "window: 9 given with the method 'otsu'"),
         ({"method": "local", "window": 1}, "window: 1 given"),
         ({"cleaning": Cleaning(min_area=5000)}, "no cloud of 5000 or more pixels among 858 cloudy ones"),
-        ({"method": "coverage", "coverage": 1.0}, "allowed 0 to 0.999"),
+        ({"method": "coverage", "coverage": 1.5}, "allowed 0 to 1; closest is 1"),
     ],
 )
 def test_what_cannot_be_is_refused(image, options, message):

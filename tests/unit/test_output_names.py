@@ -14,6 +14,7 @@ from hcss_twin.cli.options import Output
 from hcss_twin.core.errors import CubeError, HcssError
 from hcss_twin.core.files import FORMS, atomic_write, remove_orphans, require_file
 from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.zarr_writer import ZarrWriter
 
 OUTPUTS = {"output", "json_file", "plot", "preview", "occupancy", "dataset", "picture"}
@@ -105,7 +106,7 @@ def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, words, link):
 
 
 def write_store(path):
-    header = example_header()
+    header = example_header(variables=tuple(expand(["radiance"], {}, layer_count=2, shadows=False)))
     with ZarrWriter(path, header) as cube:
         for index in range(header.sizes["time"]):
             cube.write_frame(index, example_frame(header, index))

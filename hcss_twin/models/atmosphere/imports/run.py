@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -59,7 +60,7 @@ def parse_geometry(text: str) -> tuple[str, PathGeometry]:
         height, end, angle = (float(number) for number in numbers.split(","))
     except ValueError as error:
         raise ValueError(f"'{text}': expected [FILE=]H1_km,H2_km,ANGLE_deg, for example 100,0,160") from error
-    if not 0 <= angle <= 180 or height < 0 or end < 0:
+    if not (0 <= angle <= 180 and 0 <= height < math.inf and 0 <= end < math.inf):
         raise ValueError(f"'{text}': allowed H1_km, H2_km >= 0 and 0 <= ANGLE_deg <= 180 (above 90: downwards)")
     return name or "*", PathGeometry(height * 1e3, end * 1e3, angle)
 

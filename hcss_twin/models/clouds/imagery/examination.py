@@ -170,11 +170,13 @@ def questions(image: SatelliteImage, bright: bool, stated: bool) -> Iterator[str
                 f"Are the values, {low:.5g} to {high:.5g}, temperatures in degrees Celsius? Then cold is cloud: state "
                 "cloud_is, or the unit degC in the file."
             )
+    if not _has_levels(values):
+        return
     lows, highs = _ends(values)
     extreme, rest = (highs[-1], highs[:-1] or lows[:1]) if bright else (lows[0], lows[1:] or highs[-1:])
     full = extreme == (255.0 if bright else 0.0)
     span = rest[-1] - lows[0] if bright else highs[-1] - rest[0]
-    if full and _has_levels(values) and abs(extreme - (rest[-1] if bright else rest[0])) > (span if bright else 0.0):
+    if full and abs(extreme - (rest[-1] if bright else rest[0])) > (span if bright else 0.0):
         count = np.count_nonzero(values == extreme)
         yield f"{extreme:g} ({count} pixels) is far from the rest and counts as the thickest cloud. Is it a fill value?"
     edge = _border(values)

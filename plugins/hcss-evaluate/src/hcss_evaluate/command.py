@@ -14,6 +14,7 @@ from click.core import ParameterSource
 from hcss_twin.cli.options import (
     EXISTING,
     NEW_FILE,
+    Number,
     Stop,
     force_option,
     json_file_option,
@@ -113,7 +114,7 @@ def _side_options(command: Any) -> Any:
     help="Cloud detection. otsu, local, coverage: as hcss import; valid: every pixel with a value; truth: the cube's "
     "mask; auto: valid for cloud-top products, truth for cloud variables of a cube, otsu for all else.",
 )
-@click.option("--coverage", type=click.FloatRange(0, 1), help="Cloudy fraction for method coverage.")
+@click.option("--coverage", type=Number(0, 1), help="Cloudy fraction for method coverage.")
 @click.option("--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels.")
 @click.option(
     "--cloud-is",
@@ -142,10 +143,7 @@ def _side_options(command: Any) -> Any:
 )
 @click.option("--paired", is_flag=True, help="With --realism: the n-th scene of SIM was made from the n-th of REAL.")
 @click.option(
-    "--blur",
-    default=0.65,
-    type=click.FloatRange(0, 10),
-    help="With --realism: standard deviation of the blur of SIM, pixels.",
+    "--blur", default=0.65, type=Number(0, 10), help="With --realism: standard deviation of the blur of SIM, pixels."
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="With --realism: seed of noise, folds and classifiers.")
 @click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, metres, require_writable
+from hcss_twin.cli.options import NEW_FILE, Number, metres, require_writable
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
@@ -75,8 +75,8 @@ def list_examples() -> None:
     callback=metres,
     help="Pixel size on the ground, for example '3 km'; overrides the file.",
 )
-@click.option("--lapse", default=6.5, type=click.FloatRange(1.0, 12.0), help="Lapse rate of the air, K/km.")
-@click.option("--clear", type=click.FloatRange(180.0, 330.0), help="Clear sky, K; default: the 99th percentile.")
+@click.option("--lapse", default=6.5, type=Number(1.0, 12.0), help="Lapse rate of the air, K/km.")
+@click.option("--clear", type=Number(180.0, 330.0), help="Clear sky, K; default: the 99th percentile.")
 @click.option("--kind", default="imported", help="Kind of clouds.")
 @click.option("--licence", default="", help="Terms of use of the image; default: those in the file.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_twin.cli.match import image_options, refuse_image_options, worded_for_options
-from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, Stop, force_option, json_option, require_writable
+from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, Number, Stop, force_option, json_option, require_writable
 
 if TYPE_CHECKING:
     from hcss_twin.analysis.uncertainty.posterior_file import Posterior
@@ -43,11 +43,11 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
 @click.argument("images", nargs=-1, type=EXISTING_FILE)
 @click.option(
     "--fd",
-    type=float,
+    type=Number(),
     help="Instead of IMAGES: fractal dimension of grey levels by the variogram, with --fd-error. --rows, --columns and "
     "--pixel-size describe the image (800, 800, 20 m).",
 )
-@click.option("--fd-error", type=float, help="Standard deviation of --fd.")
+@click.option("--fd-error", type=Number(), help="Standard deviation of --fd.")
 @click.option(
     "--fix",
     "fixed",
@@ -73,10 +73,10 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     help="Octaves k of the fractal sum.",
 )
 @click.option("--smallest-lag", type=click.IntRange(1), default=1, help="Shortest lag used, pixels.")
-@click.option("--misfit", type=click.FloatRange(0, 2), default=0.0, help="Relative model error of each semivariance.")
+@click.option("--misfit", type=Number(0, 2), default=0.0, help="Relative model error of each semivariance.")
 @click.option(
     "--samples",
-    type=click.FloatRange(100, 1e6),
+    type=Number(100, 1e6),
     default=1000.0,
     help="Required bulk and tail effective sample size of the stored draws of every parameter.",
 )

@@ -7,19 +7,19 @@ import os
 import click
 
 from hcss_payload.checks import PayloadError
-from hcss_twin.cli.options import load, set_option
+from hcss_twin.cli.options import Number, load, set_option
 
 
 @click.command()
 @click.argument("scenario")
 @set_option
 @click.option("--start", "start_s", default=0.0, show_default=True, help="First time of poses, s.")
-@click.option("--end", "end_s", type=float, help="Last time of poses, s; default: that of the last frame.")
+@click.option("--end", "end_s", type=Number(), help="Last time of poses, s; default: that of the last frame.")
 @click.option("--name", help="Of the shared memory; default: hcss-live- and the number of the process.")
 @click.option("--slots", default=4, show_default=True, type=click.IntRange(4, 1024), help="Frames in the ring.")
 @click.option("--threads", default=2, show_default=True, type=click.IntRange(1, 64), help="Threads that compute.")
 @click.option("--fineness", default=1.4, show_default=True, help="Points of the sky per width of a pixel, 1 to 16.")
-@click.option("--highest-target", "highest_m", type=float, help="Altitude up to which clients may show targets, m.")
+@click.option("--highest-target", "highest_m", type=Number(), help="Altitude up to which clients may show targets, m.")
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
 def serve(
     scenario: str,
