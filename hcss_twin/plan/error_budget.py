@@ -123,12 +123,15 @@ class ErrorBudget:
     def totals(self) -> tuple[str, ...]:
         """Return a line for each class: the total of each band, its largest contribution, and what is unknown."""
         by_class: dict[str, list[str]] = {}
+        unknown: dict[str, dict[str, None]] = {}
         for (of, band), own in self.contributions.items():
             largest = max(own, key=lambda each: each.relative or 0.0)
-            unknown = self.unknown((of, band))
-            without = f" (unknown: {', '.join(unknown)})" if unknown else ""
-            by_class.setdefault(of, []).append(f"{band} {self._total((of, band))} mostly from {largest.name}{without}")
-        return tuple(f"{of} {', '.join(parts)}" for of, parts in by_class.items())
+            by_class.setdefault(of, []).append(f"{band} {self._total((of, band))} mostly {largest.name}")
+            unknown.setdefault(of, {}).update({each.name: None for each in own if each.unknown})
+        return tuple(
+            f"{of} {', '.join(parts)}" + (f"; unknown: {', '.join(unknown[of])}" if unknown[of] else "")
+            for of, parts in by_class.items()
+        )
 
     def _total(self, cell: tuple[str, str]) -> str:
         return ("at least " if self.unknown(cell) else "") + _size(*self.total(cell))

@@ -271,7 +271,7 @@ def _world(plan: Plan) -> Rows:
     if plan.needs_radiance:
         first, *others = error_budget(plan).totals
         yield "error", f"total, models included (more: --json): {first}"
-        yield from (("", line) for line in others)
+        yield from (("error", line) for line in others)
 
 
 def _exceeds(plan: Plan, omission: Omission) -> bool:

@@ -92,9 +92,9 @@ class SweepFolder:
     def open(self, versions: Mapping[str, str], force: bool) -> Iterator[None]:
         """Lock the folder for this sweep while the block runs, and read its records.
 
-        All versions that affect the numbers must be those of the earlier run. ``force`` removes what an earlier sweep,
-        or this one, left there. Raises SweepError if the folder holds another sweep or something else, another process
-        is writing to it, or it cannot be written.
+        All versions that affect the numbers, and the code of plugins, must be those of the earlier run.
+        ``force`` removes what an earlier sweep, or this one, left there. Raises SweepError if the folder holds
+        another sweep or something else, another process is writing to it, or it cannot be written.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)

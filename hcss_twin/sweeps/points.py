@@ -8,19 +8,21 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from hcss_twin.core.errors import HcssError, Problem, ScenarioError, shown
+from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.reference_columns import columns_afresh
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures, temperatures_between
 from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.scenario.names import SECTIONS, provider_sections
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario
 from hcss_twin.sweeps.design import Design
@@ -145,6 +147,23 @@ def shared_tables(scenario: Scenario) -> str:
         for name in _OF_THE_FIELD:
             del layer[name]
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
+def plugin_code(scenarios: Iterable[Scenario]) -> dict[str, str]:
+    """Return what names the code of each provider of another package in some scenarios, by its qualified name."""
+    registry, cache, found = Registry.discover(), ResultCache(), {}
+    chosen = {
+        (kind, section[SECTIONS[kind][1]])
+        for scenario in scenarios
+        for _, section, kind in provider_sections(json.loads(scenario.to_json()))
+        if isinstance(section, dict) and section.get(SECTIONS[kind][1])
+    }
+    for kind, name in sorted(chosen):
+        with suppress(ProviderError):  # the points that need it fail
+            entry = registry.resolve(kind, name)
+            if not entry.is_own:
+                found[entry.qualified_name] = hashlib.sha256(repr(entry.code(cache)).encode()).hexdigest()[:12]
+    return found
 
 
 FEWEST_WITH_CURVES = 4

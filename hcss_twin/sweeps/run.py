@@ -25,6 +25,7 @@ from hcss_twin.sweeps.points import (
     SweepPoint,
     compute_here,
     digest_of,
+    plugin_code,
     points_of,
     points_with_curves,
     require_one_layout,
@@ -148,7 +149,7 @@ def sweep(
 
         require_replaceable(wanted, path, digest, force)
     computed: list[int] = []
-    with sweep_folder.open(versions(), force):
+    with sweep_folder.open(versions() | plugin_code(each.scenario for each in points), force):
         missing = [point for point in points if not sweep_folder.records[point.number].is_settled]
         schedule = _schedule(sweep_folder, points, missing)
         # Closed before the folder, so that no worker writes to it any more.

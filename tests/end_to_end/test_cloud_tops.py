@@ -15,6 +15,7 @@ from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.sweeps.points import plugin_code
 
 SCENE = """
 time = 2024-04-20T12:30:00+10:00
@@ -113,6 +114,15 @@ def test_a_sweep_over_the_sea_says_that_its_scenes_do_not_share_columns():
         assembly = assemble(scenario, Catalog(), slant, between)
         assert sum("solved for this scene alone" in note for note in assembly.cloud_notes) == said
         assert (assembly.between is None) == (generator == "slope" or model == "as-printed")
+
+
+def test_a_sweep_is_resumed_only_with_the_code_of_its_plugins():
+    before = plugin_code([scene(), scene(**{"clouds.generator": "level"})])
+    assert set(before) == {"hcss-test/slope", "hcss-test/level"}
+    assert plugin_code([scene(**{"clouds.generator": "fractal"})]) == {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hcss_twin.core.result_cache.code_fingerprint", lambda *_: "another")
+        assert plugin_code([scene()])["hcss-test/slope"] != before["hcss-test/slope"]
 
 
 def test_windows_agree_with_the_image_and_the_file_is_verified(tmp_path):

@@ -5,8 +5,9 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.imports.combine import combine
 from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
-from hcss_twin.models.atmosphere.imports.run import ReadOptions, read_paths
+from hcss_twin.models.atmosphere.imports.run import ReadOptions, import_files, read_paths
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1000.5, 10.0)
@@ -55,6 +56,22 @@ def test_each_upward_cosine_of_a_thermal_run_is_a_path(tmp_path):
     assert slant.geometry.angle_deg == pytest.approx(120.0)
     assert slant.geometry.end_m == 2000.0
     assert slant.surface_temperature_K == SEA_K
+
+
+@pytest.mark.parametrize(
+    ("own", "states"), [([], True), (["mol_modify H2O 30 MM"], False), (["mixing_ratio CO2 500"], False)]
+)
+def test_a_table_states_the_gases_of_its_profile_unless_the_runs_changed_them(own, states, tmp_path):
+    sun = write(tmp_path / "sun.out", NM, 0.5 * TAU, TAU)
+    air = write(tmp_path / "air.out", NM, TAU * planck(WAVENUMBER, SEA_K) + (1 - TAU) * planck(WAVENUMBER, AIR_K))
+    (tmp_path / "sun.inp").write_text("\n".join([*SOLAR, *own]))
+    (tmp_path / "air.inp").write_text("\n".join([*without(THERMAL, "umu"), "umu 0.5", *own]))
+    told = import_files([sun, air], tmp_path / "a.nc", ReadOptions(), profile="tropical", resolution_cm1=1.0)
+    known, of_runs = read_atmosphere_table(tmp_path / "a.nc").profile, load_profile("tropical", Catalog())
+    assert known.mixing_ratio.keys() == (of_runs.mixing_ratio.keys() if states else set())
+    assert any("change amounts of gases" in line for line in told) == (not states)
+    if states:
+        np.testing.assert_allclose(known.mixing_ratio["h2o"], of_runs.mixing_ratio["h2o"])
 
 
 def test_radiance_per_nanometre_is_the_same_radiance(tmp_path):

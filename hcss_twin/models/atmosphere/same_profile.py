@@ -30,7 +30,7 @@ def difference(given: Profile, own: Profile) -> str:
     kelvin = here.temperature_K - there.temperature_K
     differences = [("temperature", kelvin, KELVIN, "K", 1.0)]
     differences.append(("pressure", here.pressure_Pa / there.pressure_Pa - 1.0, PRESSURE, "%", 100.0))
-    for gas in (gas for gas in own.mixing_ratio if gas in given.mixing_ratio and gas not in given.model_gases):
+    for gas in (gas for gas in own.mixing_ratio if gas in stated_gases(given)):
         ratio, reference = here.mixing_ratio[gas], there.mixing_ratio[gas]
         scale = np.where(reference > 0.0, reference, np.maximum(ratio, 1e-30))
         differences.append((gas.upper(), (ratio - reference) / scale, GAS, "%", 100.0))
@@ -43,6 +43,15 @@ def difference(given: Profile, own: Profile) -> str:
     return ", ".join(texts)
 
 
+def stated_gases(profile: Profile) -> tuple[str, ...]:
+    """Return the gases of a profile that are not filled in: all of a model atmosphere, and those of a user's file.
+
+    A file always has the water vapour.
+    """
+    filled = frozenset() if "h2o" in profile.model_gases else profile.model_gases
+    return tuple(gas for gas in profile.mixing_ratio if gas not in filled)
+
+
 def unstated(given: Profile, own: Profile) -> tuple[str, ...]:
     """Return the gases that a profile states and that of a provider does not, so that they cannot be compared."""
-    return tuple(gas for gas in given.mixing_ratio if gas not in own.mixing_ratio and gas not in given.model_gases)
+    return tuple(gas for gas in stated_gases(given) if gas not in own.mixing_ratio)

@@ -12,6 +12,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
 from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin.models.atmosphere.same_profile import stated_gases
 from hcss_twin.physics.profile import EARTH_RADIUS_M, GASES, Profile
 from hcss_twin.version import __version__
 
@@ -152,7 +153,7 @@ def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mappi
     profile = table.profile
     levels = dict(zip(LEVELS, (profile.altitude_m, profile.pressure_Pa, profile.temperature_K), strict=True))
     # Those of a model atmosphere, which the user's file lacks, need not be those of the runs.
-    stated = profile.mixing_ratio.keys() - profile.model_gases
+    stated = stated_gases(profile)
     levels |= {name: profile.mixing_ratio[gas] for name, gas in GAS_LEVELS.items() if gas in stated}
     with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts(

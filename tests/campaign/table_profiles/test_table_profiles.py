@@ -70,5 +70,6 @@ def test_a_table_without_gases_is_questioned_and_one_with_gases_is_held_to_them(
     assert not [note for note in planned(tmp_path, parameters=parameters).notes if "does not state" in note]
     gases = {"h2o": np.full(small.profile.altitude_m.size, 1e-3)}
     write_atmosphere_table(tmp_path / "dry.nc", replace(small, profile=replace(small.profile, mixing_ratio=gases)), {})
-    with pytest.raises(ScenarioError, match=r"atmosphere.profile: .*H2O differs"):
-        planned(tmp_path, profile="moist.csv", parameters={"file": str(tmp_path / "dry.nc")})
+    for name in "moist.csv", "us-standard-1976":
+        with pytest.raises(ScenarioError, match=r"atmosphere.profile: .*H2O differs"):
+            planned(tmp_path, profile=name, parameters={"file": str(tmp_path / "dry.nc")})

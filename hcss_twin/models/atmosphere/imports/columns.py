@@ -89,6 +89,7 @@ class Run:
     model: int | None = None
     resolution_cm1: float | None = None
     notes: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
 
     def error(self, row: int, message: str) -> CatalogError:
         """Return an error that names the line of a row."""
@@ -187,6 +188,7 @@ def path_from_columns(
         model=run.model,
         resolution_cm1=run.resolution_cm1,
         notes=run.notes,
+        changes=run.changes,
     )
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,10 @@ _SHORT = {"wvl": "lambda", "wavelength": "lambda", "wvn": "wavenumber"}
 
 _PROCESSED: Mapping[str, RadianceUnit] = {"per_nm": "per_nm", "per_cm-1": "per_cm1"}
 """Spectral unit of radiance for each ``output_process``; by default it depends on the absorption scheme."""
+
+
+_CHANGES = ("mol_modify", "mixing_ratio", "mol_file")
+"""Settings that change amounts of gases."""
 
 
 def read_settings(lines: Sequence[str]) -> dict[str, list[str]]:
@@ -98,7 +103,8 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
     column = {name: values[order] for name, values in column.items()}
     ground_m = _one(path, settings, "altitude", 0.0) * 1e3
     read = _solar if source == "solar" else _thermal
-    return read(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
+    paths = read(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
+    return [replace(each, changes=tuple(name for name in _CHANGES if name in settings)) for each in paths]
 
 
 def _solar(

@@ -105,10 +105,15 @@ def _case(path: Path, text: str, case: Any, number: int) -> SpectralPath:
         geometry=_geometry(inputs.get("GEOMETRY", {})),
         model=_MODELS.get(str(_inside(inputs, "ATMOSPHERE", "MODEL"))),
         resolution_cm1=_resolution(spectral),
+        changes=tuple(name for name in _CHANGES if _inside(inputs, "ATMOSPHERE", name)),
     )
     axis = arrays.pop(name)
     # A wavelength without a unit in its name has the unit that XFLAG sets.
     return path_from_columns(axis, axis_unit(name) or coordinate, arrays, run, radiance)
+
+
+_CHANGES = ("CO2MX", "H2OSTR", "O3STR", "C_PROF", "S_XSMOL")
+"""Keys that scale amounts of gases; 0 or empty: as in the model."""
 
 
 def _inside(document: Any, *keys: str) -> Any:

@@ -181,7 +181,12 @@ def import_files(
     lines = [f"{path.source}: {path.code}, {path.geometry or 'no geometry'}" for path in paths]
     lines += [f"{path.source}: {note}" for path in paths for note in path.notes]
     name = profile or _profile_of(paths)
-    combined = combine(paths, load_profile(name, Catalog()), resolution_cm1)
+    of_runs = load_profile(name, Catalog())
+    changes = dict.fromkeys(each for path in paths for each in path.changes)
+    if changes:
+        of_runs = replace(of_runs, mixing_ratio={})
+        lines.append(f"the runs change amounts of gases ({', '.join(changes)}): the table states none of them")
+    combined = combine(paths, of_runs, resolution_cm1)
     attributes = {
         "title": title or f"{name}, imported",
         "origin": f"imported from {', '.join(file.name for file in files)}",

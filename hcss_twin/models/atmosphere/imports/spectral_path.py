@@ -105,6 +105,8 @@ class SpectralPath:
         ``total_radiance`` to get the path radiance (libRadtran).
     notes : tuple of str
         Notes for the user.
+    changes : tuple of str
+        Settings by which the run changed amounts of gases, which are then not those of its profile.
     """
 
     wavenumber_cm1: Array
@@ -121,6 +123,7 @@ class SpectralPath:
     resolution_cm1: float | None = None
     surface_temperature_K: float | None = None
     notes: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
 
 
 def radiance_factor(wavenumber_cm1: Array, unit: RadianceUnit) -> Array:
