@@ -13,6 +13,7 @@ import numpy as np
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import compiling_meanwhile
+from hcss_twin.core.memory import naming_memory
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
@@ -49,6 +50,7 @@ _SMALL_IMAGE = 2**22
 """Pixels whose clouds take less time than their kernels take to compile."""
 
 
+@naming_memory()
 @in_one_thread
 def make_plan(
     scenario: Scenario,

@@ -22,8 +22,8 @@ _Model = TypeVar("_Model", bound=ScenarioModel)
 LARGEST_ZENITH_DEG = 85.0
 """Upper limit of ``view.zenith``."""
 
-LARGEST_PIXEL_M = 100_000.0
-"""Upper limit of ``image.pixel_size``."""
+SMALLEST_PIXEL_M, LARGEST_PIXEL_M = 1e-3, 100_000.0
+"""Limits of ``image.pixel_size``."""
 
 
 def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
@@ -166,10 +166,10 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
     if not zenith <= LARGEST_ZENITH_DEG:
         return  # reported at platform.off_nadir
     size = _pixel_m(platform, slant_range_m(zenith, altitude))
-    if size > LARGEST_PIXEL_M:
+    if not SMALLEST_PIXEL_M <= size <= LARGEST_PIXEL_M:
         yield Problem(
             "platform.detector_pitch",
-            f"pixels of {size:.3g} m follow from pitch, focal length and distance; allowed: up to "
+            f"pixels of {size:.3g} m follow from pitch, focal length and distance; allowed: {SMALLEST_PIXEL_M:g} to "
             f"{LARGEST_PIXEL_M:g} m",
         )
 

@@ -53,10 +53,16 @@ WORDS = {
     "clouds.temperature": ([150.0, 350.0], [149.9, 350.1, math.inf]),
     "accuracy": ([1e-6, 0.1, "1 mK", "10 K"], [0.9e-6, 0.11, "0.9 mK", "10.1 K", 0.0]),
     **{
-        f"atmosphere.gases.{gas}": ([1e-300, 100.0, "1e-300 ppm", "1e5 ppm", "1e9 ppb"], [0.0, 100.1, "-1 ppm", "1e400 ppm"])
+        f"atmosphere.gases.{gas}": (
+            [1e-300, 100.0, "1e-300 ppm", "1e5 ppm", "1e9 ppb"],
+            [0.0, 100.1, "-1 ppm", "1e400 ppm"],
+        )
         for gas in ("CO2", "CH4", "N2O", "O3", "CO")
     },
-    "bands.0": ([[0.7001, 0.7002], [14.29, 14.3], [10.5, 10.5000001], [0.75, 14.3]], [[10.5, 10.5], [11, 10], [0, 1], [1e-300, 1e300]]),
+    "bands.0": (
+        [[0.7001, 0.7002], [14.29, 14.3], [10.5, 10.5000001], [0.75, 14.3]],
+        [[10.5, 10.5], [11, 10], [0, 1], [1e-300, 1e300]],
+    ),
 }  # fmt: skip
 """Values inside and outside the limits of keys that the JSON schema has no bounds for."""
 
@@ -116,7 +122,10 @@ def together(number):
     own = largest[int(draw.integers(len(largest)))]
     names = sorted({name for name, *_ in own})
     chosen = draw.choice(names, min(len(names), int(draw.integers(2, 5))), replace=False)
-    return [[each for each in own if each[0] == name][int(draw.integers(sum(n == name for n, *_ in own)))] for name in chosen]
+    return [
+        [each for each in own if each[0] == name][int(draw.integers(sum(n == name for n, *_ in own)))]
+        for name in chosen
+    ]
 
 
 def every():
@@ -144,7 +153,8 @@ def scene_of(own):
     if "radiance" not in own[0][2] and any(name.startswith("slant") for name, *_ in own):
         raw["radiance"] = {"model": "as-printed"}
     for section in ("image", "output", "frames"):
-        raw[section] = {**SCENE[section], **own[0][2].get(section, {})}
+        given = own[0][2].get(section, {})
+        raw[section] = {**SCENE[section], **({"derived": given} if isinstance(given, list) else given)}
     if any(name.startswith("image.pixel_size") for name, *_ in own) or "detector_pitch" in str(raw.get("platform")):
         raw["image"].pop("pixel_size", None)
     overrides = {}
@@ -197,11 +207,13 @@ def _refusal(error, names, within):
     """Judge a refusal: beyond a limit it must have the key, the value and what is allowed."""
     if within:
         return "refused" if all(each.field and each.field != "scenario" for each in error.problems) else "no key"
-    (name, value), = names.items()
+    ((name, value),) = names.items()
     last = name.partition(" of ")[0].rpartition(".")[2]
     for each in error.problems:
         if last in f"{each.field} {each.message}" or (last == "0" and "bands[0]" in each.field):
-            said = f"{value:g}"[:6] in each.message or str(value)[:6] in each.message if isinstance(value, float) else True
+            said = (
+                f"{value:g}"[:6] in each.message or str(value)[:6] in each.message if isinstance(value, float) else True
+            )
             return "refused" if said and ("allowed" in each.message or "whole number" in each.message) else "half said"
     return "other key"
 

@@ -11,13 +11,7 @@ import schema_scenarios
 from campaign_rows import compute_rows, read_rows
 from schema_keys import groups, trials
 
-PARTS = {
-    "files": damaged_files,
-    "kills": kills,
-    "scenarios": schema_scenarios,
-    "faults": faults,
-    "airs": air_rows,
-}
+PARTS = {"files": damaged_files, "kills": kills, "scenarios": schema_scenarios, "faults": faults, "airs": air_rows}
 KNOWN = {"kills": kills.KNOWN}
 
 
