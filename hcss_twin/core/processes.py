@@ -60,7 +60,7 @@ class _PipePool(Executor):
         self._threads = ThreadPoolExecutor(workers, thread_name_prefix="worker")
         self._own = threading.local()
         self._started: list[tuple[_Worker, Connection]] = []
-        self._ended = False
+        self._ended = threading.Event()
 
     def submit(self, work: Callable[..., Any], /, *given: Any, **options: Any) -> Future[Any]:
         return self._threads.submit(self._in_process, work, given, options)
@@ -75,7 +75,7 @@ class _PipePool(Executor):
 
     def terminate(self) -> None:
         """End the processes without waiting for their work."""
-        self._ended = True
+        self._ended.set()
         for process, _ in self._started:
             process.terminate()
 
@@ -96,7 +96,7 @@ class _PipePool(Executor):
         return result
 
     def _start(self) -> tuple[_Worker, Connection]:
-        if self._ended:
+        if self._ended.is_set():
             raise BrokenExecutor("it was stopped")
         ours, theirs = Pipe()
         process = _Worker(target=_serve, args=(theirs,))
@@ -108,7 +108,7 @@ class _PipePool(Executor):
         finally:
             theirs.close()
         self._started.append((process, ours))
-        if self._ended:  # while it started
+        if self._ended.is_set():  # while it started
             process.terminate()
         return process, ours
 
