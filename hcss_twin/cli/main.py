@@ -353,7 +353,9 @@ def _run(stop: Stop) -> None:
         click.echo(f"error: {error}", err=True)
         sys.exit(EXIT_FAILED)
     except MemoryError as error:
-        click.echo(f"error: memory ran out: {error}", err=True)
+        from hcss_twin.core.memory import out_of_memory
+
+        click.echo(f"error: {out_of_memory(error)}", err=True)
         sys.exit(EXIT_FAILED)
     except RuntimeError as error:
         if "no locator available" not in str(error):  # message of numba

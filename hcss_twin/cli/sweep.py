@@ -40,6 +40,12 @@ EXIT_FAILED = 1
 @click.option("-o", "--output", type=FOLDER, help="Folder; default: SWEEP-sweep. An unfinished sweep continues.")
 @click.option("--workers", default=1, type=click.IntRange(min=1), help="Processes on this machine.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, tcp://HOST:PORT.")
+@click.option(
+    "--wait-workers",
+    type=click.FloatRange(min=0),
+    metavar="SECONDS",
+    help="With --scheduler: end when it has had no workers for so long; default: wait.",
+)
 @click.option("--dataset", type=NEW_FILE, help="Also write one file with the swept keys as dimensions.")
 @click.option("--force", is_flag=True, help="Delete the results in the folder and start again.")
 @json_option
@@ -52,6 +58,7 @@ def sweep_command(
     output: Path | None,
     workers: int,
     scheduler: str | None,
+    wait_workers: float | None,
     dataset: Path | None,
     force: bool,
     as_json: bool,
@@ -62,6 +69,8 @@ def sweep_command(
     """
     if scheduler is not None and workers != 1:
         raise click.UsageError("--workers with --scheduler, which has its own; allowed: one of the two")
+    if wait_workers is not None and scheduler is None:
+        raise click.UsageError("--wait-workers without --scheduler; allowed: with it")
     overrides, over = assigned(assignments), assigned(swept, "--over")
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.sweeps.run import sweep as run_sweep
@@ -74,6 +83,7 @@ def sweep_command(
             overrides=overrides,
             workers=workers,
             scheduler=scheduler,
+            wait_workers_s=wait_workers,
             dataset=dataset,
             force=force,
             progress=partial(progress, context.ensure_object(Stop), label="points"),

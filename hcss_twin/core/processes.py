@@ -9,15 +9,17 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import resource_tracker
-from multiprocessing.context import SpawnContext, SpawnProcess
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import Pipe, resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from multiprocessing.process import BaseProcess
 from typing import Any
 
@@ -50,29 +52,101 @@ class _Worker(SpawnProcess):
             super().start()
 
 
-class _Context(SpawnContext):
-    """Starts new processes, because a fork would copy locks held by threads, and knows them."""
+class _PipePool(Executor):
+    """Processes that get their work through pipes, each from a thread of this process.
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.started: list[_Worker] = []
+    ``ProcessPoolExecutor`` needs semaphores, which systems without a writable ``/dev/shm`` do not have.
+    """
 
-    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]  # a class in the base class
-        worker = _Worker(*args, **options)
-        self.started.append(worker)
-        return worker
+    def __init__(self, workers: int) -> None:
+        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="worker")
+        self._own = threading.local()
+        self._started: list[tuple[_Worker, Connection]] = []
+        self._ended = threading.Event()
+
+    def submit(self, work: Callable[..., Any], /, *given: Any, **options: Any) -> Future[Any]:
+        return self._threads.submit(self._in_process, work, given, options)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
+        for process, pipe in self._started:
+            with suppress(OSError):
+                pipe.send(None)
+            process.join()
+            pipe.close()
+
+    def terminate(self) -> None:
+        """End the processes without waiting for their work."""
+        self._ended.set()
+        for process, _ in self._started:
+            process.terminate()
+
+    def _in_process(self, work: Callable[..., Any], given: tuple[Any, ...], options: dict[str, Any]) -> Any:
+        worker = getattr(self._own, "worker", None)
+        if worker is None:
+            worker = self._own.worker = self._start()
+        process, pipe = worker
+        try:
+            pipe.send((work, given, options))
+            succeeded, result = pipe.recv()
+        except (EOFError, OSError) as error:
+            self._own.worker = None
+            process.join()
+            raise BrokenExecutor(ended(process.exitcode)) from error
+        if not succeeded:
+            raise result
+        return result
+
+    def _start(self) -> tuple[_Worker, Connection]:
+        if self._ended.is_set():
+            raise BrokenExecutor("it was stopped")
+        ours, theirs = Pipe()
+        process = _Worker(target=_serve, args=(theirs,))
+        try:
+            process.start()
+        except OSError as error:
+            ours.close()
+            raise BrokenExecutor(f"it did not start: {error}") from error
+        finally:
+            theirs.close()
+        self._started.append((process, ours))
+        if self._ended.is_set():  # while it started
+            process.terminate()
+        return process, ours
+
+
+def ended(code: int | None) -> str:
+    """Say how a process has ended, from its exit code."""
+    if code is not None and code < 0:
+        with suppress(ValueError):
+            return f"killed by {signal.Signals(-code).name}"
+    return f"exit code {code}"
+
+
+def _serve(pipe: Connection) -> None:
+    """Do the work that arrives, until None does or the other end of the pipe is closed."""
+    _follow_the_parent()
+    with suppress(EOFError, OSError):
+        while (received := pipe.recv()) is not None:
+            work, given, options = received
+            try:
+                answer: tuple[bool, Any] = True, work(*given, **options)
+            except Exception as error:  # the parent raises it
+                answer = False, error
+            try:
+                pipe.send(answer)
+            except (pickle.PicklingError, TypeError, AttributeError) as error:
+                pipe.send((False, RuntimeError(f"cannot send {type(answer[1]).__name__}: {error}")))
 
 
 @contextmanager
-def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+def worker_pool(workers: int) -> Iterator[Executor]:
     """Yield a pool of processes; after an exception, they are ended without waiting for their work."""
-    context = _Context()
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_follow_the_parent)
+    pool = _PipePool(workers)
     try:
         yield pool
     except BaseException:
-        for each in context.started:
-            each.terminate()
+        pool.terminate()
         raise
     finally:
         pool.shutdown(cancel_futures=True)

@@ -11,8 +11,7 @@ import json
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,9 +20,11 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
-from hcss_twin.core.processes import silenced, worker_pool
+from hcss_twin.core.memory import naming_memory, out_of_memory
+from hcss_twin.core.processes import worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
+from hcss_twin.engine.cluster import Cluster, connected
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import Frame, PartMaker, summaries_of
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -95,21 +96,29 @@ def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Ex
             yield pool, workers
 
 
+NO_WORKERS_S = 60.0
+"""Longest time that a run waits for workers of a cluster; unlike a sweep, it cannot be resumed."""
+
+
+class ClusterExecutor(Executor):
+    """The executor of a Dask cluster, which knows whether the cluster has workers."""
+
+    def __init__(self, cluster: Cluster) -> None:
+        self._inner, self.wait = cluster.client.get_executor(), cluster.wait
+
+    def submit(self, work: Callable[..., Any], /, *given: Any, **options: Any) -> Future[Any]:
+        """Start work on the cluster."""
+        future: Future[Any] = self._inner.submit(work, *given, **options)
+        return future
+
+
 @contextmanager
 def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise HcssError(f"--scheduler {scheduler}: needs the package 'distributed', which is not installed") from error
-    try:
-        client = Client(scheduler)
-    except (OSError, ValueError) as error:
-        raise HcssError(f"--scheduler {scheduler}: {error}") from error
-    with silenced("distributed.client"), client:
-        count = len(client.scheduler_info(-1)["workers"])
+    with connected(scheduler, HcssError, NO_WORKERS_S) as cluster:
+        count = len(cluster.workers())
         if count == 0:
             raise HcssError(f"--scheduler {scheduler}: the cluster has no workers")
-        yield client.get_executor(), count
+        yield ClusterExecutor(cluster), count
 
 
 AHEAD = 2
@@ -168,6 +177,7 @@ MadePart = tuple[Frame, DrawnPixels | None]
 """Variables of a part, and its certificate sample."""
 
 
+@naming_memory()
 def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
     """Compute one part of a frame; the result is bit-identical in any process.
 
@@ -294,18 +304,24 @@ def in_order(
         for item in items:
             waiting.append((item, executor.submit(work, item)))
             while len(waiting) >= AHEAD * workers:
-                yield waiting[0][0], waiting[0][1].result()
+                yield waiting[0][0], _result(executor, waiting[0][1])
                 waiting.popleft()
         while waiting:
-            yield waiting[0][0], waiting[0][1].result()
+            yield waiting[0][0], _result(executor, waiting[0][1])
             waiting.popleft()
-    except BrokenProcessPool as error:
+    except BrokenExecutor as error:
         raise ProviderError(
             f"a worker process ended before its part of the scene was computed ({error}): it may have been killed, for "
-            "example because memory ran out; fewer workers need less"
+            f"example because {out_of_memory()}"
         ) from error
     except CancelledError as error:  # only a cluster cancels what was not given up
         raise HcssError("the connection to the Dask scheduler is lost; run the command again") from error
     finally:
         for _, future in waiting:
             future.cancel()
+
+
+def _result(executor: Executor, future: Future[_Result]) -> _Result:
+    if isinstance(executor, ClusterExecutor):
+        executor.wait(future.done)
+    return future.result()

@@ -20,6 +20,7 @@ from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.core.kernels import wait_for_kernels
+from hcss_twin.core.memory import naming_memory
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
@@ -72,6 +73,7 @@ _T = TypeVar("_T")
 Progress = Callable[[Iterable[_T], int], Iterable[_T]]
 
 
+@naming_memory()
 def run(
     plan: Plan,
     output: str | Path,
@@ -206,6 +208,7 @@ def _warn(certificate: Certificate) -> None:
 
 
 @checked
+@naming_memory()
 def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:
     """Compute the cube of a scenario and open it.
 

@@ -15,6 +15,7 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import compiling_meanwhile
+from hcss_twin.core.memory import naming_memory
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
@@ -54,6 +55,7 @@ _SMALL_IMAGE = 2**22
 
 
 @checked
+@naming_memory()
 @in_one_thread
 def make_plan(
     scenario: Scenario,

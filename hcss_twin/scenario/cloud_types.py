@@ -16,7 +16,7 @@ from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import read_model
-from hcss_twin.scenario.section_types import Material, ScenarioSection, with_material
+from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSection, with_material
 from hcss_twin.scenario.units import Length, Number, Whole
 
 
@@ -25,9 +25,9 @@ class TypeLayer(ScenarioSection):
 
     material: Material = Field(description="What the particles are made of.")
     base: Length = Field(ge=0, le=20_000, description="Altitude of the cloud base, m.")
-    top: Length = Field(gt=0, le=20_000, description="Altitude of the highest cloud top, m.")
+    top: Length = Field(ge=THINNEST_M, le=20_000, description="Altitude of the highest cloud top, m.")
     anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
-    thickness_min: Length = Field(gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
+    thickness_min: Length = Field(ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
 
     _named = model_validator(mode="before")(with_material)
 
@@ -45,7 +45,7 @@ class TypeLayer(ScenarioSection):
         return self
 
 
-_Cells = Annotated[Number, Field(gt=0)]
+_Cells = Annotated[Number, Field(ge=1e-3, le=1e6)]
 _Octave = Annotated[Whole, Field(ge=0, le=16)]
 
 

@@ -11,8 +11,10 @@ from hcss_twin.core.errors import closest, shown
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
+    MIN_WATER_G_M3,
     NARROWEST,
     SMALLEST_UM,
+    THINNEST_M,
     WIDEST,
     Material,
     ScenarioSection,
@@ -71,9 +73,9 @@ class Layer(ScenarioSection):
         le=20_000,
         description="Altitude of the base, m; default: that of the type, as for all keys below without a default.",
     )
-    top: Length | None = Field(None, gt=0, le=20_000, description="Altitude of the highest top, m.")
+    top: Length | None = Field(None, ge=THINNEST_M, le=20_000, description="Altitude of the highest top, m.")
     thickness_min: Length | None = Field(
-        None, gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
+        None, ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
     )
     anchor: Literal["base", "top"] | None = Field(None, description="Side of a thin cloud that stays at its altitude.")
     temperature: CloudTemperature | None = Field(
@@ -91,7 +93,10 @@ class Layer(ScenarioSection):
         None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
     )
     water_content: WaterContent | None = Field(
-        None, gt=0, le=1000.0 * MAX_WATER_KG_M3, description="Mass of particles per volume of cloud, g m-3."
+        None,
+        ge=MIN_WATER_G_M3,
+        le=1000.0 * MAX_WATER_KG_M3,
+        description="Mass of particles per volume of cloud, g m-3.",
     )
     wind_speed: Speed | None = Field(
         None, ge=0, le=150, description="Wind at this layer, m/s; default: `motion.wind_speed`."

@@ -13,6 +13,7 @@ from hcss_twin.providers import Microphysics
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
+    MIN_WATER_KG_M3,
     NARROWEST,
     SMALLEST_UM,
     WIDEST,
@@ -36,8 +37,8 @@ class TypeMicrophysics(ScenarioSection):
     """
 
     alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
-    b: Number | None = Field(None, gt=0, description="Scale, um^-nu.")
-    nu: Number | None = Field(None, gt=0, le=10, description="Exponent in the exponential.")
+    b: Number | None = Field(None, ge=1e-6, le=1e6, description="Scale, um^-nu.")
+    nu: Number | None = Field(None, ge=0.01, le=10, description="Exponent in the exponential.")
     number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
     effective_radius_um: Number | None = Field(
         None,
@@ -49,10 +50,13 @@ class TypeMicrophysics(ScenarioSection):
         None, ge=NARROWEST, le=WIDEST, description="Width of the area-weighted distribution; with effective_radius_um."
     )
     water_content_kg_m3: Number | None = Field(
-        None, gt=0, le=MAX_WATER_KG_M3, description="Mass of particles per volume, kg m-3; with effective_radius_um."
+        None,
+        ge=MIN_WATER_KG_M3,
+        le=MAX_WATER_KG_M3,
+        description="Mass of particles per volume, kg m-3; with effective_radius_um.",
     )
     density: Number | None = Field(
-        None, gt=0, le=30_000, description="Density of the material, kg m-3; needed unless it is water or ice."
+        None, ge=1, le=30_000, description="Density of the material, kg m-3; needed unless it is water or ice."
     )
     radius_range_um: tuple[Number, Number] | None = Field(
         None, description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it."
@@ -62,10 +66,10 @@ class TypeMicrophysics(ScenarioSection):
     @field_validator("radius_range_um")
     @classmethod
     def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not 0 < value[0] < value[1]:
+        if value is not None and not 1e-6 <= value[0] < value[1] <= 1e6:
             low, high = value
             raise PydanticCustomError(
-                "radius_range_um", f"[{low:g}, {high:g}] is not a range; allowed: 0 < smallest < largest"
+                "radius_range_um", f"[{low:g}, {high:g}] is not a range; allowed: 1e-6 <= smallest < largest <= 1e6"
             )
         return value
 
@@ -88,9 +92,10 @@ class TypeMicrophysics(ScenarioSection):
         Raises
         ------
         ValueError
-            If a given radius range changes the effective radius or variance noticeably, or the density is unknown.
+            If a given radius range changes the effective radius or variance noticeably, the density is unknown, or
+            the mass per volume is out of range.
         """
-        from hcss_twin.models.optics.size_distribution import density_kg_m3, gamma_distribution
+        from hcss_twin.models.optics.size_distribution import density_kg_m3, gamma_distribution, water_content_kg_m3
 
         density_kg_m3(material, self.density)  # refused if unknown
         if self.effective_radius_um is not None:
@@ -109,9 +114,16 @@ class TypeMicrophysics(ScenarioSection):
         assert self.nu is not None
         assert self.number_density is not None
         assert self.radius_range_um is not None
-        return Microphysics(
+        particles = Microphysics(
             material, self.alpha, self.b, self.nu, self.number_density, self.radius_range_um, self.density
         )
+        content = water_content_kg_m3(particles)
+        if not MIN_WATER_KG_M3 <= content <= MAX_WATER_KG_M3:
+            raise ValueError(
+                f"number_density {self.number_density:g} m-3 of these particles is a mass of {content:.3g} kg m-3; "
+                f"allowed: {MIN_WATER_KG_M3:g} to {MAX_WATER_KG_M3:g}"
+            )
+        return particles
 
 
 MICROPHYSICAL = ("material", "effective_radius", "effective_variance", "water_content")

@@ -88,7 +88,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         meant = _in_another_unit(model, location, number) if typed == shown(number) else None
         return f"{typed} is out of range; {_range(model, location, number, detail, meant)}"
     if kind == "finite_number":
-        return "; ".join(filter(None, (f"{shown(value)} is not a finite number", _range(model, location))))
+        return f"{shown(value)} is not a finite number; {_range(model, location) or 'allowed: a finite number'}"
     if kind == "literal_error":
         expected = str(detail.get("ctx", {}).get("expected", "")).replace("'", "")
         choices = expected.replace(" or ", ", ").split(", ")

@@ -70,8 +70,11 @@ SMALLEST_UM, LARGEST_UM = 0.001, 500.0
 NARROWEST, WIDEST = 0.01, 0.4
 """Effective variance; at 0.5 the number of particles of a gamma distribution diverges."""
 
-MAX_WATER_KG_M3 = 0.1
-"""Liquid water or ice per volume of cloud, kg m-3; above 0."""
+MIN_WATER_G_M3, MIN_WATER_KG_M3, MAX_WATER_KG_M3 = 1e-6, 1e-9, 0.1
+"""Liquid water or ice per volume of cloud: from a thousandth of that of the thinnest cirrus on."""
+
+THINNEST_M = 1e-3
+"""Least thickness of a cloudy pixel, m: thickness is stored in single precision."""
 
 
 ALLOWED = "allowed: a date and time with zone, for example 2024-04-20T12:30:00+10:00"

@@ -29,8 +29,8 @@ AGREEMENT, AGREEMENT_DEG = 0.05, 0.1
 FULL_SPEED_M_S = 465.0
 """Speed of the equator with the rotation of the Earth, which the speed of a circular orbit neglects."""
 
-LARGEST_PIXEL_M = 100_000.0
-"""Upper limit of ``image.pixel_size``."""
+SMALLEST_PIXEL_M, LARGEST_PIXEL_M = 1e-3, 100_000.0
+"""Limits of ``image.pixel_size``."""
 
 
 def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
@@ -236,10 +236,10 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
             f"with image.pixel_size {given:g} m, and means {size:.4g} m with platform.focal_length and altitude; "
             f"allowed: one of them, or both within {100 * AGREEMENT:g} %",
         )
-    if size > LARGEST_PIXEL_M:
+    if not SMALLEST_PIXEL_M <= size <= LARGEST_PIXEL_M:
         yield Problem(
             "platform.detector_pitch",
-            f"pixels of {size:.3g} m follow from pitch, focal length and distance; allowed: up to "
+            f"pixels of {size:.3g} m follow from pitch, focal length and distance; allowed: {SMALLEST_PIXEL_M:g} to "
             f"{LARGEST_PIXEL_M:g} m",
         )
 

@@ -6,30 +6,25 @@ Import this module only if Dask is installed.
 from __future__ import annotations
 
 import os
-import re
 import secrets
-import socket
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from distributed import Client, Worker, WorkerPlugin, as_completed, get_worker
+from distributed import Worker, WorkerPlugin, as_completed, get_worker
 from distributed.scheduler import KilledWorker
 
 from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
-from hcss_twin.core.processes import silenced
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.cluster import Cluster, lost
 from hcss_twin.sweeps.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
 """Points assigned to a worker: one being computed and one queued."""
-
-_CONNECT_S = 10
-_ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
 
 class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
@@ -53,16 +48,18 @@ def compute_on_worker(task: PointTask) -> PointOutcome:
         return compute(task, here.cache)
 
 
-class Cluster:
+class SweepCluster:
     """Workers that share the folder of the sweep.
 
     Each worker computes one point while another is queued. If a worker dies, both are lost; they are retried at the
     end, each alone on a worker, so that only a point that kills its worker fails.
     """
 
-    def __init__(self, client: Any) -> None:
-        self._client = client
-        client.register_plugin(PointWorker())
+    def __init__(self, cluster: Cluster, folder: Path) -> None:
+        self._cluster, self._client, self._folder = cluster, cluster.client, folder
+        self._known: set[str] = set()
+        self._require_alike(cluster.workers())
+        self._client.register_plugin(PointWorker())
 
     def compute(self, schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
         """Yield the outcome of each point in order of completion."""
@@ -72,7 +69,9 @@ class Cluster:
         finished = as_completed(loop=self._client.loop)
         try:
             while True:
-                workers = max(1, len(self._client.nthreads()))
+                addresses = self._cluster.workers()
+                self._require_alike(addresses)
+                workers = max(1, len(addresses))
                 following: list[tuple[int, PointTask]] = []
                 if not alone or not under_way:
                     alone = False
@@ -86,9 +85,10 @@ class Cluster:
                     finished.add(future)
                 if not under_way:
                     return
+                self._cluster.wait(finished.has_ready)
                 future = next(finished)
                 index, task = under_way.pop(future)
-                outcome = _outcome(future, task)
+                outcome = self._outcome(future, task)
                 if outcome is None and not alone:
                     suspects.append((index, task))
                     continue
@@ -96,7 +96,7 @@ class Cluster:
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
-            with suppress(OSError, TimeoutError):  # the scheduler is gone
+            with suppress(Exception):  # the scheduler is gone
                 self._client.cancel(list(under_way), force=True)
 
     def _submit(self, task: PointTask) -> Any:
@@ -104,66 +104,44 @@ class Cluster:
         key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
         return self._client.submit(compute_on_worker, task, pure=False, key=key)
 
-    def require_alike(self, folder: Path) -> None:
-        """Check that every worker has the same versions and access to the folder.
+    def _outcome(self, future: Any, task: PointTask) -> PointOutcome | None:
+        """Return the outcome of a point; None if its worker died."""
+        if future.status in ("cancelled", "lost"):
+            raise SweepError(lost(self._cluster.scheduler))
+        error = future.exception()
+        if error is None:
+            outcome: PointOutcome = future.result()
+            return outcome
+        if isinstance(error, KilledWorker):
+            return None
+        return PointOutcome(task.point, error=f"{type(error).__name__}: {error}")
+
+    def _require_alike(self, addresses: tuple[str, ...]) -> None:
+        """Check that workers have the same versions and access to the folder, each worker once.
 
         Raises SweepError if a worker fails the check.
         """
+        new = sorted(set(addresses) - self._known)
+        if not new:
+            return
         mine = versions()
-        for address, theirs in self._client.run(versions).items():
+        for address, theirs in self._client.run(versions, workers=new, on_error="return").items():
+            if isinstance(theirs, ImportError):
+                raise SweepError(f"the worker at {address} cannot import hcss_twin: {theirs}")
+            if isinstance(theirs, OSError):  # it has just gone
+                continue
+            if isinstance(theirs, BaseException):
+                raise SweepError(f"the worker at {address} fails: {type(theirs).__name__}: {theirs}")
             other = [f"{name} {theirs.get(name)}, here {own}" for name, own in mine.items() if theirs.get(name) != own]
             if other:
                 raise SweepError(
                     f"the worker at {address} has other versions, which may round differently: {'; '.join(other)}"
                 )
-        for address, sees in self._client.run(os.path.isdir, str(folder)).items():
-            if not sees:
+        sees = self._client.run(os.path.isdir, str(self._folder), workers=new, on_error="return")
+        for address, there in sees.items():
+            if there is False:
                 raise SweepError(
-                    f"the worker at {address} does not see the folder {folder}; allowed: a folder that this machine "
-                    "and all workers share under the same path"
+                    f"the worker at {address} does not see the folder {self._folder}; allowed: a folder that this "
+                    "machine and all workers share under the same path"
                 )
-
-
-@contextmanager
-def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
-    """Use the workers of an existing scheduler, and leave them running.
-
-    Raises SweepError if no scheduler answers at the address, or the workers are unsuitable.
-    """
-    _require_answer(scheduler)
-    try:
-        client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
-    except (OSError, ValueError) as error:
-        raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    with silenced("distributed.client"), client:
-        cluster = Cluster(client)
-        cluster.require_alike(folder)
-        yield cluster
-
-
-def _require_answer(scheduler: str) -> None:
-    """Check that a scheduler is listening, because Dask alone would keep retrying."""
-    address = _ADDRESS.fullmatch(scheduler)
-    if address is None:
-        raise SweepError(
-            f"'{scheduler}' is not the address of a Dask scheduler; allowed: tcp://HOST:PORT or tls://HOST:PORT, "
-            "for example tcp://127.0.0.1:8786"
-        )
-    host, port = address.groups()
-    try:
-        socket.create_connection((host.strip("[]"), int(port)), _CONNECT_S).close()
-    except (OSError, OverflowError) as error:
-        raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-
-
-def _outcome(future: Any, task: PointTask) -> PointOutcome | None:
-    """Return the outcome of a point; None if its worker died."""
-    if future.status in ("cancelled", "lost"):
-        raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to resume it")
-    error = future.exception()
-    if error is None:
-        outcome: PointOutcome = future.result()
-        return outcome
-    if isinstance(error, KilledWorker):
-        return None
-    return PointOutcome(task.point, error=f"{type(error).__name__}: {error}")
+        self._known.update(new)

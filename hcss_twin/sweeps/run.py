@@ -13,6 +13,7 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import ScenarioError, SweepError
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.cluster import connected
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.design import Design
@@ -86,6 +87,7 @@ def sweep(
     overrides: Mapping[str, Any] | None = None,
     workers: int = 1,
     scheduler: str | None = None,
+    wait_workers_s: float | None = None,
     dataset: str | Path | None = None,
     force: bool = False,
     progress: Progress | None = None,
@@ -107,6 +109,8 @@ def sweep(
         a script needs ``if __name__ == "__main__":``.
     scheduler : str, optional
         Address of a Dask scheduler whose workers are used instead; they must share the folder.
+    wait_workers_s : float, optional
+        Longest time that the scheduler may be without workers, s; by default the sweep waits for them, and says so.
     dataset : path, optional
         NetCDF file to write with all points, with the swept keys as leading dimensions.
     force : bool
@@ -136,6 +140,8 @@ def sweep(
         raise SweepError(f"workers = {workers}; allowed: 1 or more")
     if scheduler is not None and workers != 1:
         raise SweepError(f"{workers} workers with the scheduler {scheduler}, which has its own; allowed: one of them")
+    if wait_workers_s is not None and (scheduler is None or not wait_workers_s >= 0.0):
+        raise SweepError(f"wait_workers_s = {wait_workers_s:g}; allowed: 0 or more, with a scheduler")
     digest = digest_of(points)
     about = {
         "title": design.title,
@@ -153,7 +159,7 @@ def sweep(
         missing = [point for point in points if not sweep_folder.records[point.number].is_settled]
         schedule = _schedule(sweep_folder, points, missing)
         # Closed before the folder, so that no worker writes to it any more.
-        with closing(_outcomes(schedule, workers, scheduler, path, len(missing))) as outcomes:
+        with closing(_outcomes(schedule, workers, scheduler, path, len(missing), wait_workers_s)) as outcomes:
             for outcome in outcomes if progress is None else progress(outcomes, len(missing)):
                 sweep_folder.note(outcome)
                 computed.append(outcome.point)
@@ -207,7 +213,12 @@ def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[S
 
 
 def _outcomes(
-    schedule: Schedule[PointTask], workers: int, scheduler: str | None, folder: Path, count: int
+    schedule: Schedule[PointTask],
+    workers: int,
+    scheduler: str | None,
+    folder: Path,
+    count: int,
+    wait_workers_s: float | None,
 ) -> Generator[PointOutcome]:
     """Yield the outcomes of points in order of completion, local or from the cluster."""
     if count == 0:
@@ -218,11 +229,7 @@ def _outcomes(
         several = min(workers, count) > 1
         yield from compute_in_processes(schedule, min(workers, count)) if several else compute_here(schedule)
         return
-    try:
-        from hcss_twin.sweeps.cluster import remote_cluster
-    except ImportError as error:
-        raise SweepError(
-            f"the scheduler {scheduler} needs Dask, which is not installed: pip install 'hcss-twin[sweep]'"
-        ) from error
-    with remote_cluster(scheduler, folder.resolve()) as cluster:
-        yield from cluster.compute(schedule)
+    with connected(scheduler, SweepError, wait_workers_s) as cluster:
+        from hcss_twin.sweeps.cluster import SweepCluster  # imports Dask
+
+        yield from SweepCluster(cluster, folder.resolve()).compute(schedule)

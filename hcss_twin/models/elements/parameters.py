@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 _EACH = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+FARTHEST_M = 1e8
+"""Greatest distance of a source from the image centre along an axis: more than twice round the Earth."""
+
+_Speed = Annotated[float, Field(ge=-1e5, le=1e5)]
 
 
 class Track(BaseModel):
@@ -14,10 +19,14 @@ class Track(BaseModel):
 
     model_config = _EACH
 
-    x: float = Field(0.0, description="Metres east of the image centre, both at the start.")
-    y: float = Field(0.0, description="Metres north of the image centre, both at the start.")
+    x: float = Field(
+        0.0, ge=-FARTHEST_M, le=FARTHEST_M, description="Metres east of the image centre, both at the start."
+    )
+    y: float = Field(
+        0.0, ge=-FARTHEST_M, le=FARTHEST_M, description="Metres north of the image centre, both at the start."
+    )
     altitude: float = Field(0.0, ge=0, le=1e6, description="Metres above the sea, at the start.")
-    velocity: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="East, north and up, m/s.")
+    velocity: tuple[_Speed, _Speed, _Speed] = Field((0.0, 0.0, 0.0), description="East, north and up, m/s.")
     intensity: float | dict[str, float] | None = Field(
         None, description="Radiant intensity toward the sensor, W/sr: a number for all bands, or a table by band."
     )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from
-from hcss_twin.models.elements.parameters import PointSourceParameters, Track
+from hcss_twin.models.elements.parameters import FARTHEST_M, PointSourceParameters, Track
 from hcss_twin.providers import ElementInputs
 
 _PLACE = ("source", "time", "altitude")
@@ -129,6 +129,10 @@ def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> lis
             x, y = inputs.to_plane(x, y)
         except ValueError as error:
             raise CatalogError(f"'{name}': {error}") from error
+    for what, values in zip(_PLANE, (x, y), strict=True):
+        if np.any(np.abs(values) > FARTHEST_M):
+            worst = values[np.argmax(np.abs(values))]
+            raise CatalogError(f"'{name}': {what} {worst:g} m; allowed: {-FARTHEST_M:g} to {FARTHEST_M:g}")
     tracks = []
     for source in np.unique(columns["source"]):
         own: NDArray[np.intp] = np.flatnonzero(columns["source"] == source)

@@ -1,5 +1,7 @@
 """Absorber amounts along refracted rays by adaptive integration over height, which shares nothing with the package."""
 
+import itertools
+
 import numpy as np
 from scipy.integrate import quad
 
@@ -22,7 +24,7 @@ def slant_amount(altitude_m, density, refractivity, radius_m, lower_m, upper_m, 
 
     invariant = times_radius(lower_m) / (radius_m + lower_m) * radius_m * np.sin(np.radians(zenith_deg))
     inside = altitude_m[(altitude_m > lower_m) & (altitude_m < upper_m)]
-    dense = np.concatenate([np.linspace(a, b, 40) for a, b in zip([lower_m, *inside], [*inside, upper_m], strict=True)])
+    dense = np.concatenate([np.linspace(a, b, 40) for a, b in itertools.pairwise([lower_m, *inside, upper_m])])
     bent, straight = invariant / times_radius(dense), radius_m * np.sin(np.radians(zenith_deg)) / (radius_m + dense)
     if np.any((1.0 - bent) * (1.0 + bent) < 0.25 * (1.0 - straight) * (1.0 + straight)):
         return None
@@ -37,7 +39,7 @@ def slant_amount(altitude_m, density, refractivity, radius_m, lower_m, upper_m, 
 def _by_pieces(altitude_m, lower_m, upper_m, function):
     inside = altitude_m[(altitude_m > lower_m) & (altitude_m < upper_m)]
     ends = [lower_m, *inside, upper_m]
-    pieces = [quad(function, a, b, epsrel=1e-8, limit=200)[0] for a, b in zip(ends, ends[1:], strict=False)]
+    pieces = [quad(function, a, b, epsrel=1e-8, limit=200)[0] for a, b in itertools.pairwise(ends)]
     return 1e-3 * float(np.sum(pieces))
 
 

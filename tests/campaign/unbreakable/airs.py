@@ -1,4 +1,4 @@
-"""A hundred good and a hundred bad atmospheres: trade inversions, and soundings with coarse, close, even or steep levels.
+"""A hundred good and a hundred bad atmospheres: trade inversions, and soundings with coarse, close or steep levels.
 
 Good air must give absorber amounts like those of an independent integration along each ray; bad air must be refused
 with the name of its key, or of its file and line.
@@ -44,7 +44,7 @@ def good_air(number):
 
 
 def inversion_keys(draw):
-    """Return an inversion over air that is cold enough for it: its excess stays below 13 K, as the lapse rate allows."""
+    """Return an inversion over air that is cold enough for it: its excess stays below 13 K, which lapses allow."""
     name = str(draw.choice([*PROFILES]))
     strength, height = float(draw.uniform(0.0, 25.0)), float(draw.uniform(200.0, 3000.0))
     warm = PROFILES[name] - strength * float(draw.uniform(0.5, 1.0))

@@ -175,7 +175,7 @@ COMPANIONS: dict[tuple[str, Any], dict[str, Any]] = {
     ("atmosphere.inversion.height", 200): {"atmosphere.inversion.cloud_base": 150.0},
     ("atmosphere.inversion.cloud_base", 3000): {"atmosphere.inversion.height": 3000.0},
     **{
-        (f"{layer}.top", 1e-6): {f"{layer}.base": 0.0, f"{layer}.thickness_min": 1e-7}
+        (f"{layer}.top", 1e-3): {f"{layer}.base": 0.0, f"{layer}.thickness_min": 1e-3}
         for layer in ("clouds", "clouds.layers.0")
     },
 }
@@ -283,8 +283,10 @@ def _parameters(distribution="hcss-twin"):
     registry = Registry.discover()
     for entry in registry.entries():
         model = registry.parameters_model(entry)
-        if model is None or str(entry.kind) not in _SECTIONS or entry.distribution != (
-            distribution or entry.distribution
+        if (
+            model is None
+            or str(entry.kind) not in _SECTIONS
+            or entry.distribution != (distribution or entry.distribution)
         ):
             continue
         section = _SECTIONS[str(entry.kind)]

@@ -6,6 +6,7 @@ import air_rows
 import damaged_files
 import faults
 import kills
+import limits
 import pytest
 import schema_scenarios
 from campaign_rows import compute_rows, read_rows
@@ -17,6 +18,7 @@ PARTS = {
     "scenarios": schema_scenarios,
     "faults": faults,
     "airs": air_rows,
+    "limits": limits,
 }
 KNOWN = {"kills": kills.KNOWN}
 
@@ -103,3 +105,32 @@ def test_absorber_amounts_under_inversions_are_those_of_an_independent_integrati
 def test_air_that_cannot_exist_is_refused_by_key_or_line(number, tmp_path):
     outcome, message = air_rows.outcome_of("bad", number, tmp_path, runs=False)
     assert outcome == "refused", message
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("clouds.water_content", 1e-6, "runs"),
+        ("clouds.thickness_min", 1e-3, "runs"),
+        ("platform.detector_pitch", 1e-300, "refused"),  # by the pixels that follow
+        ("elements.0.parameters.tracks.0.x of point-sources", 1e8, "runs"),
+    ],
+)
+def test_numbers_at_their_limits_run_or_are_refused_and_no_model_is_blamed(key, value, expected, tmp_path):
+    own = next([name, value, context] for name, _, context in limits.trials()[0] if name == key)
+    assert limits.outcome_of([own], True, tmp_path)[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("clouds.water_content", 1e-30),
+        ("clouds.thickness_min", 1e-300),
+        ("clouds.top", 1e-30),
+        ("elements.0.parameters.tracks.0.x of point-sources", 1e300),
+        ("elements.0.parameters.tracks.0.y of point-sources", float("nan")),
+    ],
+)
+def test_numbers_that_were_accepted_and_then_blamed_on_a_model_are_refused(key, value, tmp_path):
+    own = next([name, value, context] for name, _, context in limits.trials()[0] if name == key)
+    assert limits.outcome_of([own], False, tmp_path)[0] == "refused"

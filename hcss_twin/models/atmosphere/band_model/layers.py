@@ -7,10 +7,10 @@ A partial layer has the densities and cells of the whole layer, cut off at its e
 with the ends. LOWTRAN7 treats the part as a separate layer: its number of cells jumps with its thickness, and haze that
 decreases linearly to zero at a level decreases exponentially when the layer ends below that level.
 
-Rays are refracted in spherical layers, as in LOWTRAN7 (W. O. Gallery, F. X. Kneizys and S. A. Clough, *Air Mass Computer
-Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983): n r sin(zenith) is constant
-along a ray. FSCATM integrates over x = r cos(zenith), which fails under strong inversions, where light bends as much as
-the Earth and x does not grow with height; here the length is integrated over r^2.
+Rays are refracted in spherical layers, as in LOWTRAN7 (W. O. Gallery, F. X. Kneizys and S. A. Clough, *Air Mass
+Computer Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983): n r sin(zenith)
+is constant along a ray. FSCATM integrates over x = r cos(zenith), which fails under strong inversions, where light
+bends as much as the Earth and x does not grow with height; here the length is integrated over r^2.
 """
 
 from __future__ import annotations

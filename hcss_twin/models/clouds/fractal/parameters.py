@@ -12,7 +12,7 @@ def _pair(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-_Cells = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+_Cells = Annotated[float, Field(ge=1e-3, le=1e6, allow_inf_nan=False)]
 _Octave = Annotated[int, Field(ge=0, le=16)]
 
 
