@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 
-from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sweep
+from hcss_twin import Scenario, ScenarioError, make_plan, open_cube, open_sweep, sweep
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
@@ -147,6 +147,9 @@ def test_a_sensor_measures_a_platform_that_says_its_pixels_and_speed_by_optics_a
     changes = {**WIDE, **optics, "image.rows": 6, "image.columns": 8, "sensor.name": "generic-mwir"}
     del changes["image.pixel_size"]
     changes |= {"output.variables": ["radiance", "geometry"], "bands": ["mwir-3.7"]}
+    with pytest.raises(ScenarioError, match=r"4e-05 \(of 'generic-mwir'\) rad, and platform\.detector_pitch 0\.0003 m"):
+        make_plan(Scenario.from_dict(raw, changes, base))
+    changes |= {"sensor.parameters": {"pixel_angle": 3e-3, "aperture_diameter": 2e-3}}  # the same electrons
     plan = make_plan(Scenario.from_dict(raw, changes, base))
     assert plan.sensor is not None
     clean = run(plan, tmp_path / "clean.nc")

@@ -42,7 +42,7 @@ from hcss_payload.live.server import Server
 from hcss_twin import Scenario
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from payload_scenes import RADIOMETER  # the sensor that tests check
+from payload_scenes import radiometer_of  # the sensor that tests check
 
 CASES = [(kind, size) for size in (100.0, 30.0, 300.0) for kind in ("stratus", "cumulus", "cirrus", "stratocumulus")]
 
@@ -116,7 +116,7 @@ def speed(count: int) -> None:
     for bands, rows, columns in ((["lwir"], 512, 512), (["lwir", "mwir"], 512, 640)):
         camera, orbit, track = orbit_of(rows, columns, 100.0)
         target = PointTarget(30.0, 150.0, 12e3, (1e3,) * len(bands))
-        for name, more in (("scene", {}), ("scene and sensor", {"sensor": RADIOMETER})):
+        for name, more in (("scene", {}), ("scene and sensor", {"sensor": radiometer_of(camera)})):
             planned = scene("stratus", 100.0, 96, bands, **more)
             for threads in (1, 2):
                 twin = LiveTwin(planned, camera, threads)
@@ -149,9 +149,8 @@ def speed(count: int) -> None:
 def measured_pass() -> tuple[LiveTwin, Circular, Track, PointTarget]:
     """Return a camera of 512 x 512 pixels and one band with a sensor, its pass, and a target."""
     camera, orbit, track = orbit_of(512, 512, 100.0)
-    twin = LiveTwin(
-        scene("stratus", 100.0, 96, ["lwir"], sensor=RADIOMETER, frames={"count": 2, "interval": 90.0}), camera
-    )
+    frames = {"count": 2, "interval": 90.0}
+    twin = LiveTwin(scene("stratus", 100.0, 96, ["lwir"], sensor=radiometer_of(camera), frames=frames), camera)
     return twin, orbit, track, PointTarget(30.0, 150.0, 12e3, (1e3,))
 
 

@@ -45,3 +45,9 @@ RADIOMETER = {
         "bits": 14,
     },
 }
+
+
+def radiometer_of(camera):
+    """That sensor behind a camera: another aperture, so that it counts the same electrons."""
+    optics = {"pixel_angle": camera.pixel_rad, "aperture_diameter": 1e-5 / camera.pixel_rad}
+    return RADIOMETER | {"parameters": RADIOMETER["parameters"] | optics}

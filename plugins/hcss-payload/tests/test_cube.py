@@ -223,7 +223,7 @@ def test_an_orbit_passes_above_its_place():
         ({"camera": {"row": 3}}, r"camera\.row: unknown key.*rows"),
         ({"attitude": {"provider": "track", "latitude": -60.0}}, r"attitude.*below the horizon"),
         ({"attitude": {"provider": "push-broom", "roll": 61.0}}, r"camera\.beyond: 'refuse', and at time 0 s"),
-        ({"attitude": {"provider": "aem", "file": "nothing.aem"}}, r"attitude: no file 'nothing\.aem'"),
+        ({"attitude": {"provider": "aem", "file": "nothing.aem"}}, r"attitude\.file: no file 'nothing\.aem'"),
     ],
 )
 def test_wrong_sections_are_named(parts, message):

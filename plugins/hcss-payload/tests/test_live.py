@@ -8,7 +8,7 @@ from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, Po
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveTwin, PointTarget
 from hcss_payload.live.supported import require_supported
-from payload_scenes import RADIOMETER
+from payload_scenes import radiometer_of
 
 import hcss_twin
 from hcss_twin.physics.geodesy import to_earth_centred
@@ -86,7 +86,7 @@ def test_the_same_pose_gives_the_same_bits_whatever_came_before():
     camera, orbit, track = of_orbit(48)
     times = [0.0, 0.5, 9.25, 30.0]
     jitter = Jitter((2e-3, 2e-3, 1e-3))
-    noisy = scene(sensor=RADIOMETER)
+    noisy = scene(sensor=radiometer_of(camera))
     with LiveTwin(noisy, camera, threads=1).prepare(orbit, track, 0.0, 30.0, jitter) as live:
         first = [live.frame(time).digital_number.copy() for time in times]
     with LiveTwin(noisy, camera, threads=3).prepare(orbit, track, 0.0, 30.0, jitter) as live:
@@ -100,9 +100,11 @@ def test_the_same_pose_gives_the_same_bits_whatever_came_before():
 
 
 def test_numbers_of_the_sensor_give_the_radiance_back():
-    trajectory = above()
-    clear = scene(clouds={"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}, sensor=RADIOMETER)
-    with LiveTwin(clear, Camera(SIZE, SIZE, 1.0, 1e-5)).prepare(trajectory, Nadir(trajectory), 0.0, 1.0) as live:
+    trajectory, camera = above(), Camera(SIZE, SIZE, 1.0, 1e-5)
+    clouds = {"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}
+    with LiveTwin(scene(clouds=clouds, sensor=radiometer_of(camera)), camera).prepare(
+        trajectory, Nadir(trajectory), 0.0, 1.0
+    ) as live:
         frame = live.frame(0.25)
         own = live._sensor.scene[:, 0, 0]
         worked_out = live._sensor._sensor.worked_out["bands"]

@@ -25,11 +25,12 @@ def test_a_step_asks_for_the_frame_at_its_end():
         while len(asked) < 2 and time.monotonic() < until:
             posted = ring.newest(last)
             if posted is not None:
-                last = posted[0]
+                last = posted.sequence
                 ring.begin(len(asked))
-                ring.publish(len(asked), *posted[:2], time.monotonic_ns())
-                asked.append(posted[1])
+                ring.publish(len(asked), posted.pose_number, posted.values, time.monotonic_ns())
+                asked.append(posted.values)
 
+    ring.header["ready"] = 1
     server = threading.Thread(target=serve)
     server.start()
     try:

@@ -1,7 +1,7 @@
 """Are good orbits and geometries accepted with the right positions, and bad ones refused or noted by name?
 
     python tests/campaign/trajectories/run.py --write      # all inputs: some minutes; writes results.json
-    python tests/campaign/trajectories/run.py orbits       # one part
+    python tests/campaign/trajectories/run.py --part orbits
 
 Expected positions come from SGP4 and ERFA; each input is determined by its number.
 """
@@ -34,18 +34,19 @@ def summary(part, rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", default=list(PARTS), choices=PARTS)
+    parser.add_argument("--part", choices=PARTS, help="one of them only")
     parser.add_argument("--write", action="store_true", help="write the results")
     parser.add_argument("--results", type=Path, default=RESULTS, help="another file")
     parser.add_argument("--failures", action="store_true", help="print those that fail")
     given = parser.parse_args()
+    parts = [given.part] if given.part else list(PARTS)
     known = json.loads(given.results.read_text()) if given.results.exists() else {}
     with tempfile.TemporaryDirectory() as cache:
         os.environ["HCSS_CACHE_DIR"] = cache
-        for part in given.parts:
+        for part in parts:
             kinds = {"good": PARTS[part].good(), "bad": PARTS[part].bad()}
             known[part] = {kind: [judged(each) for each in inputs] for kind, inputs in kinds.items()}
-    for part in given.parts:
+    for part in parts:
         print("\n".join(summary(part, known[part])))
         if given.failures:
             for row in known[part]["good"]:

@@ -79,7 +79,7 @@ def require_consistent_velocities(
     """Raise a :class:`PayloadError` for velocities (N, 3) that positions (N, 3) contradict, both Earth-fixed.
 
     The mean of two velocities and the way between two positions differ by a twelfth of (rate x step)^2 of the speed;
-    twice that is allowed, and 2 % of the speed of a circular orbit.
+    twice that is allowed, and 2 % of the speed of a circular orbit, and rounding of positions to 1 m.
     """
     step_s = np.diff(times_s)
     moved = np.diff(positions_m, axis=0) / step_s[:, None]
@@ -87,7 +87,7 @@ def require_consistent_velocities(
     rate = _rate_rad_s(positions_m)
     speed, turned = np.cbrt(EARTH_M3_S2 * rate), (rate + EARTH_RATE_RAD_S) * step_s
     apart = np.linalg.norm(moved - stated, axis=1) / speed
-    wrong = np.flatnonzero(apart > 0.02 + turned**2 / 6.0)
+    wrong = np.flatnonzero(apart > 0.02 + turned**2 / 6.0 + 1.0 / (speed * step_s))
     if wrong.size:
         first = int(wrong[0])
         stated_km_s, moved_km_s = (1e-3 * np.linalg.norm(each[first]) for each in (stated, moved))
@@ -111,7 +111,7 @@ def examine(trajectory: Trajectory, first_s: float, last_s: float) -> tuple[str,
     times = np.unique(np.linspace(first_s, last_s, _TIMES)).tolist()
     for time_s in times:
         _require_above_ground(trajectory, time_s)
-    notes = []
+    notes: list[str] = []
     if isinstance(trajectory, TwoLineElements):
         notes += _age(trajectory, first_s, last_s)
     for table in _tables(trajectory):

@@ -25,6 +25,7 @@ from hcss_payload.ray_elements import RayElementStage
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
 from hcss_payload.ray_look_up import RayLookUp, frame_views
 from hcss_payload.ray_surfaces import RaySurfaceStage
+from hcss_payload.rays import geographic
 from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.sampled_pass import FIELD, sample_pass
 from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
@@ -138,8 +139,11 @@ class CameraImager:
         else:
             apart_m = max(self.rows, self.columns) / (FIELD - 1) * float(np.max(footprints))
             positions_m = np.array([payload.trajectory.at(each) for each in times.tolist()])
+            places = seen.place_deg
+            if payload.beyond == "limb":  # whose scene is the disk below the camera
+                places = np.concatenate((places, np.stack(geographic(positions_m)[:2], axis=-1)))
             with _named():
-                doubts += examine_place(self._centre, seen.place_deg, apart_m, positions_m)
+                doubts += examine_place(self._centre, places, apart_m, positions_m)
         middle, _ = self._geometry(float(times[times.size // 2])).nodes()
         self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(seen.toward[len(seen.toward) // 2])
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))

@@ -11,7 +11,10 @@ from hcss_twin.core.arrays import Array
 
 
 class _Table(Protocol):
-    times_s: Array
+    @property
+    def times_s(self) -> Array:
+        """Times (N,) of its points."""
+        ...
 
     def at(self, time_s: float) -> Array:
         """Return the value at a time."""

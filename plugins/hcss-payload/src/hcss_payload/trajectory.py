@@ -197,4 +197,5 @@ class PositionTable:
         slope = np.sum(np.where(others, 1.0 / apart, 0.0), axis=1)
         square = weight**2
         position = ((1.0 - 2.0 * slope * since) * square) @ self.positions_m[own]
-        return position + (since * square) @ self.velocities_m_s[own]
+        position += (since * square) @ self.velocities_m_s[own]
+        return position

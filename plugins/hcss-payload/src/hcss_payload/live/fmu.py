@@ -25,7 +25,7 @@ class LiveCamera(Fmi3Slave, CoSimulation):  # type: ignore[misc]  # pythonfmu3 h
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.author, self.description = "The hcss_twin developers", "Live frames of hcss_twin"
-        self.memory, self.timeout_s = "hcss-live", 60.0
+        self.memory, self.timeout_s = "hcss-live", 600.0
         self.x_m = self.y_m = self.z_m = self.q_x = self.q_y = self.q_z = 0.0
         self.q_w = 1.0
         self.frame, self.frames, self.time = -1, 0, 0.0

@@ -257,7 +257,6 @@ class Ring:
 
 def _create(name: str, size: int) -> shared_memory.SharedMemory:
     """Create shared memory; raises :class:`PayloadError`."""
-    needed = f"{size / 2**20:.3g} MiB of shared memory"
     try:
         free = shutil.disk_usage(_FOLDER).free
     except OSError:  # of this system it is somewhere else, or missing
@@ -265,8 +264,8 @@ def _create(name: str, size: int) -> shared_memory.SharedMemory:
     if free < size:
         # Without this, writing to a page that does not exist would kill the process.
         raise PayloadError(
-            f"name: {needed} are needed, and {_FOLDER} has {free / 2**20:.3g} MiB; allowed: fewer --slots, or more "
-            "memory (for containers --shm-size)"
+            f"name: {size / 2**20:.3g} MiB of shared memory are needed, and {_FOLDER} has {free / 2**20:.3g} MiB; "
+            "allowed: fewer --slots, or more memory (for containers --shm-size)"
         )
     try:
         return shared_memory.SharedMemory(name, create=True, size=size)
@@ -274,8 +273,8 @@ def _create(name: str, size: int) -> shared_memory.SharedMemory:
         raise PayloadError(f"name: '{name}' is in use; allowed: the name of no other shared memory") from error
     except (OSError, ValueError) as error:
         raise PayloadError(
-            f"name: {needed} cannot be created as '{name}': {error}; allowed: a plain name, and a system with shared "
-            f"memory ({_FOLDER} on Linux) that may be written"
+            f"name: shared memory cannot be created as '{name}': {error}; allowed: a plain name, and a system with "
+            f"shared memory ({_FOLDER} on Linux) that may be written"
         ) from error
 
 
