@@ -12,9 +12,22 @@ from typing import Any
 
 import click
 
-EXISTING = click.Path(exists=True, path_type=Path)
-EXISTING_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
-EXISTING_FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+from hcss_twin.core.files import is_device
+
+
+class _Existing(click.Path):
+    """A file or folder, where click allows pipes, sockets and devices, too."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = super().convert(value, param, ctx)
+        if is_device(path):
+            self.fail(f"'{path}' is a pipe, socket or device; allowed: on disk", param, ctx)
+        return path
+
+
+EXISTING = _Existing(exists=True, path_type=Path)
+EXISTING_FILE = _Existing(exists=True, dir_okay=False, path_type=Path)
+EXISTING_FOLDER = _Existing(exists=True, file_okay=False, path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -16,10 +16,10 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile, open_with_xarray
 from hcss_twin.core.reading import first_bytes, reading, reads
-from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
+from hcss_twin.cube.coordinates import BOUND, COORDINATES, GRID_MAPPING, OF_ANY_IMAGE
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
-from hcss_twin.cube.variables import LAYER
+from hcss_twin.cube.variables import LAYER, VARIABLES
 from hcss_twin.cube.writer import INFO
 from hcss_twin.cube.zarr_writer import DIMENSIONS, is_zarr, require_zarr
 
@@ -129,6 +129,11 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"cannot read {os.fspath(path)}: it declares {dataset.nbytes / 1e6:.0f} MB of values, which cannot be in a "
             f"file of {os.path.getsize(path) / 1e6:.1f} MB"
         )
+    try:
+        _require_layout(dataset)
+    except CubeError as error:
+        dataset.close()
+        raise CubeError(f"cannot read {os.fspath(path)}: {error}") from None
     described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]
     named = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
@@ -136,6 +141,31 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     # closing a derived dataset does not close its file
     named.set_close(dataset.close)
     return named
+
+
+_MAY_BE_SELECTED = ("time", "band", "y", "x")
+"""Dimensions that a part of a cube may lack."""
+
+
+def _require_layout(dataset: xr.Dataset) -> None:
+    """Raise CubeError if a variable of a cube has another type or other dimensions than cubes have."""
+    for name, size in dataset.sizes.items():
+        if size == 0 or (name == BOUND and size != 2):
+            raise CubeError(f"dimension {name} has the size {size}; allowed: {2 if name == BOUND else '1 or more'}")
+    of_grid = GRID_MAPPING in dataset.variables
+    for spec in (*COORDINATES, *VARIABLES):
+        found = dataset.variables.get(spec.name)
+        if found is None:
+            continue
+        if found.dtype.kind not in ("OUS" if spec.dtype == "str" else "fiuM" if spec.name == "time" else "fiub"):
+            raise CubeError(f"{spec.name} has the type {found.dtype}; allowed: {spec.dtype}")
+        needed = tuple(name for name in spec.dims if name in dataset.sizes or name not in _MAY_BE_SELECTED)
+        if spec.kind == "coordinate" and (of_grid or spec.name in OF_ANY_IMAGE) and found.dims != needed:
+            raise CubeError(f"{spec.name} has the dimensions {_listed(found.dims)}; allowed: {_listed(needed)}")
+
+
+def _listed(names: Iterable[Hashable]) -> str:
+    return f"({', '.join(map(str, names))})"
 
 
 def _open_store(path: str | os.PathLike[str], **options: Any) -> xr.Dataset:

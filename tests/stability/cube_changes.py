@@ -74,7 +74,9 @@ def bad(path, seed):
         chosen[0] = draw.choice(["i1", "u2", "i8", "f8"])
         chosen[3].pop("_FillValue", None)
         with np.errstate(invalid="ignore"):
-            chosen[2] = np.nan_to_num(np.asarray(chosen[2]).view(np.float32) if chosen[2].dtype.kind == "S" else chosen[2])
+            chosen[2] = np.nan_to_num(
+                np.asarray(chosen[2]).view(np.float32) if chosen[2].dtype.kind == "S" else chosen[2]
+            )
             chosen[2] = chosen[2].astype(chosen[0])
     elif kind == 4:
         _resized(path, dimensions, variables, draw, draw.choice([0, 1, 1, 3]))
@@ -86,10 +88,9 @@ def bad(path, seed):
     elif kind == 6 and chosen[0] is not str and np.dtype(chosen[0]).kind in "fiu" and np.size(chosen[2]):
         values = np.array(chosen[2])
         at = slice(None) if draw.random() < 0.5 else draw.randrange(values.size)
+        number = draw.choice(NUMBERS)
         with np.errstate(invalid="ignore", over="ignore"):
-            values.reshape(-1)[at] = np.nan_to_num(np.float64(draw.choice(NUMBERS))) if values.dtype.kind in "iu" else (
-                draw.choice(NUMBERS)
-            )
+            values.reshape(-1)[at] = number if values.dtype.kind == "f" else np.sign(np.nan_to_num(number)) * 100
         chosen[2] = values
     else:
         owner = draw.choice([attributes, chosen[3]])

@@ -15,6 +15,7 @@ from scipy.fft import dctn, idct, idctn
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.reading import reading
 
 NEAR = 32
 """Reach in pixels within which a kernel should be complete except for a fraction ``NEGLIGIBLE``."""
@@ -133,10 +134,8 @@ def read_kernel(path: Path) -> Array:
         If the file is malformed, has an even number of rows or columns, or its numbers sum to 0.
     """
     rows: list[list[float]] = []
-    try:
+    with reading(path, CatalogError, "not a text file"):
         lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
     for number, line in enumerate(lines, start=1):
         plain = line.partition("#")[0].replace(",", " ").split()
         try:

@@ -36,6 +36,8 @@ from hcss_twin.analysis.measures.morphology import MorphologyErrors
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ImageError
+from hcss_twin.core.reading import reading
 
 BINS = 80
 _PathLike = str | os.PathLike[str]
@@ -93,8 +95,14 @@ def evaluate(
             ComparedSide("REAL", first, choices[0], kind, parts[0]),
             ComparedSide("SIM", second, choices[1], kind, parts[1]),
         )
-        measured = (measure_side(sides[0], progress), measure_side(sides[1], progress))
+        measured = (_measured(sides[0], progress), _measured(sides[1], progress))
         return _compared(sides, measured, quantity, unit, notes)
+
+
+def _measured(side: ComparedSide, progress: Progress | None) -> SideMeasures:
+    """Measure a side; what its values cannot be measured for is an error that names its file."""
+    with reading(side.footage.name, ImageError, "its values cannot be measured"):
+        return measure_side(side, progress)
 
 
 def _compared(

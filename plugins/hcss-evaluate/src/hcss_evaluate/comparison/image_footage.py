@@ -14,9 +14,9 @@ import numpy as np
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
+from hcss_twin.core.errors import CatalogError, CubeError, ImageError, ImageOptionError
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile
-from hcss_twin.core.reading import first_bytes
+from hcss_twin.core.reading import first_bytes, reading
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
@@ -148,7 +148,8 @@ def open_footage(
     from hcss_evaluate.comparison.cube_footage import cube_footage
     from hcss_twin.cube.reader import open_cube
 
-    return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
+    with reading(paths[0], CubeError):
+        return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
 
 
 def is_cube(path: Path) -> bool:
