@@ -20,6 +20,7 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+from hcss_twin.engine.cube_points import require_points
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.builder import numbered
@@ -59,6 +60,11 @@ class CleanCube:
     times_s: NDArray[np.float64]
     scenario: Mapping[str, Any]
 
+    @property
+    def has_elements(self) -> bool:
+        """Whether the scene has elements."""
+        return bool(self.scenario.get("elements"))
+
 
 def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     """Read the sensor inputs from an open cube.
@@ -74,7 +80,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     Raises
     ------
     CubeError
-        If the cube has no radiance or no scenario, or is itself a sensor cube.
+        If the cube has no radiance or no scenario, lacks the places of its elements, or is itself a sensor cube.
     CatalogError
         If a band response file is missing.
     """
@@ -106,7 +112,10 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         catalog=Catalog(base=base or Path.cwd()),
         corner=_corner(dataset, image, pixel_size_m),
     )
-    return CleanCube(inputs, numbers, times_s, scenario)
+    cube = CleanCube(inputs, numbers, times_s, scenario)
+    if cube.has_elements:
+        require_points(dataset.variables, name)
+    return cube
 
 
 def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[SpectralBand]:

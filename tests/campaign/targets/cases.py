@@ -43,7 +43,8 @@ def scene(number, seed=40):
         "time": "2024-04-20T12:30:00+10:00" if random.random() < 0.5 else "2024-04-20T23:30:00+10:00",
         "place": {"latitude": 35.0, "longitude": 150.0},
         "seed": int(random.integers(2**31)),
-        "image": {"rows": SIDE, "columns": SIDE, "pixel_size": pixel_m, "samples_per_pixel": int(random.choice([1, 2, 4]))},
+        "image": {"rows": SIDE, "columns": SIDE, "pixel_size": pixel_m,
+                  "samples_per_pixel": int(random.choice([1, 2, 4]))},
         "frames": {"count": FRAMES, "interval": 1.0},
         "bands": BANDS,
         "view": {"zenith": zenith, "azimuth": float(random.uniform(0.0, 360.0))},
@@ -88,13 +89,13 @@ def _place(random, plan, time_s):
     """A subpixel place in the middle of the image; with clouds, half of the time next to the edge of one."""
     for attempt in range(200):
         row, column = random.uniform(16.0, SIDE - 16.0, 2).tolist()
-        if not plan.layers or attempt == 0 and random.random() < 0.5:
+        if not plan.layers or (attempt == 0 and random.random() < 0.5):
             break
         around = [
             own_thickness(plan, row + dy, column + dx, time_s)[0]
             for dy, dx in ((0, 0), (1, 0), (0, 1), (-1, 0), (0, -1))
         ]
-        if 0.0 < min(around) or max(around) == 0.0:
+        if min(around) > 0.0 or max(around) == 0.0:
             continue
         break
     return row, column

@@ -106,7 +106,7 @@ def image(sensor, shape, row, column, motion):
 
     ``sensor`` is ("gaussian", sigma) or ("airy", cut-off frequency in cycles per pixel); pixel n extends from n to n+1.
     """
-    steps = 1 if not np.any(motion) else 16 * math.ceil(float(np.hypot(*motion))) + 1
+    steps = 1 if not np.any(motion) else 8 * math.ceil(float(np.hypot(*motion))) + 3
     along = (np.arange(steps) + 0.5) / steps - 0.5
     spread = _gaussian if sensor[0] == "gaussian" else _airy
     return np.mean([spread(sensor[1], shape, row + s * motion[0], column + s * motion[1]) for s in along], axis=0)
@@ -120,10 +120,11 @@ def _gaussian(sigma, shape, row, column):
 
 
 def _airy(cutoff, shape, row, column, points=6):
-    """Diffraction at a circular aperture; each pixel is the mean of midpoints, near the centre of more."""
-    result = np.empty(shape)
+    """Diffraction at a circular aperture to 18 pixels; each pixel is the mean of midpoints, near the centre of more."""
+    result = np.zeros(shape)
     y, x = np.ogrid[: shape[0], : shape[1]]
-    near = np.hypot(y + 0.5 - row, x + 0.5 - column) < 4.0
+    away = np.hypot(y + 0.5 - row, x + 0.5 - column)
+    near, far = away < 3.5, (away >= 3.5) & (away < 18.0)
 
     def mean(rows, columns, count):
         inner = (np.arange(count) + 0.5) / count
@@ -131,7 +132,7 @@ def _airy(cutoff, shape, row, column, points=6):
         v = np.maximum(np.pi * cutoff * r, 1e-9)
         return np.mean(0.25 * np.pi * cutoff**2 * (2.0 * j1(v) / v) ** 2, axis=(1, 2))
 
-    for where, count in ((near, 4 * points), (~near, points)):
+    for where, count in ((near, 3 * points), (far, points)):
         at = np.nonzero(where)
         result[at] = mean(*at, count)
     return result

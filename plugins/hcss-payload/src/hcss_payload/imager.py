@@ -54,7 +54,7 @@ NOTES = (
 
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
-_SMEARLESS = "elements and views are those of its middle"
+_SMEARLESS = "views, and the clouds before small elements, are those of its middle"
 
 LIMB_NOTE = (
     "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
@@ -251,7 +251,12 @@ class CameraImager:
 
     def element_stage(self, plan: Plan) -> RayElementStage:
         """Return the elements as the camera sees them."""
-        return RayElementStage(plan, self._geometry)
+        pose, still = self._payload.pose, replace(self._shutter, instants=1)
+
+        def clouds(time_s: float) -> RayClouds:
+            return RayClouds(plan, self.camera, exposure_of(still, time_s, self.camera, pose))
+
+        return RayElementStage(plan, self._geometry, clouds, self._shutter, pose)
 
     def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
         """Return the exact view of pixels."""
