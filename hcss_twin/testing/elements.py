@@ -268,7 +268,8 @@ def in_pixels(
 def _by_pixel(pixel: NDArray[np.intp], share: Array) -> tuple[NDArray[np.intp], Array]:
     """Return distinct pixels along one axis, and the sum of the shares in each."""
     distinct, which = np.unique(pixel, return_inverse=True)
-    return distinct, np.bincount(which, share, distinct.size)
+    total: Array = np.bincount(which, share, distinct.size)
+    return distinct, total
 
 
 def _given(

@@ -6,7 +6,6 @@ A point that moves is the mean of its images along its way, close enough that th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 from scipy.special import j1, ndtr
@@ -15,11 +14,11 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.physics.quadrature import gauss_legendre
 from hcss_twin.providers import Points
 
-_STEPS_PER_PIXEL, _STEPS_WITHOUT_SPREAD = 8, 64
-"""Images along each pixel of motion; more where each is in one pixel only."""
+_STEPS, _STEPS_PER_PIXEL, _STEPS_WITHOUT_SPREAD = 3, 4, 64
+"""Images along any motion, and along each pixel of it; more where each is in one pixel only."""
 
-_AT_ONCE = 512
-"""Images that are added together."""
+_AT_ONCE = 64
+"""Points whose images are added together."""
 
 _NEAR, _RINGS = 8.0, 12.0
 """Distance in pixels, and in rings of diffraction, within which an Airy pattern is integrated over each pixel; beyond,
@@ -54,35 +53,38 @@ class PointImage:
         """Add the images of points to a frame (Y, X), smeared by their motion in an exposure around its time."""
         spreads = any(each is not None for each in (self._sigma, self._cutoff, self._spot))
         steps = _STEPS_PER_PIXEL if spreads else _STEPS_WITHOUT_SPREAD
-        for row, column, light in _along_the_way(points, points.radiance[band], exposure_s, steps):
+        together = _AT_ONCE if self._cutoff is None and self._spot is None else 1
+        for first in range(0, points.row.size, together):
+            part = slice(first, first + together)
+            row, column, share = _along_the_way(points, part, exposure_s, steps)
+            light = points.radiance[band, part]
             if self._cutoff is not None:
-                for at in zip(row.tolist(), column.tolist(), light.tolist(), strict=True):
-                    _add_airy(image, *at, self._cutoff)
+                _add_airy(image, row, column, float(light[0]), self._cutoff)
             elif self._spot is not None:
-                for at in zip(row.tolist(), column.tolist(), light.tolist(), strict=True):
-                    _add_spot(image, *at, self._spot)
+                for at in zip(row.tolist(), column.tolist(), strict=True):
+                    _add_spot(image, *at, float(light[0]) / row.size, self._spot)
             else:
                 down, across = (
                     _profile(place, size, self._sigma) for place, size in zip((row, column), image.shape, strict=True)
                 )
-                image += (down * light[:, None]).T @ across
+                image += (down * (share @ light)[:, None]).T @ across
 
 
-def _along_the_way(
-    points: Points, light: Array, exposure_s: float, steps_per_pixel: int
-) -> Iterator[tuple[Array, Array, Array]]:
-    """Yield rows, columns and light (N,) of points at instants of the exposure, in the middles of equal parts."""
-    motion = exposure_s * np.hypot(points.row_rate, points.column_rate)
-    counts = np.maximum(1, np.ceil(steps_per_pixel * motion)).astype(np.intp)
+def _along_the_way(points: Points, part: slice, exposure_s: float, steps: int) -> tuple[Array, Array, Array]:
+    """Return rows and columns (N,) of some points (P,) in the middles of equal parts of the exposure.
+
+    The third array (N, P) is the share of each point's light that is at each of these places.
+    """
+    row_rate, column_rate = points.row_rate[part], points.column_rate[part]
+    motion = exposure_s * np.hypot(row_rate, column_rate)
+    counts = np.where(motion > 0.0, np.ceil(steps * motion) + _STEPS, 1.0).astype(np.intp)
     which = np.repeat(np.arange(counts.size), counts)
     step = np.arange(which.size) - np.repeat(np.cumsum(counts) - counts, counts)
     later = ((step + 0.5) / counts[which] - 0.5) * exposure_s
-    row = points.row[which] + later * points.row_rate[which]
-    column = points.column[which] + later * points.column_rate[which]
-    share = (light / counts)[which]
-    for first in range(0, which.size, _AT_ONCE):
-        part = slice(first, first + _AT_ONCE)
-        yield row[part], column[part], share[part]
+    share = np.zeros((which.size, counts.size))
+    share[np.arange(which.size), which] = 1.0 / counts[which]
+    row, column = points.row[part][which], points.column[part][which]
+    return row + later * row_rate[which], column + later * column_rate[which], share
 
 
 def _profile(place: Array, size: int, sigma: float | None) -> Array:
@@ -95,30 +97,38 @@ def _profile(place: Array, size: int, sigma: float | None) -> Array:
     return shares
 
 
-def _window(place: float, reach: int, size: int) -> slice:
-    pixel = math.floor(place)
-    return slice(min(max(pixel - reach, 0), size), min(max(pixel + reach + 1, 0), size))
+def _window(least: float, most: float, reach: int, size: int) -> slice:
+    """Pixels of an axis within reach of places."""
+    first, last = math.floor(least) - reach, math.floor(most) + reach
+    return slice(min(max(first, 0), size), min(max(last + 1, 0), size))
 
 
-def _add_airy(image: Array, row: float, column: float, light: float, cutoff: float) -> None:
+def _add_airy(image: Array, row: Array, column: Array, light: float, cutoff: float) -> None:
     """Add the diffraction pattern of a round aperture (Born and Wolf, Principles of Optics, section 8.5.2).
 
     Per pixel^2 it is (pi u^2 / 4) (2 J1(v) / v)^2 with v = pi u r, the cut-off frequency u in cycles per pixel and the
-    distance r in pixels. Far away it falls as 1 / (pi^3 u r^3), averaged over its rings.
+    distance r in pixels. Far away it falls as 1 / (pi^3 u r^3), averaged over its rings. The light is shared evenly by
+    the places (N,) on a way.
     """
     reach = math.ceil(max(_NEAR, _RINGS / cutoff))
-    near = _window(row, reach, image.shape[0]), _window(column, reach, image.shape[1])
-    y, x = (np.arange(size) + 0.5 - at for size, at in zip(image.shape, (row, column), strict=True))
+    near = tuple(
+        _window(float(at.min()), float(at.max()), reach, size)
+        for at, size in zip((row, column), image.shape, strict=True)
+    )
+    y, x = (np.arange(size) + 0.5 for size in image.shape)
     inner = image[near].copy()
-    image += light / (np.pi**3 * cutoff * np.maximum(np.hypot(y[:, None], x), 0.5) ** 3)
+    away = np.hypot((y - row.mean())[:, None], x - column.mean())
+    image += light / (np.pi**3 * cutoff * np.maximum(away, 0.5) ** 3)
     if not inner.size:
         return
     abscissa, weight = gauss_legendre(4 + math.ceil(2.5 * cutoff))
     inside, share = 0.5 * abscissa, 0.5 * weight
-    r = np.hypot((y[near[0], None] + inside)[:, None, :, None], (x[near[1], None] + inside)[:, None, :])
-    v = np.maximum(np.pi * cutoff * r, 1e-9)
-    pattern = 0.25 * np.pi * cutoff**2 * (2.0 * j1(v) / v) ** 2
-    image[near] = inner + light * np.einsum("yxij,i,j->yx", pattern, share, share)
+    pattern = np.zeros(inner.shape)
+    for at_row, at_column in zip(row.tolist(), column.tolist(), strict=True):
+        down, across = (y[near[0], None] + (inside - at_row)) ** 2, (x[near[1], None] + (inside - at_column)) ** 2
+        v = np.maximum(np.pi * cutoff * np.sqrt(down[:, None, :, None] + across[:, None, :]), 1e-9)
+        pattern += np.einsum("yxij,i,j->yx", (2.0 * j1(v) / v) ** 2, share, share)
+    image[near] = inner + light * 0.25 * np.pi * cutoff**2 / row.size * pattern
 
 
 def _add_spot(image: Array, row: float, column: float, light: float, spot: Array) -> None:
@@ -126,7 +136,7 @@ def _add_spot(image: Array, row: float, column: float, light: float, spot: Array
     from scipy.ndimage import map_coordinates
 
     rows, columns = (
-        _window(at, length // 2 + 1, size)
+        _window(at, at, length // 2 + 1, size)
         for at, length, size in zip((row, column), spot.shape, image.shape, strict=True)
     )
     y, x = (

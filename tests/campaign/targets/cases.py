@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from closed_forms import own_thickness
 
 FRAMES, SIDE = 20, 48
 EMISSIVITY = True
@@ -47,6 +46,9 @@ def scene(number, seed=40):
                   "samples_per_pixel": int(random.choice([1, 2, 4]))},
         "frames": {"count": FRAMES, "interval": 1.0},
         "bands": BANDS,
+        # the column behind a target is then one column of the radiance model
+        "sea": {"temperature_texture": 0.0},
+        "atmosphere": {"water_vapour_texture": 0.0},
         "view": {"zenith": zenith, "azimuth": float(random.uniform(0.0, 360.0))},
         "slant": {"parallax": bool(random.random() < 0.5)},
         "motion": {"platform_speed": float(random.choice([0.0, random.uniform(-100.0, 100.0)]))},
@@ -87,14 +89,16 @@ def targets(number, plan, about, seed=40):
 
 def _place(random, plan, time_s):
     """A subpixel place in the middle of the image; with clouds, half of the time next to the edge of one."""
+    samples = plan.samples_per_pixel
+    points = slice(0, SIDE * samples)
+    clouds = [each.thickness_m(time_s, points, points) for each in plan.assembly.generators]
     for attempt in range(200):
         row, column = random.uniform(16.0, SIDE - 16.0, 2).tolist()
-        if not plan.layers or (attempt == 0 and random.random() < 0.5):
+        if not clouds or (attempt == 0 and random.random() < 0.5):
             break
-        around = [
-            own_thickness(plan, row + dy, column + dx, time_s)[0]
-            for dy, dx in ((0, 0), (1, 0), (0, 1), (-1, 0), (0, -1))
-        ]
+        y, x = int(row * samples), int(column * samples)
+        beside = ((0, 0), (samples, 0), (0, samples), (-samples, 0), (0, -samples))
+        around = [clouds[0][y + dy, x + dx] for dy, dx in beside]
         if min(around) > 0.0 or max(around) == 0.0:
             continue
         break

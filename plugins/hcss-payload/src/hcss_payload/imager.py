@@ -56,6 +56,11 @@ ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [plac
 
 _SMEARLESS = "views, and the clouds before small elements, are those of its middle"
 
+_STILL = (
+    "camera: integration_time is 0: the scene does not smear, whatever the integration time of [sensor]; small elements "
+    "smear over that of the sensor"
+)
+
 LIMB_NOTE = (
     "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
     "of sight above a black sea; their clouds and scattered sunlight are left out"
@@ -143,6 +148,7 @@ class CameraImager:
             *NOTES,
             *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
+            *(() if scenario.sensor is None or payload.integration_s else (_STILL,)),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
