@@ -77,10 +77,9 @@ class CubePair:
         ]
         self.frames = int(clean.dimensions["time"].size)
 
-    def radiance(self, index: int) -> NDArray[np.float32]:
-        """Read the clean radiance (B, y, x) of a frame."""
-        radiance: NDArray[np.float32] = np.asarray(self._clean[RADIANCE][index])
-        return radiance
+    def values(self, index: int, name: str) -> NDArray[Any]:
+        """Read a variable of a frame of the clean cube."""
+        return np.asarray(self._clean[name][index])
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write the measurements of a frame, one array per variable of the type in its spec, and copy the truth.

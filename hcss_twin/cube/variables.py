@@ -95,6 +95,9 @@ SHADOW_MASK = "shadow_mask"
 SURFACE_CLASS, SURFACE_TEMPERATURE = "surface_class", "surface_temperature"
 SEA_TEMPERATURE, WATER_VAPOUR_FACTOR = "sea_temperature", "water_vapour_factor"
 ELEMENT, ELEMENT_SHARE, ELEMENT_RADIANCE = "element", "element_share", "element_radiance"
+ELEMENT_POINT_RADIANCE, ELEMENT_TRANSMITTANCE = "element_point_radiance", "element_transmittance"
+ELEMENT_PLACE = ("element_row", "element_column")
+ELEMENT_RATE = ("element_row_rate", "element_column_rate")
 
 _ON_SCALE = {"units_metadata": "temperature: on_scale"}
 
@@ -164,9 +167,29 @@ VARIABLES: tuple[VariableSpec, ...] = (
            "Number of the [[elements]] section, from 1, of the highest element in the pixel; 0: none.",
            dtype="uint8", needs="elements", lowest=0.0),
     _truth(ELEMENT_SHARE, "1", "share of the element in the pixel",
-           "Share of the pixel that its highest element covers; of an unresolved source, share of its energy in the "
-           "pixel. 0: no element.", needs="elements", lowest=0.0, highest=1.0),
+           "Share of the pixel that its highest element covers and no higher one hides; of a plume, share of its "
+           "energy in the pixel. 0: no element.", needs="elements", lowest=0.0, highest=1.0),
+    _truth(ELEMENT_TRANSMITTANCE, "1", "transmittance before the element",
+           "Of the air and, directly, of the clouds between the place of the highest small element in the pixel and "
+           "the sensor; missing where there is none.", dims=BAND_FRAME, needs="elements", lowest=0.0, highest=1.0,
+           may_be_missing=True),
+    *(
+        _truth(name, "1", f"{axis} of the element",
+               f"{axis.capitalize()} of the small elements in the pixel, weighted with what they add to the radiance: "
+               "their place within the pixel; pixel n of the image extends from n to n + 1. Missing without.",
+               needs="elements", may_be_missing=True)
+        for name, axis in zip(ELEMENT_PLACE, ("row", "column"), strict=True)
+    ),
+    *(
+        _truth(name, "s-1", f"motion of the element along {axis}s",
+               f"{axis.capitalize()}s per second by which the small elements in the pixel move against the image.",
+               needs="elements", may_be_missing=True)
+        for name, axis in zip(ELEMENT_RATE, ("row", "column"), strict=True)
+    ),
     VariableSpec(ELEMENT_RADIANCE, "W m-2 sr-1", "radiance that elements add", "derived",
                  "Radiance less that of the scene without elements, which is the sum of the terms; negative where "
                  "elements hide more than they send.", dims=BAND_FRAME, needs="elements"),
+    VariableSpec(ELEMENT_POINT_RADIANCE, "W m-2 sr-1", "radiance that small elements add", "derived",
+                 "Part of element_radiance that sensors draw at the place of the elements within their pixels, through "
+                 "the point spread.", dims=BAND_FRAME, needs="elements"),
 )  # fmt: skip

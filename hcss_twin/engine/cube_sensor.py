@@ -20,6 +20,7 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+from hcss_twin.engine.cube_points import require_points
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.builder import numbered
@@ -62,6 +63,11 @@ class CleanCube:
     scenario: Mapping[str, Any]
     binned: float = 1.0
 
+    @property
+    def has_elements(self) -> bool:
+        """Whether the scene has elements."""
+        return bool(self.scenario.get("elements"))
+
 
 def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     """Read the sensor inputs from an open cube.
@@ -77,7 +83,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     Raises
     ------
     CubeError
-        If the cube has no radiance or no scenario, or is itself a sensor cube.
+        If the cube has no radiance or no scenario, lacks the places of its elements, or is itself a sensor cube.
     CatalogError
         If a band response file is missing.
     """
@@ -109,7 +115,10 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         catalog=Catalog(base=base or Path.cwd()),
         corner=_corner(dataset, image, pixel_size_m),
     )
-    return CleanCube(inputs, numbers, times_s, scenario, grid.pixel_size_m / pixel_size_m)
+    cube = CleanCube(inputs, numbers, times_s, scenario, grid.pixel_size_m / pixel_size_m)
+    if cube.has_elements:
+        require_points(dataset.variables, name)
+    return cube
 
 
 def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[SpectralBand]:

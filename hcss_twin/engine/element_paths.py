@@ -16,12 +16,18 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import Sun
 
 _ALTITUDES = 64
 """Altitudes and colours in memory."""
+
+
+_SKY_ZENITH_DEG = 53.0
+"""Zenith angle at which the air's emission stands for its mean over the sky, weighted with the cosine: 1 / 1.66 (W. M.
+Elsasser, Heat transfer by infrared radiation in the atmosphere, Harvard Meteorological Studies 6, 1942)."""
 
 
 class ElementPaths:
@@ -33,6 +39,7 @@ class ElementPaths:
         self.air = cached_method(self._new_air, _ALTITUDES)
         self.air_emission = cached_method(self._new_air_emission, _ALTITUDES)
         self._shares = cached_method(self._new_shares, _ALTITUDES)
+        self._white = cached_method(self._new_white, _ALTITUDES)
 
     def band_mean(self, spectrum: Array, temperature_K: float | None = None) -> Array:
         """Return the mean (B,) of a spectrum (V,) over the bands, for light of a black body or, without, of no colour.
@@ -59,6 +66,38 @@ class ElementPaths:
             depth += own[:, None] * extinction
         mean: Array = np.mean(np.exp(-depth / math.cos(math.radians(zenith_deg))), axis=0)
         return mean
+
+    def reflected(self, altitude_m: float, zenith_deg: float, sun: Sun | None, heights_m: Array) -> Array:
+        """Return the radiance (B,) that a white horizontal diffuser sends to the sensor: direct sun and thermal sky.
+
+        Both pass the clouds (L, P) above it directly, sunlight twice; light that clouds scatter or emit toward it is
+        left out. It would pass the same clouds on its way to the sensor.
+        """
+        sky, sunlight = self._white(altitude_m, zenith_deg, sun)
+        light = sky
+        if sun is not None:
+            light = light + sunlight * self.through_cloud(heights_m, sun.zenith_deg)
+        radiance: Array = np.sum(self._weights * (light * self.through_cloud(heights_m, zenith_deg)), axis=1)
+        return radiance
+
+    def _new_white(self, altitude_m: float, zenith_deg: float, sun: Sun | None) -> tuple[Array, Array]:
+        """Thermal sky and sunlight (V,) from a white horizontal diffuser, behind the air on all of their way."""
+        assembly, none = self._plan.assembly, np.zeros_like(self._wavenumber)
+        toward, profile = to_space(altitude_m, zenith_deg), assembly.profile
+        sky = none
+        if altitude_m < profile.altitude_m[-1]:
+            levels = np.concatenate(([altitude_m], profile.altitude_m[profile.altitude_m > altitude_m]))
+            paths = [toward + Path((Leg(altitude_m, float(each), _SKY_ZENITH_DEG),)) for each in levels]
+            arriving = assembly.transmittance.transmittance(self._wavenumber, paths)
+            kelvin = profile.temperature_at(levels)
+            source = planck(self._wavenumber[None, :], 0.5 * (kelvin[1:] + kelvin[:-1])[:, None])
+            sky = np.sum(source * (arriving[:-1] - arriving[1:]), axis=0)
+        if sun is None:
+            return sky, none
+        both = toward + to_space(altitude_m, sun.zenith_deg)
+        through = assembly.transmittance.transmittance(self._wavenumber, [both])[0] if sky is not none else 1.0
+        power = assembly.solar_irradiance(self._wavenumber) / sun.distance_au**2
+        return sky, power * math.cos(math.radians(sun.zenith_deg)) / math.pi * through
 
     @cached_property
     def _extinction_m1(self) -> list[Array]:

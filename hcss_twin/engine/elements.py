@@ -1,13 +1,17 @@
 """Elements of a scene: attenuation, addition to the radiance of the frames, and what they hide.
 
-The radiance of a pixel with an element of radiance L, share c and altitude z becomes
+The radiance of a pixel with a body of radiance L, share c and altitude z becomes
 
     L_pixel + c t [T L + A - L_behind]
 
 with the direct transmission t of the clouds above z, transmittance T and emission A of the air above z, and the
-radiance L_behind of the pixel without these clouds, which is L_pixel if there are none. Light that clouds scatter into
-the line of sight remains. An unresolved source of intensity I adds c t T I / (a cos(view zenith)), with the area a of
-the pixel on the ground, and hides nothing. Lower elements come first, so that higher ones hide them.
+radiance L_behind of what it hides without these clouds, which is L_pixel if there are none. Light that clouds scatter
+into the line of sight remains. A plume of intensity I adds t T I / (a cos(view zenith)), with the area a of the pixel
+on the ground, and hides nothing.
+
+Small elements have the air and clouds of their own place, and the column of that place behind them; a body larger than
+a pixel has those of its pieces. They hide parts of each other as squares; extended ones, which only say their share of
+each pixel, hide this share of all below them.
 """
 
 from __future__ import annotations
@@ -20,23 +24,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.cube.variables import ELEMENT, ELEMENT_SHARE
+from hcss_twin.cube.variables import (
+    ELEMENT,
+    ELEMENT_PLACE,
+    ELEMENT_POINT_RADIANCE,
+    ELEMENT_RADIANCE,
+    ELEMENT_RATE,
+    ELEMENT_SHARE,
+    ELEMENT_TRANSMITTANCE,
+)
 from hcss_twin.engine.element_paths import ElementPaths
+from hcss_twin.engine.placed_points import LARGEST_DRAWN, Piece, PlacedPoint, Share, higher_than, merged
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import displacement_m
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.plan.windows import Window, length, points_of
-from hcss_twin.providers import ElementPixels, SightPath, Sun
+from hcss_twin.providers import ElementPixels, ElementPoint, SightPath, Sun
 
 if TYPE_CHECKING:
     from hcss_twin.engine.tables.over_points import AnyLookUp
 
 Thickness = NDArray[np.float32]
 
+Place = tuple[float, float]
+"""Row and column in the image; pixel n extends from n to n + 1."""
+
 _SEED_KEY = 2**18
 """Distinguishes the seeds of elements from those of clouds, waves and the certificate."""
+
+_RATE_S = 1e-3
+"""Time over which the motion of elements against the image is measured, around the instant."""
 
 
 class Clouds(Protocol):
@@ -70,7 +89,13 @@ class ElementStage:
 
 
 class InstantElements:
-    """Elements of a part of one frame, and the scene around them (:class:`hcss_twin.providers.ElementScene`)."""
+    """Elements of a part of one frame, and the scene around them (:class:`hcss_twin.providers.ElementScene`).
+
+    Attributes
+    ----------
+    drawn : dict of (int, int) to list of Piece
+        What small elements add to each pixel of the windows so far, which sensors draw.
+    """
 
     sun: Sun | None
     random: np.random.Generator
@@ -88,13 +113,14 @@ class InstantElements:
         self._plan, self._paths, self._views = plan, paths, views
         self._clouds, self._look_up = clouds, look_up
         self._time_s, self._number = time_s, plan.scenario.frames.first + index
+        self.drawn: dict[tuple[int, int], list[Piece]] = {}
 
     def add(
         self,
         window: Window,
         thickness_m: Sequence[Thickness],
         radiance: NDArray[np.float32],
-        added: NDArray[np.float32],
+        added: Mapping[str, NDArray[np.float32]],
         truth: Mapping[str, NDArray[Any]],
         place: Window,
     ) -> NDArray[np.bool_]:
@@ -108,9 +134,9 @@ class InstantElements:
             Of each layer.
         radiance : ndarray of float32 (C, y, x)
             Radiance of the part; its first B channels are the totals of the bands.
-        added : ndarray of float32 (B, y, x)
-            Gets the difference that elements make; without channels if it is not wanted.
-        truth : mapping of str to ndarray (y, x)
+        added : mapping of str to ndarray of float32 (B, y, x)
+            Those of ``element_radiance`` and ``element_point_radiance`` that are wanted; get what elements add.
+        truth : mapping of str to ndarray (..., y, x)
             Truth variables of the part.
 
         Returns
@@ -118,26 +144,78 @@ class InstantElements:
         ndarray of bool (window rows, window columns)
             Pixels with an element.
         """
-        plan, parts = self._plan, list[tuple[int, ElementPixels]]()
+        parts = self._given(window)
+        points = [each for _, each in parts if isinstance(each, PlacedPoint)]
+        present = np.zeros((length(window[0]), length(window[1])), dtype=np.bool_)
+        small = _Small(window, place, thickness_m, radiance)
+        for number, each in parts:
+            if isinstance(each, PlacedPoint):
+                for pixel, pieces in each.pieces(window, higher_than(each, points)).items():
+                    own = self._add_point(each, pixel, pieces, small)
+                    present[pixel[0] - window[0].start, pixel[1] - window[1].start] = True
+                    _tell(truth, own, *small.at(pixel))
+                continue
+            own = {ELEMENT: number, ELEMENT_SHARE: each.share}
+            own |= {f"{ELEMENT}_{name}": values for name, values in each.truth.items()}
+            y, x = each.rows - window[0].start, each.columns - window[1].start
+            present[y, x] = True
+            _tell(truth, own, y + place[0].start, x + place[1].start)
+            for n, pixel in enumerate(zip(each.rows.tolist(), each.columns.tolist(), strict=True)):
+                self._add_pixel(each, n, pixel, small, added)
+        self._draw(small, added, truth)
+        return present
+
+    def windows(self, area: Window) -> list[Window]:
+        """Return windows of an area of the image that hold all small elements that sensors draw."""
+        placed = (each for _, each in self._given(area) if isinstance(each, PlacedPoint))
+        windows = [each.window(area) for each in placed if each.side <= LARGEST_DRAWN]
+        return [each for each in windows if length(each[0]) > 0 and length(each[1]) > 0]
+
+    def _given(self, window: Window) -> list[tuple[int, ElementPixels | PlacedPoint]]:
+        """Return what the providers give for a window, with the numbers of their sections, from the lowest on."""
+        plan, parts = self._plan, list[tuple[float, int, ElementPixels | PlacedPoint]]()
         for number, provider in enumerate(plan.assembly.elements, start=1):
             seed = np.random.SeedSequence(plan.scenario.seed, spawn_key=(_SEED_KEY, number, self._number))
             self.sun, self.random = plan.sun_at(self._time_s), np.random.Generator(np.random.PCG64(seed))
-            parts += ((number, pixels) for pixels in provider.pixels(self._time_s, *window, self))
-        parts.sort(key=lambda part: part[1].altitude_m)
-        present = np.zeros((length(window[0]), length(window[1])), dtype=np.bool_)
-        for number, pixels in parts:
-            own = {ELEMENT: number, ELEMENT_SHARE: pixels.share}
-            own |= {f"{ELEMENT}_{name}": values for name, values in pixels.truth.items()}
-            y, x = pixels.rows - window[0].start, pixels.columns - window[1].start
-            present[y, x] = True
-            for name, array in truth.items():
-                if name.startswith(ELEMENT):
-                    array[place][y, x] = own.get(name, np.nan)
-            for n, corner in enumerate(zip(y.tolist(), x.tolist(), strict=True)):
-                points = [each[_points(corner, plan.samples_per_pixel)] for each in thickness_m]
-                at = corner[0] + place[0].start, corner[1] + place[1].start
-                self._add_pixel(pixels, n, points, radiance, added, at)
-        return present
+            for each in provider.pixels(self._time_s, *window, self):
+                own = self._placed(number, each) if isinstance(each, ElementPoint) else each
+                if own is not None:
+                    parts.append((each.altitude_m, number, own))
+        parts.sort(key=lambda part: part[0])
+        return [(number, each) for _, number, each in parts]
+
+    def _placed(self, number: int, point: ElementPoint) -> PlacedPoint | None:
+        """Return a small element at its place in the image; None if it is not seen."""
+        if (seen := self._seen(point)) is None:
+            return None
+        row, column, rate = seen
+        area = 0.0
+        if point.area_m2 is not None:
+            area = point.area_m2 / self._area_m2(float(row.mean()), float(column.mean()), point)
+        side = max(point.side_m / self._plan.grid.pixel_size_m, math.sqrt(area) if area > 1.0 else 0.0)
+        return PlacedPoint(number, point, row, column, rate, area, side)
+
+    def _seen(self, point: ElementPoint) -> tuple[Array, Array, tuple[float, float]] | None:
+        """Return row and column (M,) of a small element at the instants that the frame shows, and its further motion.
+
+        The motion is in rows and columns per second. None if it is not seen.
+        """
+        here, before, after = (self._at(point, later) for later in (0.0, -0.5 * _RATE_S, 0.5 * _RATE_S))
+        rate = (after[0] - before[0]) / _RATE_S, (after[1] - before[1]) / _RATE_S
+        return np.array([here[0]]), np.array([here[1]]), rate
+
+    def _at(self, point: ElementPoint, later_s: float) -> Place:
+        """Return the row and column of a small element at a time after that of the part."""
+        start = point.x_m, point.y_m, point.altitude_m
+        moved = [each + later_s * speed for each, speed in zip(start, point.velocity_m_s, strict=True)]
+        row, column = self._project_at(later_s, *(np.array([each]) for each in moved))
+        return float(row[0]), float(column[0])
+
+    def _project_at(self, later_s: float, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        """Return where points appear in the image of another time."""
+        row, column = self.project(x_m, y_m, altitude_m)
+        moved_m = self._plan.assembly.motion.platform_speed_m_s * later_s
+        return row, column - moved_m / self._plan.grid.pixel_size_m
 
     def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
         """Return where points appear in the image, as :meth:`hcss_twin.providers.ElementScene.project`."""
@@ -152,32 +230,141 @@ class InstantElements:
 
     def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
         """Return what is between a point and the sensor, as :meth:`hcss_twin.providers.ElementScene.path`."""
-        row, column = (
-            math.floor(each[0]) for each in self.project(*(np.array([each]) for each in (x_m, y_m, altitude_m)))
-        )
-        thickness = self._clouds.thickness_m((slice(row, row + 1), slice(column, column + 1)))
-        zenith, paths = self._zenith_deg(row, column), self._paths
-        cloud = paths.through_cloud(paths.heights_above(thickness, altitude_m), zenith)
+        at = self.project(*(np.array([each]) for each in (x_m, y_m, altitude_m)))
+        place, paths = (float(at[0][0]), float(at[1][0])), self._paths
+        zenith = self._zenith_of(place)
+        cloud = paths.through_cloud(paths.heights_above(self._own_points(place), altitude_m), zenith)
         return SightPath(
             paths.band_mean(paths.air(altitude_m, zenith)),
             paths.air_emission(altitude_m, zenith).copy(),
             paths.band_mean(cloud),
         )
 
+    def _own_points(self, place: Place) -> list[Thickness]:
+        """Return the thickness (1, 1) of each layer at the point of the scene that a place in the image is in."""
+        plan, samples = self._plan, self._plan.samples_per_pixel
+        row, column = place
+        if plan.imager is None and not all(hasattr(each, "thickness_around_m") for each in plan.assembly.generators):
+            row, column = min(max(row, 0.0), plan.grid.rows - 1e-6), min(max(column, 0.0), plan.grid.columns - 1e-6)
+        y, x = math.floor(row), math.floor(column)
+        thickness = self._clouds.thickness_m((slice(y, y + 1), slice(x, x + 1)))
+        i, j = (min(int((at - pixel) * samples), samples - 1) for at, pixel in ((row, y), (column, x)))
+        return [each[i : i + 1, j : j + 1] for each in thickness]
+
+    def _add_point(
+        self, placed: PlacedPoint, pixel: tuple[int, int], pieces: Sequence[Share], small: _Small
+    ) -> dict[str, Any]:
+        """Add the pieces of a small element in one pixel, and return their truth."""
+        point, covers = placed.point, placed.area or 1.0
+        own: dict[str, Any] = {ELEMENT: placed.number, ELEMENT_SHARE: covers * sum(each.share for each in pieces)}
+        own |= {f"{ELEMENT}_{name}": value for name, value in point.truth.items()}
+        changes = dict[tuple[float, ...], Array]()
+        of_place = [] if placed.is_resolved else self._own_points(placed.place)
+        target = small.large if placed.side > LARGEST_DRAWN else small.drawn
+        for piece in pieces:
+            behind = small.thickness_at(pixel, (piece.row, piece.column), self._plan.samples_per_pixel)
+            above = behind if placed.is_resolved else of_place
+            key = tuple(float(each[0, 0]) for each in behind)
+            if key not in changes:
+                place = (piece.row, piece.column) if placed.is_resolved else placed.place
+                own[ELEMENT_TRANSMITTANCE], changes[key] = self._change(point, place, pixel, above, behind, small)
+            target.setdefault(pixel, []).append((placed, piece, changes[key] * covers * piece.share))
+        return own
+
+    def _change(
+        self,
+        point: ElementPoint,
+        place: Place,
+        pixel: tuple[int, int],
+        above: Sequence[Thickness],
+        behind: Sequence[Thickness],
+        small: _Small,
+    ) -> tuple[Array, Array]:
+        """Return the transmittance (B,) before a small element, and what it adds (B,) to a pixel that it fills.
+
+        Parameters
+        ----------
+        above, behind : sequence of ndarray (1, 1)
+            Thickness of the clouds that weaken it, and at the point that it hides.
+        """
+        paths, altitude_m, zenith = self._paths, point.altitude_m, self._zenith_of(place)
+        heights = paths.heights_above(above, altitude_m)
+        cloud, air = paths.through_cloud(heights, zenith), paths.air(altitude_m, zenith)
+        reach = paths.band_mean(air * cloud, point.temperature_K)
+        if self._look_up is None:
+            return reach, np.zeros_like(reach)
+        if point.intensity is not None:
+            return reach, reach * point.intensity / self._area_m2(*place, point)
+        assert point.radiance is not None
+        alone = paths.band_mean(air, point.temperature_K)
+        direct = np.divide(reach, alone, out=np.zeros_like(reach), where=alone > 0.0)
+        own = reach * point.radiance
+        if point.reflectance:
+            own = own + point.reflectance * paths.reflected(
+                altitude_m, zenith, self._plan.sun_at(self._time_s), heights
+            )
+        hidden = self._behind(pixel, heights, behind, small)
+        return reach, own + direct * (paths.air_emission(altitude_m, zenith) - hidden)
+
+    def _behind(self, pixel: tuple[int, int], heights: Array, thickness_m: Sequence[Thickness], small: _Small) -> Array:
+        """Return the radiance (B,) of the column that a body hides in a pixel, without the layers above the body."""
+        y, x = small.at(pixel)
+        channels, all_points = small.radiance.shape[0], small.points_of(pixel, self._plan.samples_per_pixel)
+        whole = [np.full(each.shape, own[0, 0]) for each, own in zip(all_points, thickness_m, strict=True)]
+        if np.any(heights):
+            return self._looked_up(_below(whole, heights), channels, (y, x))
+        before = small.radiance[: len(self._plan.bands), y, x].astype(np.float64)
+        if all(np.array_equal(one, other) for one, other in zip(whole, all_points, strict=True)):
+            return before
+        # What waves, shadows and lower elements change stays.
+        own, mean = (self._looked_up(each, channels, (y, x)) for each in (whole, all_points))
+        return np.maximum(before + own - mean, 0.0)
+
+    def _draw(self, small: _Small, added: Mapping[str, NDArray[np.float32]], truth: Mapping[str, NDArray[Any]]) -> None:
+        """Add the small elements of a window to its pixels, which have all else by now."""
+        bands = len(self._plan.bands)
+        for pixel in {**small.large, **small.drawn}:
+            y, x = small.at(pixel)
+            pieces = small.drawn.get(pixel, [])
+            behind = small.radiance[:bands, y, x].copy()
+            if self._look_up is not None:
+                for _, _, change in small.large.get(pixel, []):
+                    behind = np.maximum(behind + change, 0.0).astype(np.float32)
+                total = behind.astype(np.float64)
+                for _, _, change in pieces:
+                    total = total + change
+                before, after = small.radiance[:bands, y, x].astype(np.float64), np.maximum(total, 0.0)
+                small.radiance[:bands, y, x] = after
+                for name, since in ((ELEMENT_RADIANCE, before), (ELEMENT_POINT_RADIANCE, behind.astype(np.float64))):
+                    if name in added:
+                        added[name][:, y, x] += small.radiance[:bands, y, x] - since
+            if not pieces:
+                continue
+            found = [Piece(at.row, at.column, of.rate, change, pixel, behind) for of, at, change in pieces]
+            self.drawn.setdefault(pixel, []).extend(found)
+            weights = np.array([np.sum(np.abs(each.radiance)) for each in found])
+            if not np.any(weights):
+                weights = np.array([at.share for _, at, _ in pieces])
+            rates = weights @ np.array([each.rate for each in found]) / weights.sum()
+            own = dict(zip((*ELEMENT_PLACE, *ELEMENT_RATE), (*merged(found, weights), *rates), strict=True))
+            for name in own.keys() & truth.keys():
+                truth[name][y, x] = own[name]
+
     def _add_pixel(
         self,
         pixels: ElementPixels,
         n: int,
-        thickness_m: Sequence[Thickness],
-        radiance: NDArray[np.float32],
-        added: NDArray[np.float32],
-        at: tuple[int, int],
+        pixel: tuple[int, int],
+        small: _Small,
+        added: Mapping[str, NDArray[np.float32]],
     ) -> None:
-        """Add the n-th pixel of an element, with clouds of this thickness at its points, at a place in the part."""
+        """Add the n-th pixel of an extended element."""
         if self._look_up is None:
             return
         plan, paths, altitude_m = self._plan, self._paths, pixels.altitude_m
-        zenith = self._zenith_deg(int(pixels.rows[n]), int(pixels.columns[n]))
+        radiance, at = small.radiance, small.at(pixel)
+        thickness_m = small.points_of(pixel, plan.samples_per_pixel)
+        zenith = self._zenith_deg(*pixel)
         heights = paths.heights_above(thickness_m, altitude_m)
         cloud = paths.through_cloud(heights, zenith)
         air = paths.air(altitude_m, zenith)
@@ -185,23 +372,24 @@ class InstantElements:
         bands = slice(0, len(plan.bands)), *at
         before = radiance[bands].astype(np.float64)
         if pixels.intensity is not None:
-            change = reach * pixels.intensity / self._area_m2(int(pixels.rows[n]), int(pixels.columns[n]))
+            change = reach * pixels.intensity / self._area_m2(pixel[0] + 0.5, pixel[1] + 0.5)
         else:
             assert pixels.radiance is not None
             own = pixels.radiance if pixels.radiance.ndim == 1 else pixels.radiance[n]
             behind = before
             if np.any(heights):
-                lower = [
-                    np.zeros_like(each) if np.any(above) else each
-                    for above, each in zip(heights, thickness_m, strict=True)
-                ]
-                behind = self._looked_up(lower, radiance.shape[0], at)
+                behind = self._looked_up(_below(thickness_m, heights), radiance.shape[0], at)
             alone = paths.band_mean(air, pixels.temperature_K)
             direct = np.divide(reach, alone, out=np.zeros_like(reach), where=alone > 0.0)
             change = reach * own + direct * (paths.air_emission(altitude_m, zenith) - behind)
+            for found in (small.large, small.drawn):
+                if pixel in found:
+                    found[pixel] = [
+                        (of, each, (1.0 - pixels.share[n] * direct) * light) for of, each, light in found[pixel]
+                    ]
         radiance[bands] = np.maximum(before + pixels.share[n] * change, 0.0)
-        if added.size:
-            added[bands] += radiance[bands] - before
+        if ELEMENT_RADIANCE in added:
+            added[ELEMENT_RADIANCE][:, *at] += radiance[bands] - before
 
     def _looked_up(self, thickness_m: Sequence[Thickness], channels: int, at: tuple[int, int]) -> Array:
         """Return the radiance (B,) of one pixel of the part with other clouds."""
@@ -212,9 +400,13 @@ class InstantElements:
         look_up.fill(pixel, thickness_m, self._plan.samples_per_pixel)
         return pixel[: len(self._plan.bands), 0, 0].astype(np.float64)
 
-    def _area_m2(self, row: int, column: int) -> float:
-        """Area of a pixel across the line of sight."""
-        return self._plan.grid.pixel_size_m**2 * math.cos(math.radians(self._zenith_deg(row, column)))
+    def _area_m2(self, row: float, column: float, point: ElementPoint | None = None) -> float:
+        """Area of a pixel across the line of sight, at the distance of a point or else of the ground."""
+        return self._plan.grid.pixel_size_m**2 * math.cos(math.radians(self._zenith_of((row, column))))
+
+    def _zenith_of(self, place: Place) -> float:
+        """View zenith angle of the pixel that holds a place."""
+        return self._zenith_deg(math.floor(place[0]), math.floor(place[1]))
 
     def _zenith_deg(self, row: int, column: int) -> float:
         """View zenith angle of a pixel, which may lie outside the image."""
@@ -225,7 +417,46 @@ class InstantElements:
         return self._views.at([place])[0].zenith_deg
 
 
-def _points(corner: tuple[int, int], samples: int) -> Window:
-    """Points of one pixel of a window."""
-    row, column = (points_of(slice(each, each + 1), samples) for each in corner)
-    return row, column
+class _Small:
+    """The window that small elements are added to, and those so far: what each adds to each pixel.
+
+    Attributes
+    ----------
+    drawn, large : dict of (int, int) to list of (PlacedPoint, Share, ndarray (B,))
+        Pieces that sensors draw, and those of squares that are too large for it.
+    """
+
+    def __init__(
+        self, window: Window, place: Window, thickness_m: Sequence[Thickness], radiance: NDArray[np.float32]
+    ) -> None:
+        self._window, self._place, self._thickness_m, self.radiance = window, place, thickness_m, radiance
+        self.drawn = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
+        self.large = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
+
+    def at(self, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the row and column of a pixel of the image in the part."""
+        (rows, columns), (y, x) = self._window, self._place
+        return pixel[0] - rows.start + y.start, pixel[1] - columns.start + x.start
+
+    def points_of(self, pixel: tuple[int, int], samples: int) -> list[Thickness]:
+        """Return the thickness of each layer at the points of a pixel."""
+        corner = (at - pixels.start for at, pixels in zip(pixel, self._window, strict=True))
+        rows, columns = (points_of(slice(each, each + 1), samples) for each in corner)
+        return [each[rows, columns] for each in self._thickness_m]
+
+    def thickness_at(self, pixel: tuple[int, int], place: Place, samples: int) -> list[Thickness]:
+        """Return the thickness (1, 1) of each layer at the point of a pixel that holds a place."""
+        i, j = (min(int((at - first) * samples), samples - 1) for at, first in zip(place, pixel, strict=True))
+        return [each[i : i + 1, j : j + 1] for each in self.points_of(pixel, samples)]
+
+
+def _below(thickness_m: Sequence[Thickness], heights: Array) -> list[Thickness]:
+    """Return the clouds of the layers that have none above the altitude of these heights."""
+    return [np.zeros_like(each) if np.any(above) else each for above, each in zip(heights, thickness_m, strict=True)]
+
+
+def _tell(truth: Mapping[str, NDArray[Any]], own: Mapping[str, Any], y: Any, x: Any) -> None:
+    """Write the truth of the highest element so far in pixels of a part."""
+    for name, array in truth.items():
+        if name.startswith(ELEMENT):
+            array[..., y, x] = own.get(name, np.nan)

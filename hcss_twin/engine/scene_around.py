@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,13 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.parts import tile_shape
+from hcss_twin.engine.placed_points import Piece
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, asking
 from hcss_twin.plan.windows import Window, cut, length, relative
+from hcss_twin.providers import Points
 
 _STEP_S = 60.0
 """Distance of times at which tables can lie: less than that in which sunlight bends."""
@@ -49,43 +52,81 @@ class SceneAround:
         if sensor.instants is not None:
             self._other = PartMaker(self._plan, tables_at(self._plan, tables, sensor.instants))
 
-    def frame(self, index: int, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the radiance (B, y, x) of a frame in the area that the sensor needs.
+    def frame(self, index: int, radiance: NDArray[np.float32]) -> tuple[NDArray[np.float32], Points | None]:
+        """Return the radiance (B, y, x) of a frame in the area that the sensor needs, and its small elements apart.
 
         Parameters
         ----------
         index : int
             Number of the frame, from 0.
         radiance : ndarray of float32 (B, y, x)
-            Radiance of the cube, used unchanged; only the surroundings are computed.
+            Radiance of the cube, used unchanged where it has no small elements; only the surroundings are computed.
         """
         given, cube = self.sensor.given, self.sensor.cube
-        if given == cube:
-            return radiance
-        wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
-        wide[:, *relative(cube, given)] = radiance
-        for strip in _strips(given, cube):
-            for part in self._parts(strip):
-                arrays, _ = self._maker.part(index, part)
-                wide[:, *relative(part, given)] = arrays[TOTAL]
-        return wide
+        wide = radiance
+        if given != cube:
+            wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
+            wide[:, *relative(cube, given)] = radiance
+            for strip in _strips(given, cube):
+                for part in self._parts(strip):
+                    arrays, _ = self._maker.part(index, part)
+                    wide[:, *relative(part, given)] = arrays[TOTAL]
+        drawn = _drawn(self._maker, index, given, float(self._plan.frame_times_s[index]))
+        if drawn and given == cube:
+            wide = wide.copy()
+        _take_away(drawn, wide, given)
+        return wide, _as_points(drawn, given)
 
-    def _at(self, frame: int, time_s: float, rows: slice, columns: slice) -> Array:
-        """Return the radiance (B, y, x) of a window of the measured area at another time; it cannot be written to."""
-        corner = self.sensor.inputs.corner
+    def _at(self, frame: int, time_s: float, rows: slice, columns: slice) -> tuple[Array, Points | None]:
+        """Return the radiance (B, y, x) of a window of the measured area at another time, and its small elements.
+
+        The radiance cannot be written to.
+        """
+        corner, index = self.sensor.inputs.corner, frame - self._plan.scenario.frames.first
         wanted: Window = tuple(  # type: ignore[assignment]
             slice(pixels.start + first, pixels.stop + first)
             for pixels, first in zip((rows, columns), corner, strict=True)
         )
         radiance = np.empty((len(self._plan.bands), length(rows), length(columns)))
         for part in self._parts(wanted):
-            arrays, _ = self._other.part(frame - self._plan.scenario.frames.first, part, time_s=time_s)
+            arrays, _ = self._other.part(index, part, time_s=time_s)
             radiance[:, *relative(part, wanted)] = arrays[TOTAL]
+        drawn = _drawn(self._other, index, wanted, time_s)
+        _take_away(drawn, radiance, wanted)
         radiance.flags.writeable = False
-        return radiance
+        return radiance, _as_points(drawn, wanted)
 
     def _parts(self, window: Window) -> Iterator[Window]:
         return iter([window]) if self._tile is None else cut(window, *self._tile)
+
+
+def _drawn(maker: PartMaker, index: int, area: Window, time_s: float) -> list[list[Piece]]:
+    """Return the small elements of an area, pixel by pixel."""
+    found: dict[tuple[int, int], list[Piece]] = {}
+    for window in maker.element_windows(index, area, time_s):
+        maker.part(index, window, time_s=time_s)
+        found |= maker.drawn
+    return list(found.values())
+
+
+def _take_away(drawn: Sequence[Sequence[Piece]], radiance: NDArray[Any], area: Window) -> None:
+    """Set the pixels (B, y, x) of an area that hold small elements to what is behind these."""
+    for pieces in drawn:
+        row, column = pieces[0].pixel
+        radiance[:, row - area[0].start, column - area[1].start] = pieces[0].behind
+
+
+def _as_points(drawn: Sequence[Sequence[Piece]], area: Window) -> Points | None:
+    pieces = [each for pixel in drawn for each in pixel]
+    if not pieces:
+        return None
+    return Points(
+        np.array([each.row for each in pieces]) - area[0].start,
+        np.array([each.column for each in pieces]) - area[1].start,
+        np.array([each.rate[0] for each in pieces]),
+        np.array([each.rate[1] for each in pieces]),
+        np.stack([each.radiance for each in pieces], axis=1),
+    )
 
 
 def _strips(given: Window, cube: Window) -> Iterator[Window]:

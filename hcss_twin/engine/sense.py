@@ -23,6 +23,7 @@ from hcss_twin.cube.reader import open_cube, stored_arrays
 from hcss_twin.cube.sensor_cube import RADIANCE, is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
+from hcss_twin.engine.cube_points import Read, points_apart
 from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attributes
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -94,8 +95,9 @@ def sense_run(
     path = measured_path(clean_path)
     around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
 
-    def measure(index: int, radiance: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
-        return around.sensor.measure(around.frame(index, radiance), first + index, float(plan.frame_times_s[index]))
+    def measure(index: int, read: Read) -> dict[str, NDArray[Any]]:
+        scene, points = around.frame(index, read(RADIANCE))
+        return around.sensor.measure(scene, first + index, float(plan.frame_times_s[index]), points)
 
     _write_measured(clean_path, path, sensor, plan.catalog.used, measure, progress)
     return path
@@ -106,7 +108,7 @@ def _write_measured(
     path: Path,
     sensor: BuiltSensor,
     files: Mapping[str, str],
-    measure: Callable[[int, NDArray[np.float32]], dict[str, NDArray[Any]]],
+    measure: Callable[[int, Read], dict[str, NDArray[Any]]],
     progress: Progress | None,
 ) -> None:
     with stored_arrays(clean_path) as stored:  # not by xarray, whose import takes as long as 30 frames
@@ -117,10 +119,9 @@ def _write_measured(
         if progress is not None:
             frames = progress(frames, pair.frames)
         for index in frames:
-            radiance = pair.radiance(index)
-            measured = measure(index, radiance)
+            measured = measure(index, partial(pair.values, index))
             if index == 0:
-                _require_contrast(clean_path.name, sensor, radiance, measured[RADIANCE])
+                _require_contrast(clean_path.name, sensor, pair.values(index, RADIANCE), measured[RADIANCE])
             pair.write_frame(index, measured)
 
 
@@ -191,7 +192,7 @@ def sense_file(
     files = cube.inputs.catalog
     require_not_read(path, used_paths(files), CubeError)
     require_file(path, CubeError, "NetCDF")
-    _write_measured(clean_path, path, sensor, files.used, partial(_measure, sensor, cube), progress)
+    _write_measured(clean_path, path, sensor, files.used, partial(_measure, sensor, cube, str(clean_path)), progress)
     return path
 
 
@@ -276,8 +277,11 @@ def _names(sensor: BuiltSensor) -> str:
     return ", ".join(f"'{stage.entry.name}'" for stage in sensor.stages)
 
 
-def _measure(sensor: BuiltSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
-    return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
+def _measure(sensor: BuiltSensor, cube: CleanCube, name: str, index: int, read: Read) -> dict[str, Any]:
+    radiance, points = read(RADIANCE), None
+    if cube.has_elements:
+        radiance, points = points_apart(read, cube.inputs.corner, name)
+    return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]), points)
 
 
 def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Path | None) -> xr.Dataset:
@@ -287,8 +291,13 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     cube = read_clean(dataset, name, base)
     sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
-    frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
-    _require_contrast(name, sensor, clean.isel(time=0).to_numpy(), frames[0][RADIANCE])
+
+    def read(index: int, variable: str) -> NDArray[Any]:
+        values: NDArray[Any] = dataset[variable].transpose("time", ..., "y", "x").isel(time=index).to_numpy()
+        return values
+
+    frames = [_measure(sensor, cube, name, index, partial(read, index)) for index in range(clean.sizes["time"])]
+    _require_contrast(name, sensor, read(0, RADIANCE), frames[0][RADIANCE])
     measured = dataset.drop_vars(
         [name for name, each in dataset.data_vars.items() if is_replaced(str(name), each.attrs.get(INPUTS, ""))]
     )

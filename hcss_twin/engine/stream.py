@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.packing import round_to_steps
-from hcss_twin.cube.variables import ELEMENT_RADIANCE, TERM_PREFIX
+from hcss_twin.cube.variables import ELEMENT_POINT_RADIANCE, ELEMENT_RADIANCE, TERM_PREFIX
 from hcss_twin.cube.writer import round_bits
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import SeenWindow
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from hcss_twin.engine.derived import DerivedStage
     from hcss_twin.engine.elements import ElementStage
     from hcss_twin.engine.light import LightStage
+    from hcss_twin.engine.placed_points import Piece
     from hcss_twin.engine.tables.over_points import AnyLookUp
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage
     from hcss_twin.engine.tables.over_tops import TopStage
@@ -175,7 +176,14 @@ class PartMaker:
     ----------
     tables : RadianceTables or None
         None if no requested variable requires radiance.
+
+    Attributes
+    ----------
+    drawn : dict of (int, int) to list of Piece
+        What small elements added to the pixels of the last part, which sensors draw.
     """
+
+    drawn: dict[tuple[int, int], list[Piece]]
 
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
@@ -269,19 +277,15 @@ class PartMaker:
         """
         plan, bands, imager = self._plan, len(self._plan.bands), self._plan.imager
         time_s = float(plan.frame_times_s[index]) if time_s is None else time_s
-        if self._instant is None or self._instant[0] != (index, time_s):
-            self._instant = None  # one whole frame of clouds at a time
-            clouds = FrameClouds(plan, time_s, summaries) if imager is None else imager.clouds(plan, time_s)
-            shadows = [each.at(time_s) for each in self._shadows]
-            self._instant = (index, time_s), self._look_up(time_s), shadows, clouds
-        _, look_up, shadows, clouds = self._instant
+        look_up, shadows, clouds = self._at(index, time_s, summaries)
         if look_up is not None and not isinstance(look_up, LookUp):
             look_up = look_up.of_part(extent)
         elements = None if self._elements is None else self._elements.at(index, time_s, clouds, look_up)
         size = length(extent[0]), length(extent[1])
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
         shown = radiance if self._light is None else np.empty_like(radiance)
-        added = np.zeros((bands if ELEMENT_RADIANCE in self._names else 0, *size), dtype=np.float32)
+        wanted = self._names & {ELEMENT_RADIANCE, ELEMENT_POINT_RADIANCE}
+        added = {name: np.zeros((bands, *size), dtype=np.float32) for name in wanted}
         self._truth.start(*size)
         for number, window in enumerate(windows(plan.image, plan.samples_per_pixel, inside=extent)):
             place = relative(window, extent)
@@ -326,8 +330,8 @@ class PartMaker:
         for number, name in enumerate(self._quantities):
             values = shown[number * bands : (number + 1) * bands]
             frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
-        if ELEMENT_RADIANCE in self._names:
-            frame[ELEMENT_RADIANCE] = added
+        frame |= added
+        self.drawn = {} if elements is None else elements.drawn
         if self._temperature is not None:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
         if self._derived is not None:
@@ -340,6 +344,26 @@ class PartMaker:
             round_to_steps(frame[name], packing, f"frame {index}, {name}")
         requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, radiance.reshape(len(self._quantities), bands, *size)
+
+    def element_windows(self, index: int, area: Window, time_s: float | None = None) -> list[Window]:
+        """Return windows of an area of the image that hold all small elements of a frame that sensors draw."""
+        if self._elements is None:
+            return []
+        time_s = float(self._plan.frame_times_s[index]) if time_s is None else time_s
+        _, _, clouds = self._at(index, time_s)
+        return self._elements.at(index, time_s, clouds, None).windows(area)
+
+    def _at(
+        self, index: int, time_s: float, summaries: Sequence[Any] | None = None
+    ) -> tuple[AnyLookUp | None, list[InstantShadows | None], FrameClouds]:
+        """Return look-up, shadows and clouds of an instant."""
+        if self._instant is None or self._instant[0] != (index, time_s):
+            self._instant = None  # one whole frame of clouds at a time
+            plan, imager = self._plan, self._plan.imager
+            clouds = FrameClouds(plan, time_s, summaries) if imager is None else imager.clouds(plan, time_s)
+            shadows = [each.at(time_s) for each in self._shadows]
+            self._instant = (index, time_s), self._look_up(time_s), shadows, clouds
+        return self._instant[1:]
 
     def _tops_at(self, time_s: float, window: Window) -> Thickness | None:
         """Return the altitudes of cloud tops for the truth; None if they are those of the layers."""

@@ -16,9 +16,9 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.output import cube_variables
-from hcss_twin.plan.sensor_stages import Source, Stage, build_stages
+from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
 from hcss_twin.plan.windows import Window, length, relative
-from hcss_twin.providers import Grid, SensorInputs
+from hcss_twin.providers import Grid, Points, SensorInputs
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.scenario.bands import sensor_bands
 from hcss_twin.scenario.scenario import Scenario
@@ -96,13 +96,17 @@ class BuiltSensor:
         """Title for users."""
         return ", then ".join(stage.title for stage in self.stages)
 
-    def measure(self, radiance: NDArray[np.float32], frame: int, time_s: float) -> dict[str, NDArray[Any]]:
+    def measure(
+        self, radiance: NDArray[np.float32], frame: int, time_s: float, points: Points | None = None
+    ) -> dict[str, NDArray[Any]]:
         """Return each variable of a frame (B, y, x) in its type, for the pixels of the cube.
 
         Parameters
         ----------
         radiance : ndarray of float32 (B, y, x)
             Radiance of the whole measured area.
+        points : Points, optional
+            Small elements, which the radiance lacks; in the pixels that hold them for stages that know no points.
 
         Raises
         ------
@@ -112,10 +116,12 @@ class BuiltSensor:
         given: NDArray[Any] = radiance
         found = dict[str, tuple[NDArray[Any], Entry]]()
         for stage in self.stages:
-            measured = stage.measure(given, frame, time_s)
+            measured, points = stage.measure(given, frame, time_s, points)
             given = measured.radiance
             names = (RADIANCE, *stage.provider.variables)
             found |= {name: (getattr(measured, name), stage.entry) for name in names}
+        if points is not None:
+            found[RADIANCE] = with_points(given, points), found[RADIANCE][1]
         inner = relative(self.cube, self.given)
         return {
             spec.name: _stored(found[spec.name][0][:, *inner], spec, found[spec.name][1]) for spec in self.variables

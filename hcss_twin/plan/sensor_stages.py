@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.providers import Measured, SensorInputs
+from hcss_twin.providers import Measured, Points, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
@@ -24,8 +24,9 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import NamedSensor, SensorSection, StageSection, choose_sensor, load_sensor
 
-Source = Callable[[int, float, slice, slice], Array]
-"""Radiance (B, rows, columns) of the scene: number of a frame, time in s, rows and columns of the measured image."""
+Source = Callable[[int, float, slice, slice], tuple[Array, Points | None]]
+"""Radiance (B, rows, columns) of the scene, and its small elements apart: number of a frame, time in s, rows and
+columns of the measured image, from which the places of the elements count."""
 
 TOLERANCE_S = 1e-9
 """Tolerance of the times at which a stage may ask for the scene."""
@@ -43,6 +44,7 @@ class StageScene:
     """
 
     instants: tuple[float, float] | None = None
+    points_apart: bool = False
 
     def __init__(self, source: Source | None, earlier: Sequence[Stage], inputs: SensorInputs) -> None:
         self._source, self._earlier = source, tuple(earlier)
@@ -76,13 +78,25 @@ class StageScene:
             if not (0 <= pixels.start <= pixels.stop <= whole.stop):
                 raise ProviderError(f"scene_at: {name} {pixels} are not in the frame; allowed: 0 to {whole.stop}")
         if not self._earlier:
-            return self._source(frame, time_s, rows, columns)
+            return self._given(*self._source(frame, time_s, rows, columns))
         if self._last is None or self._last[:2] != (frame, time_s):
-            radiance = self._source(frame, time_s, *self._whole)
+            radiance, points = self._source(frame, time_s, *self._whole)
             for stage in self._earlier:
-                radiance = stage.measure(radiance, frame, time_s).radiance
+                measured, points = stage.measure(radiance, frame, time_s, points)
+                radiance = measured.radiance
+            radiance = self._given(radiance, points)
             self._last = frame, time_s, radiance.astype(np.float64, copy=False)
         return self._last[2][:, rows, columns]
+
+    def _given(self, radiance: Array, points: Points | None) -> Array:
+        """Return radiance as the stage gets it: with the small elements, unless it gets these apart."""
+        return radiance if points is None or self.points_apart else with_points(radiance, points)
+
+
+def with_points(radiance: NDArray[Any], points: Points) -> NDArray[Any]:
+    """Return radiance (B, y, x) with small elements in the pixels that hold them."""
+    total: NDArray[Any] = (radiance + points.in_pixels(*radiance.shape[1:])).astype(radiance.dtype)
+    return total
 
 
 @dataclass(frozen=True)
@@ -122,14 +136,24 @@ class Stage:
         """Earliest and latest time at which it asks for the scene, s after that of the frame; None: at no other."""
         return self.scene.instants
 
-    def measure(self, radiance: NDArray[Any], frame: int, time_s: float) -> Measured:
-        """Return the measurement of a frame (B, y, x), which it cannot write to."""
-        single = getattr(self.provider, "single_precision", False)
+    def measure(
+        self, radiance: NDArray[Any], frame: int, time_s: float, points: Points | None = None
+    ) -> tuple[Measured, Points | None]:
+        """Return the measurement of a frame (B, y, x), which it cannot write to, and the points it leaves to others.
+
+        A stage that neither draws points nor leaves them has them in the pixels that hold them.
+        """
+        sensor: Any = self.provider
+        draws, leaves = hasattr(sensor, "measure_with"), hasattr(sensor, "points_after")
+        if points is not None and not draws and not leaves:
+            radiance, points = with_points(radiance, points), None
+        single = getattr(sensor, "single_precision", False)
         given: NDArray[Any] = radiance.astype(np.float32 if single else np.float64, copy=False).view()
         given.flags.writeable = False
         self.scene.begin(frame, time_s)
-        measured: Measured = self.provider.measure(given, frame, time_s)
-        return measured
+        if points is not None and draws:
+            return sensor.measure_with(given, points, frame, time_s), None
+        return sensor.measure(given, frame, time_s), None if points is None else sensor.points_after(points)
 
     def as_dict(self, **more: str) -> dict[str, Any]:
         """Plain values for plan and provenance."""
@@ -196,6 +220,7 @@ def _build(
         provider = guard(entry, registry.create(entry, inputs, parameters), inputs)
         instants = getattr(provider, "instants", None)
     scene.instants = None if instants is None else (float(instants[0]), float(instants[1]))
+    scene.points_apart = hasattr(provider, "points_after")
     dumped = {} if parameters is None else parameters.model_dump(mode="json")
     try:
         json.dumps(dict(getattr(provider, "worked_out", {})))

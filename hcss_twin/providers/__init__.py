@@ -49,7 +49,14 @@ if TYPE_CHECKING:
         Motion,
     )
     from hcss_twin.providers.declarations import Declaration, ModelError, ProviderOptions
-    from hcss_twin.providers.elements import ElementInputs, ElementPixels, ElementProvider, ElementScene, SightPath
+    from hcss_twin.providers.elements import (
+        ElementInputs,
+        ElementPixels,
+        ElementPoint,
+        ElementProvider,
+        ElementScene,
+        SightPath,
+    )
     from hcss_twin.providers.optics import Optics, OpticsDeclaration, OpticsInputs, SingleScattering
     from hcss_twin.providers.radiance import (
         RadianceDeclaration,
@@ -61,7 +68,15 @@ if TYPE_CHECKING:
         View,
     )
     from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
-    from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorDeclaration, SensorInputs, SensorOptions
+    from hcss_twin.providers.sensor import (
+        Measured,
+        Points,
+        Sensor,
+        SensorBand,
+        SensorDeclaration,
+        SensorInputs,
+        SensorOptions,
+    )
     from hcss_twin.providers.surfaces import SurfaceClass, SurfaceInputs, SurfaceMap, SurfaceProvider
     from hcss_twin.providers.variables import OutputVariable, VariableInputs, VariableProvider
 
@@ -82,6 +97,7 @@ __all__ = [
     "Declaration",
     "ElementInputs",
     "ElementPixels",
+    "ElementPoint",
     "ElementProvider",
     "ElementScene",
     "Grid",
@@ -93,6 +109,7 @@ __all__ = [
     "OpticsDeclaration",
     "OpticsInputs",
     "OutputVariable",
+    "Points",
     "ProviderOptions",
     "RadianceDeclaration",
     "RadianceInputs",

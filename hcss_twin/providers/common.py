@@ -69,6 +69,12 @@ def check_measured(variables: Any) -> None:
             raise ValueError(f"variables names '{name}'; {choose_from(name, MEASURED)}, each once")
 
 
+OF_ENGINE = frozenset(
+    {"share", "radiance", "point_radiance", "transmittance", "row", "column", "row_rate", "column_rate"}
+)
+"""Names of truth of elements that the engine gives."""
+
+
 def check_element_variables(variables: Any) -> None:
     """Check the declared truth variables of an element provider.
 
@@ -80,10 +86,10 @@ def check_element_variables(variables: Any) -> None:
     good = isinstance(variables, Mapping) and all(
         isinstance(name, str) and re.fullmatch("[a-z][a-z0-9_]*", name) for name in variables
     )
-    if not good or "share" in variables or "radiance" in variables or not _is_pairs(list(variables.values())):
+    if not good or not OF_ENGINE.isdisjoint(variables) or not _is_pairs(list(variables.values())):
         raise ValueError(
             f"variables is {variables!r}; expected a mapping of names (lower-case letters, digits, underscores; not "
-            "'share' or 'radiance') to pairs of text: units and description"
+            f"{', '.join(sorted(OF_ENGINE))}) to pairs of text: units and description"
         )
 
 

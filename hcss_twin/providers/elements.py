@@ -69,7 +69,7 @@ class SightPath:
     path_radiance : ndarray (B,)
         Of this air, W m-2 sr-1.
     cloud_transmission : ndarray (B,)
-        Direct transmission of the clouds above the point along the line of sight, 0 to 1, mean over the pixel.
+        Direct transmission of the clouds above the point along its own line of sight, 0 to 1.
     """
 
     transmittance: Array
@@ -79,10 +79,11 @@ class SightPath:
 
 @dataclass(frozen=True)
 class ElementPixels:
-    """Pixels of a window in which an element, or a part of it at one altitude, appears.
+    """Pixels of a window that an extended element, or a part of it at one altitude, covers.
 
-    Give ``radiance`` for an element that hides what is behind it, or ``intensity`` for an unresolved source. The engine
-    attenuates both by the air and the clouds above the altitude.
+    Give ``radiance`` for an element that hides what is behind it, or ``intensity`` for light that hides nothing. The
+    engine attenuates both by the air and the clouds above the altitude, in each pixel by its own. What is smaller than
+    a few pixels is an :class:`ElementPoint`.
 
     Attributes
     ----------
@@ -113,6 +114,49 @@ class ElementPixels:
     intensity: Array | None = None
     temperature_K: float | None = None
     truth: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ElementPoint:
+    """An element smaller than a few pixels, which the engine draws: a plume, or a body that hides what is behind it.
+
+    Air and clouds weaken it at its own place. Cubes show it in the pixel that holds it, sensors through their point
+    spread at its place within the pixel, smeared by its motion against the image. A body whose area is larger than a
+    pixel is a square.
+
+    Attributes
+    ----------
+    x_m, y_m, altitude_m : float
+        East and north of the image centre at the start, and above the sea, 0 or more.
+    intensity : ndarray (B,), optional
+        Of a plume: radiant intensity toward the sensor, W sr-1. It hides nothing.
+    radiance : ndarray (B,), optional
+        Of a body: radiance that it emits toward the sensor, W m-2 sr-1.
+    area_m2 : float, optional
+        Of a body: its area across the line of sight.
+    reflectance : float
+        Of a body, 0 to 1: the engine adds the sunlight and thermal sky that it reflects as a horizontal diffuser.
+    velocity_m_s : (float, float, float)
+        Toward east, north and up.
+    side_m : float
+        Side of the square over which the engine spreads it evenly; 0: none.
+    temperature_K : float, optional
+        As in :class:`ElementPixels`.
+    truth : mapping of str to float
+        Values of the provider's ``variables``.
+    """
+
+    x_m: float
+    y_m: float
+    altitude_m: float
+    intensity: Array | None = None
+    radiance: Array | None = None
+    area_m2: float | None = None
+    reflectance: float = 0.0
+    velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    side_m: float = 0.0
+    temperature_K: float | None = None
+    truth: Mapping[str, float] = field(default_factory=dict)
 
 
 class ElementScene(Protocol):
@@ -157,10 +201,12 @@ class ElementProvider(Protocol):
     declares: Declaration
     variables: Mapping[str, tuple[str, str]]
 
-    def pixels(self, time_s: float, rows: slice, columns: slice, scene: ElementScene) -> Sequence[ElementPixels]:
+    def pixels(
+        self, time_s: float, rows: slice, columns: slice, scene: ElementScene
+    ) -> Sequence[ElementPixels | ElementPoint]:
         """Return what appears in a window, ``time_s`` after the start; empty: nothing.
 
-        Both slices have start and stop, and may lie outside the image. A pixel's values must not depend on the window.
-        Higher parts hide lower ones.
+        Both slices have start and stop, and may lie outside the image. A pixel's values must not depend on the window;
+        points may lie outside it. Higher parts hide lower ones.
         """
         ...

@@ -78,6 +78,38 @@ class SensorInputs:
 
 
 @dataclass(frozen=True)
+class Points:
+    """Elements smaller than a few pixels, given apart from the radiance of a frame, so that a sensor can draw them.
+
+    Attributes
+    ----------
+    row, column : ndarray (N,)
+        Places at the time of the frame, in rows and columns of the frame: pixel n extends from n to n + 1. They may lie
+        outside.
+    row_rate, column_rate : ndarray (N,)
+        Motion against the frame, rows and columns per second.
+    radiance : ndarray (B, N)
+        What each adds to the radiance of a pixel that gets all of its light, W m-2 sr-1; negative for what is darker
+        than its background.
+    """
+
+    row: Array
+    column: Array
+    row_rate: Array
+    column_rate: Array
+    radiance: Array
+
+    def in_pixels(self, rows: int, columns: int) -> Array:
+        """Return what they add to the pixels (B, rows, columns) that hold them."""
+        added = np.zeros((len(self.radiance), rows, columns))
+        y, x = np.floor(self.row).astype(np.intp), np.floor(self.column).astype(np.intp)
+        inside = (y >= 0) & (y < rows) & (x >= 0) & (x < columns)
+        for own, light in zip(added, self.radiance, strict=True):
+            np.add.at(own.reshape(-1), y[inside] * columns + x[inside], light[inside])
+        return added
+
+
+@dataclass(frozen=True)
 class Measured:
     """Measurement of one frame; None: not measured.
 
@@ -155,3 +187,17 @@ class SensorOptions(Protocol):
     worked_out: Mapping[str, Any]
     single_precision: bool
     instants: tuple[float, float]
+
+    def measure_with(self, radiance: Array, points: Points, frame: int, time_s: float) -> Measured:
+        """Return the measurement of a frame whose small elements are given apart, and drawn by this sensor.
+
+        Without this method and ``points_after``, they are in the radiance of the pixels that hold them.
+        """
+        ...
+
+    def points_after(self, points: Points) -> Points:
+        """Return the small elements as later stages get them, for a sensor that does not draw them.
+
+        ``measure`` and ``scene_at`` then have the radiance without them.
+        """
+        ...

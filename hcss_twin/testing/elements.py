@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementProvider, SightPath, Sun
+from hcss_twin.physics.squares import segments
+from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementPoint, ElementProvider, SightPath, Sun
 from hcss_twin.providers.common import FRACTION_TOLERANCE, check_element_variables
 from hcss_twin.testing.contract import ProviderContract
 from hcss_twin.testing.samples import frozen, sample_element_inputs
@@ -137,7 +139,7 @@ class ElementContract(ProviderContract):
                 (slice(0, column + 1), slice(column + 1, columns + 2)),
             )
             for window in ((each, other) for each in cuts[0] for other in cuts[1]):
-                found = _pixels(list(provider.pixels(time, *window, PlainScene(inputs))))
+                found = _pixels(_given(provider, inputs, time, window, PlainScene(inputs)))
                 assert all(one.start <= n < one.stop for at in found for n, one in zip(at, window, strict=True))
                 pieces |= found
             inside = {at: each for at, each in pieces.items() if 0 <= at[0] < rows and 0 <= at[1] < columns}
@@ -235,9 +237,50 @@ class ElementContract(ProviderContract):
             assert altitude_m == pytest.approx(known.altitude_m, rel=1e-6, abs=1e-6)
 
 
+def in_pixels(
+    given: Sequence[ElementPixels | ElementPoint], inputs: ElementInputs, rows: slice, columns: slice, scene: PlainScene
+) -> list[ElementPixels]:
+    """Return what a provider gives, with small elements in the pixels of a window that hold them, as in cubes."""
+    area_m2 = inputs.grid.pixel_size_m**2 * math.cos(math.radians(inputs.view.zenith_deg))
+    found = []
+    for each in given:
+        if isinstance(each, ElementPixels):
+            found.append(each)
+            continue
+        covers = 1.0 if each.area_m2 is None else each.area_m2 / area_m2
+        side = each.side_m / inputs.grid.pixel_size_m
+        if each.area_m2 is not None and covers > 1.0:
+            side = max(side, math.sqrt(covers))
+        place = scene.project(*(np.array([value]) for value in (each.x_m, each.y_m, each.altitude_m)))
+        pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(place, (rows, columns), strict=True)]
+        (y, up), (x, along) = (_by_pixel(pixel, share) for pixel, _, share in pieces)
+        if not y.size or not x.size:
+            continue
+        at_y, at_x = (every.ravel() for every in np.meshgrid(y, x, indexing="ij"))
+        truth = {name: np.full(at_y.size, value) for name, value in each.truth.items()}
+        share = covers * np.outer(up, along).ravel()
+        found.append(
+            ElementPixels(at_y, at_x, share, each.altitude_m, each.radiance, each.intensity, each.temperature_K, truth)
+        )
+    return found
+
+
+def _by_pixel(pixel: NDArray[np.intp], share: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return distinct pixels along one axis, and the sum of the shares in each."""
+    distinct, which = np.unique(pixel, return_inverse=True)
+    total: Array = np.bincount(which, share, distinct.size)
+    return distinct, total
+
+
+def _given(
+    provider: ElementProvider, inputs: ElementInputs, time_s: float, window: tuple[slice, slice], scene: PlainScene
+) -> list[ElementPixels]:
+    return in_pixels(provider.pixels(time_s, *window, scene), inputs, *window, scene)
+
+
 def _whole(provider: ElementProvider, inputs: ElementInputs, time_s: float) -> list[ElementPixels]:
     window = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
-    return list(provider.pixels(time_s, *window, PlainScene(inputs)))
+    return _given(provider, inputs, time_s, window, PlainScene(inputs))
 
 
 def _around(
@@ -249,7 +292,7 @@ def _around(
 ) -> list[ElementPixels]:
     """Return the parts in the image and around it."""
     window = slice(-AROUND, inputs.grid.rows + AROUND), slice(-AROUND, inputs.grid.columns + AROUND)
-    return list(provider.pixels(time_s, *window, _MovedScene(inputs, shift, rows_per_m)))
+    return _given(provider, inputs, time_s, window, _MovedScene(inputs, shift, rows_per_m))
 
 
 def _reaches_the_end(part: ElementPixels, inputs: ElementInputs) -> bool:

@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 from cheap import CHEAP
+from scipy.special import ndtr
 
-from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sweep
+from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sense, sweep
+from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.variables import ELEMENT_PLACE, ELEMENT_RATE
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import stream
@@ -74,12 +77,15 @@ def wide():
     return plan, tracks, frame(plan)
 
 
-def test_in_a_wide_field_each_pixel_has_the_path_of_its_own_line_of_sight(wide):
+def test_in_a_wide_field_each_source_has_the_path_of_the_line_of_sight_of_its_pixel(wide):
     plan, tracks, result = wide
     view = plan.scenario.view
     lines = LinesOfSight(35.0, 150.0, view.zenith, view.azimuth, 800e3)
     expected, zeniths = np.zeros((30, 40)), []
     for each in tracks:
+        centre = ((math.floor(each[name] / 3e3) + 0.5) * 3e3 for name in ("x", "y"))
+        zenith = float(lines.from_points(*map(np.array, centre)).zenith_deg)
+        zeniths.append(zenith)
         for row, column in np.ndindex(30, 40):
             x, y = (column - 19.5) * 3e3, (row - 14.5) * 3e3
             overlap = [
@@ -87,8 +93,6 @@ def test_in_a_wide_field_each_pixel_has_the_path_of_its_own_line_of_sight(wide):
                 for at, middle in ((x, each["x"]), (y, each["y"]))
             ]
             if math.prod(overlap):
-                zenith = float(lines.from_points(np.array(x), np.array(y)).zenith_deg)
-                zeniths.append(zenith)
                 reach = math.prod(overlap) * 1e3 * STRENGTH * transmitted(plan, each["altitude"], zenith)
                 expected[row, column] += reach / (9e6 * math.cos(math.radians(zenith)))
     assert max(zeniths) - min(zeniths) > 4.0
@@ -106,20 +110,51 @@ def test_a_window_of_a_wide_field_cuts_through_sources(wide):
         assert values.tobytes() == result[name][(..., slice(*rows), slice(*columns))].tobytes(), name
 
 
-def test_optics_blur_sources_at_and_beyond_the_edges_as_a_gaussian(tmp_path):
+def test_optics_show_sources_at_and_beyond_the_edges_as_a_gaussian_averaged_over_pixels(tmp_path):
     # Rows and columns of the sources: in the image, on its edge, and outside.
-    places = [(3, 4), (0, 9), (13, 12), (7, -2)]
+    places = [(3.2, 4.4), (-0.4, 9), (13, 12.1), (7, -2)]
     tracks = [source(20.0 * (column - 7.5), 20.0 * (row - 5.5), altitude=2e5) for row, column in places]
     measured = []
     for name, elements in (("with", tracks), ("without", [source(0.0, 0.0, intensity=0.0)])):
         run(planned(elements, **BLUR), tmp_path / f"{name}.nc")
         with open_cube(tmp_path / f"{name}.sensor.nc") as cube:
             measured.append(cube["radiance"].to_numpy()[0, 0].astype(float))
-    row, column = np.mgrid[:12, :16]
-    spread = sum(np.exp(-((row - y) ** 2 + (column - x) ** 2) / (2 * 1.2**2)) / (2 * np.pi * 1.2**2) for y, x in places)
+    spread = sum(
+        np.outer(*(np.diff(ndtr((np.arange(n + 1) - 0.5 - at) / 1.2)) for n, at in ((12, y), (16, x))))
+        for y, x in places
+    )
     plan = planned(tracks)
     expected = spread * STRENGTH / (400.0 * math.cos(math.radians(plan.view.zenith_deg)))
-    np.testing.assert_allclose(measured[0] - measured[1], expected, atol=2e-3 * expected.max())
+    np.testing.assert_allclose(measured[0] - measured[1], expected, atol=1e-4 * expected.max())
+
+
+def test_a_finished_cube_shows_targets_as_a_run_does_and_needs_their_places(tmp_path):
+    # On a uniform sea the mirror image beyond the edges is the sea itself.
+    names = ["radiance", "element_point_radiance", *ELEMENT_PLACE, *ELEMENT_RATE]
+    moving = source(13.0, -7.0, velocity=[4e3, 6e3, 0.0])
+    body = {"x": -66.0, "y": 41.0, "altitude": 5e3, "temperature": 230.0, "area": 100.0}
+    sensor = {"parameters": {"psf": "gaussian", "psf_sigma": 0.6, "integration_time": 1e-2}}
+    plan = planned([moving, body], sensor=sensor, **{"output.variables": names})
+    run(plan, tmp_path / "c.nc")
+    with open_cube(tmp_path / "c.sensor.nc") as cube:
+        expected = cube["radiance"].to_numpy()[0, 0].astype(float)
+    found = sense(tmp_path / "c.nc", sensor)["radiance"].to_numpy()[0, 0]
+    with open_cube(tmp_path / "c.nc") as cube:
+        clean = cube["radiance"].to_numpy()[0, 0].astype(float)
+        added = cube["element_point_radiance"].to_numpy()[0, 0].astype(float)
+        in_memory = sense(cube.load(), sensor)["radiance"].to_numpy()[0, 0]
+        with pytest.raises(CubeError, match=r"lacks element_row; allowed: a cube with these output\.variables"):
+            sense(cube.drop_vars("element_row").load(), sensor)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    np.testing.assert_array_equal(found, in_memory)
+    # 6 m/ms for 10 ms are 3 pixels of motion: the variance of the image along the rows is that of all three.
+    sea = (clean - added)[0, 0]
+    image = np.where(np.indices(clean.shape)[1] > 5, expected - sea, 0.0)
+    assert image.sum() == pytest.approx(added[5, 8], rel=1e-3)
+    y = np.arange(12) + 0.5
+    rows = image.sum(axis=1) / image.sum()
+    assert rows @ y == pytest.approx(6.0 - 7.0 / 20.0, abs=0.01)
+    assert rows @ (y - rows @ y) ** 2 == pytest.approx(3.0**2 / 12.0 + 0.6**2 + 1.0 / 12.0, rel=0.01)
 
 
 @pytest.mark.long

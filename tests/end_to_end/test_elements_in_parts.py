@@ -124,7 +124,7 @@ def test_verification_reproduces_elements(whole):
     ("parameters", "field", "message"),
     [
         ({}, "elements[0].parameters", "no source; allowed: tracks, file or both"),
-        ({"tracks": [{"area": 2.0}]}, "elements[0].parameters.tracks[0]", "either intensity, or temperature with area"),
+        ({"tracks": [{"area": 2.0}]}, "elements[0].parameters.tracks[0]", "or temperature with area (a body)"),
         ({"tracks": [{"intensity": {"mwir": 1.0}}]}, "elements[0].parameters.tracks[0].intensity", "'lwir' is missing"),
         (
             {"tracks": [{"intensity": 1.0}, {"intensity": {"mwir": 1.0, "lwir": 1.0, "mwri": 1.0}}]},

@@ -8,11 +8,15 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import stream
+from hcss_twin.models.elements.parameters import PointSourceParameters
+from hcss_twin.models.elements.point_sources import PointSources
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Declaration, ElementPixels
+from hcss_twin.providers import Declaration, ElementInputs, ElementPixels
+from hcss_twin.scenario.bands import sensor_bands
 
 BASE = {
     **CHEAP,
@@ -33,6 +37,11 @@ def planned(*tracks, clouds=None, footprint=0.0, **changes):
     raw = {key: value for key, value in BASE.items() if key not in CHEAP}
     raw |= {} if clouds is None else {"clouds": clouds}
     return make_plan(Scenario.from_dict({**raw, "elements": elements}, {**CHEAP, **changes}))
+
+
+def inputs_of(plan):
+    """The inputs of an element provider of the scene."""
+    return ElementInputs(sensor_bands(plan.bands), plan.grid, plan.view, lambda kelvin: np.zeros(2), Catalog())
 
 
 def frame(plan):
@@ -75,11 +84,57 @@ def test_flux_and_centroid_of_a_source_are_those_of_its_square(side, x, y, zenit
     np.testing.assert_allclose((row, column), expected, atol=1e-4)
 
 
-def test_a_hot_body_radiates_its_area_and_the_air_weakens_its_own_spectrum():
-    more, plan, _ = gained({"temperature": 900.0, "area": 2.0})
+@pytest.mark.parametrize("kelvin", [200.0, 900.0])
+@pytest.mark.parametrize(("area", "zenith"), [(100.0, 0.0), (150.0, 50.0), (2000.0, 0.0)])
+def test_a_body_above_the_air_replaces_its_area_across_the_line_of_sight(kelvin, area, zenith):
+    body = {"x": 3.0, "y": -7.5, "altitude": 2e5, "temperature": kelvin, "area": area}
+    more, plan, _ = gained(body, clouds=THICK, **{"view.zenith": zenith})
+    plain = frame(replace(plan, assembly=replace(plan.assembly, elements=())))["radiance"].astype(float)
     grid = plan.spectral_grid
-    emitted = grid.weights_cm1 @ planck(grid.wavenumber_cm1, 900.0)
-    np.testing.assert_allclose(more.sum(axis=(1, 2)) * 400.0, 2.0 * emitted * reach(plan, 0.0, kelvin=900.0), rtol=1e-4)
+    emitted = grid.weights_cm1 @ planck(grid.wavenumber_cm1, kelvin)
+    side, mu = math.sqrt(area / math.cos(math.radians(zenith))), math.cos(math.radians(zenith))
+    if area <= 400.0 * mu:  # in the pixel that holds it
+        expected = np.zeros_like(more)
+        expected[:, 5, 8] = area / (400.0 * mu) * (emitted - plain[:, 5, 8])
+    else:  # a square
+        rows, columns = (
+            np.clip(np.minimum(at + side / 2, 20.0 * (n + 1)) - np.maximum(at - side / 2, 20.0 * n), 0.0, None) / 20.0
+            for at, n in ((112.5, np.arange(12)), (163.0, np.arange(16)))
+        )
+        expected = np.outer(rows, columns) * (emitted[:, None, None] - plain)
+    np.testing.assert_allclose(more, expected, atol=1e-5 * plain.max())
+
+
+@pytest.mark.parametrize(("apart", "left"), [(0.0, 0.0), (5.0, 0.5), (10.0, 1.0)])
+def test_a_higher_body_hides_the_overlap_of_its_square_and_no_more(apart, left):
+    low = {"x": 3.0, "y": 3.0, "altitude": 2e5, "temperature": 900.0, "area": 100.0}
+    high = {"x": 3.0 + apart, "y": 3.0, "altitude": 3e5, "temperature": 400.0, "area": 100.0}
+    one, other, both = (gained(*each)[0].sum(axis=(1, 2)) for each in ((low,), (high,), (low, high)))
+    np.testing.assert_allclose(both, left * one + other, rtol=1e-5)
+
+
+def test_clouds_weaken_a_source_at_its_own_point_whatever_it_is_spread_over():
+    clouds = {**THICK, "coverage": 0.5, "coverage_mode": "field"}
+    plan = planned({"intensity": 0.0}, clouds=clouds, **{"image.samples_per_pixel": 2, "image.pixel_size": 200.0})
+    tables, inputs = tables_of(plan), inputs_of(plan)
+    [points] = [each.thickness_m(0.0, slice(0, 24), slice(0, 32)) for each in plan.assembly.generators]
+    row, column = np.argwhere((points[8:16, 8:23] > 0) != (points[8:16, 9:24] > 0))[0] + 8
+
+    def seen(**source):
+        one = PointSources(inputs, PointSourceParameters(tracks=[source], footprint=source.pop("footprint", 0.0)))
+        with_it = replace(plan, assembly=replace(plan.assembly, elements=(one,)))
+        return next(stream(with_it, tables))
+
+    plain = seen(intensity=0.0)["radiance"].astype(float)
+    for at in (column, column + 1):
+        place = {"x": 100.0 * (at + 0.5) - 1600.0, "y": 100.0 * (row + 0.5) - 1200.0, "intensity": 1e8}
+        arriving = 0.0 if points[row, at] > 0 else 1e8 * reach(plan, 0.0)
+        for side in (0.0, 600.0):
+            result = seen(footprint=side, **place)
+            more = result["radiance"] - plain
+            np.testing.assert_allclose(more.sum(axis=(1, 2)) * 4e4, arriving, rtol=1e-4, atol=2e3)
+        pixel = row // 2, at // 2
+        assert np.all((result["element_transmittance"][:, *pixel] > 0.1) == (points[row, at] == 0))
 
 
 @pytest.mark.parametrize("clouds", [THIN, THICK])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.providers import Declaration, ElementPixels
+from hcss_twin.providers import Declaration, ElementPixels, ElementPoint
 from hcss_twin.providers.common import check_element_variables
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
@@ -60,8 +60,37 @@ def test_anything_else_is_refused_by_name(changes, message):
         asked([ElementPixels(**GOOD | changes)])
 
 
+POINT = {"x_m": 1.0, "y_m": 2.0, "altitude_m": 10.0, "radiance": np.ones(2), "area_m2": 3.0, "truth": {"source": 1.0}}
+
+
+def test_a_sound_point_passes_unchanged():
+    [point] = asked([ElementPoint(**POINT)])
+    for name, value in POINT.items():
+        np.testing.assert_equal(getattr(point, name), value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"x_m": np.nan}, "x_m"),
+        ({"altitude_m": -1.0}, "altitude_m"),
+        ({"intensity": np.ones(2)}, "either radiance or intensity, got both or neither"),
+        ({"area_m2": None}, "area_m2 with radiance, got one of them"),
+        ({"area_m2": 0.0}, "area_m2"),
+        ({"radiance": np.ones((1, 2))}, r"shape \(2,\)"),
+        ({"reflectance": 1.1}, "reflectance"),
+        ({"velocity_m_s": (1.0, 2.0)}, r"velocity_m_s.* shape \(3,\)"),
+        ({"side_m": -1.0}, "side_m"),
+        ({"truth": {"source": np.inf}}, "truth"),
+    ],
+)
+def test_any_other_point_is_refused_by_name(changes, message):
+    with pytest.raises(ProviderError, match=f"element provider 'ship': .*{message}"):
+        asked([ElementPoint(**POINT | changes)])
+
+
 def test_a_single_answer_is_no_sequence():
-    with pytest.raises(ProviderError, match="a sequence of ElementPixels, got ElementPixels"):
+    with pytest.raises(ProviderError, match="a sequence of ElementPixels and ElementPoint, got ElementPixels"):
         asked(ElementPixels(**GOOD))
 
 

@@ -28,17 +28,26 @@ class Track(BaseModel):
     altitude: float = Field(0.0, ge=0, le=1e6, description="Metres above the sea, at the start.")
     velocity: tuple[_Speed, _Speed, _Speed] = Field((0.0, 0.0, 0.0), description="East, north and up, m/s.")
     intensity: float | dict[str, float] | None = Field(
-        None, description="Radiant intensity toward the sensor, W/sr: a number for all bands, or a table by band."
+        None,
+        description="Of a plume, which hides nothing: radiant intensity toward the sensor, W/sr, a number for all "
+        "bands, or a table by band.",
     )
-    temperature: float | None = Field(None, gt=0, le=10_000, description="Of a black body, K; with area.")
+    temperature: float | None = Field(
+        None, gt=0, le=10_000, description="Of a body, which hides what is behind it, K; with area."
+    )
     area: float | None = Field(
-        None, gt=0, le=1e8, description="Emissivity times area as the sensor sees it, m2; with temperature."
+        None, gt=0, le=1e8, description="Of a body, across the line of sight, m2; with temperature."
+    )
+    emissivity: float = Field(
+        1.0, gt=0, le=1, description="Of a body; it reflects the rest of sunlight and sky as a horizontal diffuser."
     )
 
     @model_validator(mode="after")
     def _one_strength(self) -> Self:
         if (self.temperature is None) != (self.area is None) or (self.intensity is None) == (self.area is None):
-            raise ValueError("allowed: either intensity, or temperature with area")
+            raise ValueError("allowed: either intensity (a plume), or temperature with area (a body)")
+        if self.area is None and "emissivity" in self.model_fields_set:
+            raise ValueError("emissivity without temperature and area; allowed: with them")
         values = self.intensity.values() if isinstance(self.intensity, dict) else [self.intensity or 0.0]
         if min(values, default=0.0) < 0.0:
             raise ValueError(f"intensity {min(values):g} W/sr; allowed: 0 or more; closest valid choice is 0")
@@ -52,23 +61,23 @@ class PointSourceParameters(BaseModel):
 
     tracks: tuple[Track, ...] = Field(
         (),
-        description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s), and `intensity` "
-        "(W/sr, a number or a table by band) or `temperature` (K) with `area` (m2). x and y count from the image "
-        "centre at the start.",
+        description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s), and the `intensity` "
+        "of a plume (W/sr, a number or a table by band), or `temperature` (K), `area` (m2, across the line of sight) "
+        "and `emissivity` (default 1) of a body. x and y count from the image centre at the start.",
     )
     file: str | None = Field(
         None,
         min_length=1,
         description="CSV file of tracks with the columns source, time (s), x, y or latitude, longitude (degrees), "
-        "altitude, and `intensity`, `intensity BAND` for each band, or temperature and area; linear between the times "
-        "of a source, which is absent before and after them.",
+        "altitude, and `intensity`, `intensity BAND` for each band, or temperature, area and optionally emissivity; "
+        "linear between the times of a source, which is absent before and after them.",
     )
     footprint: float = Field(
         0.0,
         ge=0,
         le=1e5,
-        description="Side of the square, m, over which the energy of a source is spread evenly; 0: all of it is in the "
-        "pixel that contains the source.",
+        description="Side of the square, m, over which a source is spread evenly; 0: not. The air and clouds before it "
+        "are those of its middle.",
     )
 
     @model_validator(mode="after")

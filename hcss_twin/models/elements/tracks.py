@@ -14,16 +14,16 @@ from hcss_twin.providers import ElementInputs
 
 _PLACE = ("source", "time", "altitude")
 _PLANE, _GLOBE = ("x", "y"), ("latitude", "longitude")
-_INTENSITY = "intensity"
+_INTENSITY, _EMISSIVITY = "intensity", "emissivity"
 
 
 @dataclass(frozen=True)
 class State:
-    """A source at one instant: position (3,) in metres, intensity (B,) in W sr-1, temperature in K if it has one."""
+    """A source at one instant: position (3,) in m, velocity (3,) in m s-1, and strength as in :class:`SourceTrack`."""
 
     position_m: Array
-    intensity: Array
-    temperature_K: float | None
+    velocity_m_s: Array
+    strength: Array
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class SourceTrack:
         East and north of the image centre at the start, and altitude.
     velocity_m_s : ndarray (3,)
         After a single time.
-    strength : ndarray (K, B) or (K, 2)
-        Intensities in W sr-1, or temperature in K and area in m2.
+    strength : ndarray (K, B) or (K, 3)
+        Intensities of a plume in W sr-1, or temperature in K, area in m2 and emissivity of a body.
     thermal : bool
-        Whether ``strength`` is temperature and area.
+        Whether it is a body.
     """
 
     time_s: Array
@@ -50,18 +50,16 @@ class SourceTrack:
     strength: Array
     thermal: bool
 
-    def at(self, time_s: float, inputs: ElementInputs) -> State | None:
+    def at(self, time_s: float) -> State | None:
         """Return the source at a time; None if it is absent."""
         if self.time_s.size == 1:
-            position, strength = self.position_m[0] + self.velocity_m_s * time_s, self.strength[0]
-        elif not self.time_s[0] <= time_s <= self.time_s[-1]:
+            return State(self.position_m[0] + self.velocity_m_s * time_s, self.velocity_m_s, self.strength[0])
+        if not self.time_s[0] <= time_s <= self.time_s[-1]:
             return None
-        else:
-            position, strength = (_between(time_s, self.time_s, each) for each in (self.position_m, self.strength))
-        if not self.thermal:
-            return State(position, strength, None)
-        kelvin, area = (float(each) for each in strength)
-        return State(position, area * inputs.black_body(kelvin), kelvin)
+        position, strength = (_between(time_s, self.time_s, each) for each in (self.position_m, self.strength))
+        after = min(max(1, int(np.searchsorted(self.time_s, time_s, side="right"))), self.time_s.size - 1)
+        velocity = np.diff(self.position_m[after - 1 : after + 1], axis=0)[0] / np.diff(self.time_s)[after - 1]
+        return State(position, velocity, strength)
 
 
 def _between(time_s: float, times_s: Array, values: Array) -> Array:
@@ -83,7 +81,7 @@ def tracks_of(parameters: PointSourceParameters, inputs: ElementInputs) -> tuple
 
 def _given(track: Track, bands: list[str], index: int) -> SourceTrack:
     if track.temperature is not None and track.area is not None:
-        strength = [track.temperature, track.area]
+        strength = [track.temperature, track.area, track.emissivity]
     elif isinstance(track.intensity, dict):
         for name in (*bands, *track.intensity):
             if name not in track.intensity or name not in bands:
@@ -104,7 +102,9 @@ def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> lis
         return []
     columns = inputs.catalog.columns(inputs.catalog.file(name))
     thermal = "temperature" in columns or "area" in columns
-    strengths = ["temperature", "area"] if thermal else [f"{_INTENSITY} {band}" for band in bands]
+    strengths = ["temperature", "area", _EMISSIVITY] if thermal else [f"{_INTENSITY} {band}" for band in bands]
+    if thermal:
+        columns = {_EMISSIVITY: np.ones_like(next(iter(columns.values()))), **columns}
     if _INTENSITY in columns and not thermal:
         strengths = [_INTENSITY] * len(bands)
     across = _GLOBE if not {*_GLOBE}.isdisjoint(columns) else _PLANE
@@ -114,13 +114,15 @@ def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> lis
         raise CatalogError(
             f"'{name}': column '{wrong[0]}' is {'missing' if wrong[0] in wanted else 'unknown'}; allowed: "
             f"{', '.join(_PLACE)}; x, y or latitude, longitude; and {_INTENSITY}, {_INTENSITY} BAND for each band of "
-            "the scene, or temperature and area"
+            "the scene, or temperature, area and optionally emissivity"
         )
     strength = np.stack([columns[each] for each in strengths], axis=1)
     low = np.nextafter(0.0, 1.0) if thermal else 0.0
     for what, least, values in (("altitude", 0.0, columns["altitude"]), (strengths[0], low, strength)):
         if np.any(values < least):
             raise CatalogError(f"'{name}': {what} {values.min():g}; allowed: {'above 0' if least else '0 or more'}")
+    if thermal and np.any(columns[_EMISSIVITY] > 1.0):
+        raise CatalogError(f"'{name}': emissivity {columns[_EMISSIVITY].max():g}; allowed: above 0 to 1")
     x, y = (columns[each] for each in across)
     if across == _GLOBE:
         if np.any(np.abs(x) > 90.0):

@@ -13,6 +13,7 @@ from scipy.fft import dctn, idctn
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sensor.detector import photon_wavelength_um
 from hcss_twin.models.sensor.parameters import RadiometerParameters
+from hcss_twin.models.sensor.point_image import PointImage
 from hcss_twin.models.sensor.point_spread import (
     LEAST,
     NEAR,
@@ -26,7 +27,7 @@ from hcss_twin.models.sensor.point_spread import (
     separated,
 )
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
-from hcss_twin.providers import SensorBand, SensorInputs
+from hcss_twin.providers import Points, SensorBand, SensorInputs
 
 MOST_WEIGHTS = 768
 """Weights of kernels along rows and columns up to which a sum over pixels is faster than transforms of the image."""
@@ -85,15 +86,26 @@ class Blur:
         measured: tuple[Array, ...] = ()
         if parameters.psf == "file" and parameters.psf_file is not None:
             measured = (read_kernel(inputs.catalog.file(parameters.psf_file)),)
-        self._smear = 0.0
-        if parameters.smear and parameters.integration_time is not None:
-            self._smear = abs(inputs.platform_speed_m_s) * parameters.integration_time / inputs.grid.pixel_size_m
+        self._exposure_s = (parameters.integration_time or 0.0) if parameters.smear else 0.0
+        self._smear = abs(inputs.platform_speed_m_s) * self._exposure_s / inputs.grid.pixel_size_m
         self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0
         self._cut = 0.0
         self._least = LEAST if parameters.method == "rows" else NEAR
         self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
         self._transfers: dict[tuple[str, tuple[int, ...]], Array] = {}
         self.weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
+        spot = measured[0] if measured else None
+        self._point_images = [
+            PointImage(parameters.psf_sigma, self._cutoff(band) if parameters.psf == "airy" else None, spot)
+            for band in inputs.bands
+        ]
+
+    def of_points(self, points: Points, rows: int, columns: int) -> NDArray[np.float32]:
+        """Return what points add to a blurred frame (B, rows, columns), smeared by their own motion against it."""
+        added = np.zeros((len(self._point_images), rows, columns))
+        for band, (image, own) in enumerate(zip(added, self._point_images, strict=True)):
+            own.draw(image, points, band, self._exposure_s)
+        return added.astype(np.float32)
 
     @property
     def reach_pixels(self) -> int:

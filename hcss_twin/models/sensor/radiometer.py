@@ -22,7 +22,7 @@ from hcss_twin.models.sensor.detector import (
 from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, key_of, shot_noise, too_many_electrons
 from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
 from hcss_twin.models.sensor.rows import Detector, measure
-from hcss_twin.providers import Measured, SensorBand, SensorDeclaration, SensorInputs
+from hcss_twin.providers import Measured, Points, SensorBand, SensorDeclaration, SensorInputs
 
 _TYPES = {"radiance": np.float32, "photon_rate": np.float32, "digital_number": np.int32, "saturated": np.uint8}
 
@@ -51,11 +51,22 @@ class Radiometer:
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
         """Return the measurement of ``radiance`` (B, y, x); see :class:`hcss_twin.providers.Sensor`."""
+        return self._measured(radiance, frame, np.zeros((len(self.channels), 0, 0), np.float32))
+
+    def measure_with(self, radiance: Array, points: Points, frame: int, time_s: float) -> Measured:
+        """Return the measurement of a frame with points: see :class:`hcss_twin.providers.SensorOptions`."""
+        return self._measured(radiance, frame, self.blur.of_points(points, *radiance.shape[1:]))
+
+    def _measured(self, radiance: Array, frame: int, added: NDArray[np.float32]) -> Measured:
+        """Return the measurement of a frame; what is added (B, y, x), if anything, is not blurred."""
         if self.single_precision:
-            return self._by_rows(np.ascontiguousarray(radiance, dtype=np.float32), frame)
+            found = self.arrays(radiance.shape)
+            self.measure_into(np.ascontiguousarray(radiance, dtype=np.float32), frame, found, added=added)
+            return Measured(**found)
         clean = np.asarray(radiance, dtype=np.float64)
         readings = [
-            channel.measure(self.blur(clean[index], channel.band), frame) for index, channel in enumerate(self.channels)
+            channel.measure(self.blur(clean[index], channel.band) + (added[index] if added.size else 0.0), frame)
+            for index, channel in enumerate(self.channels)
         ]
         measured, rates, numbers, flags = zip(*readings, strict=True)
         return Measured(
@@ -64,11 +75,6 @@ class Radiometer:
             digital_number=np.stack(numbers) if "digital_number" in self.variables else None,
             saturated=np.stack(flags) if "saturated" in self.variables else None,
         )
-
-    def _by_rows(self, clean: NDArray[np.float32], frame: int) -> Measured:
-        found = self.arrays(clean.shape)
-        self.measure_into(clean, frame, found)
-        return Measured(**found)
 
     def arrays(self, shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
         """Return arrays for the measurement of frames of a shape (B, y, x)."""
@@ -86,14 +92,19 @@ class Radiometer:
         found: Mapping[str, NDArray[Any]],
         bands: slice = slice(None),
         lines: tuple[int, int] | None = None,
+        added: NDArray[np.float32] | None = None,
     ) -> None:
-        """Write the measurement by rows of ``clean`` (B, y, x), or of some bands and rows, into :meth:`arrays`."""
+        """Write the measurement by rows of ``clean`` (B, y, x), or of some bands and rows, into :meth:`arrays`.
+
+        ``added`` (B, y, x), if any, is not blurred.
+        """
         none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
         for index in range(len(self.channels))[bands]:
             channel = self.channels[index]
             image, weights = self.blur.by_rows(clean[index], channel.band)
             results = {name: each[index] for name, each in found.items()}
-            channel.measure_rows(image, weights, frame, lines or (0, len(image)), {**none, **results})
+            more = none["radiance"] if added is None else added[index]
+            channel.measure_rows(image, weights, more, frame, lines or (0, len(image)), {**none, **results})
 
 
 @dataclass(frozen=True)
@@ -212,6 +223,7 @@ class _Channel:
         self,
         image: NDArray[np.float32],
         weights: Weights,
+        added: NDArray[np.float32],
         frame: int,
         lines: tuple[int, int],
         results: Mapping[str, NDArray[Any]],
@@ -220,7 +232,8 @@ class _Channel:
         keys = tuple(np.uint64(self._random(stage, frame)[0]) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        if not measure(image, *weights, *self.pattern.arrays, self.detector, keys, self.inputs.corner, lines, *written):
+        behind = (*self.pattern.arrays, self.detector, keys, self.inputs.corner, lines)
+        if not measure(image, *weights, added, *behind, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
 
     @cached_property

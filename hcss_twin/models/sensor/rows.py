@@ -62,7 +62,7 @@ class Detector(NamedTuple):
 
 @kernel()
 def measure(  # type: ignore[no-untyped-def]
-    image, down, across, reach, gain, offset, detector, keys, corner, lines, radiance, rate, number, saturated
+    image, down, across, reach, added, gain, offset, detector, keys, corner, lines, radiance, rate, number, saturated
 ):
     """Write the measurement of a frame (Y, X) of one band; False if more electrons are expected than can be drawn.
 
@@ -75,6 +75,8 @@ def measure(  # type: ignore[no-untyped-def]
         K and L are multiples of ``TAPS_AT_ONCE``, with zeros at the end.
     reach : (int, int)
         Distance of the first weights from the pixel, in rows and columns.
+    added : ndarray of float32 (Y, X) or (0, 0)
+        Radiance that is not blurred.
     gain, offset : ndarray of float32 (Y, X), (Y, 1) or (0, 0)
         Relative difference of the detectors' gain, and their offset in units of the signal.
     keys : (uint64, uint64)
@@ -98,6 +100,8 @@ def measure(  # type: ignore[no-untyped-def]
             _blur_row(image, y, down, across, reach, wide, blurred)
         else:
             blurred[:] = image[y]
+        if added.size:
+            _add_row(blurred, added[y])
         if rate.size:
             _scale_row(blurred, detector.photons, rate[y])
         _pattern_row(gain, y, own_gain)
@@ -155,6 +159,12 @@ def _blur_row(image, y, down, across, reach, wide, blurred):  # type: ignore[no-
             a, b = wide[k : k + columns], wide[k + 1 : k + 1 + columns]
             c, d = wide[k + 2 : k + 2 + columns], wide[k + 3 : k + 3 + columns]
             _add_four(blurred, a, b, c, d, across[term, k:])
+
+
+@kernel()
+def _add_row(values, more):  # type: ignore[no-untyped-def]
+    for x in range(values.size):
+        values[x] += more[x]
 
 
 @kernel()

@@ -57,8 +57,9 @@ class Payload:
         radiance : ndarray of float32 (B, y, x)
             Clean radiance of the frame.
         """
-        scene, frame, time_s = self._one.frame(index, radiance), self._first + index, float(self._times_s[index])
-        one, other = (each.sensor.measure(scene, frame, time_s) for each in (self._one, self._other))
+        scene, points = self._one.frame(index, radiance)
+        frame, time_s = self._first + index, float(self._times_s[index])
+        one, other = (each.sensor.measure(scene, frame, time_s, points) for each in (self._one, self._other))
         found: dict[str, NDArray[Any]] = {MEASURED: one["radiance"]}
         if "digital_number" in self._names:
             found[NUMBER] = one["digital_number"]

@@ -25,7 +25,7 @@ class TestAircraft(ElementContract):
         return Aircraft(inputs, AircraftParameters(x=-900.0, climb=-8.0, plume={"mid": 300.0}))
 
     def known(self, inputs, time_s):
-        skin = 150.0 * np.cos(np.radians(inputs.view.zenith_deg)) * inputs.black_body(245.0)
+        skin = 150.0 * inputs.black_body(245.0)
         return KnownElement(-900.0 + 240.0 * time_s, 0.0, 1e4 - 8.0 * time_s, skin + np.array([300.0, 0.0]))
 
 
@@ -72,17 +72,15 @@ def test_an_aircraft_climbs_along_its_heading():
     inputs = sample_element_inputs()
     of = AircraftParameters(heading=210.0, speed=200.0, climb=5.0, area=100.0)
     (skin,) = Aircraft(inputs, of).pixels(9.0, *WHOLE, PlainScene(inputs))
-    assert (skin.rows[0], skin.columns[0]) == (24 - 8, 32 - 5)  # 1559 m south, 900 m west
-    assert skin.altitude_m == skin.truth["altitude"][0] == 10_045.0
-    assert skin.share[0] == pytest.approx(100.0 / 200.0**2)
+    assert (skin.x_m, skin.y_m) == pytest.approx((-900.0, -900.0 * np.sqrt(3.0)))
+    assert skin.velocity_m_s == pytest.approx((-100.0, -100.0 * np.sqrt(3.0), 5.0))
+    assert skin.altitude_m == skin.truth["altitude"] == 10_045.0
+    assert skin.area_m2 == 100.0
 
 
 @pytest.mark.parametrize(
     ("parameters", "message"),
-    [
-        ({"area": 5e4}, "area 50000 m2; allowed: up to that of a pixel, 40000 m2"),
-        ({"plume": {"medium": 1.0}}, "plume names 'medium', which is no band; allowed: long, mid"),
-    ],
+    [({"plume": {"medium": 1.0}}, "plume names 'medium', which is no band; allowed: long, mid")],
 )
 def test_wrong_parameters_name_what_is_allowed(parameters, message):
     with pytest.raises(ProviderError, match=message):

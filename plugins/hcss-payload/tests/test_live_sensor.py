@@ -64,11 +64,23 @@ def test_live_rows_measure_as_the_sensor_of_cubes(taps, converter):
     expected, found = np.zeros((40, 70), np.float32), np.zeros((40, 70), np.float32)
     numbers, mine = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
     flags = np.zeros((40, 70), np.uint8)
-    measure(image, *weights, gain, offset, detector, keys, (0, 0), (0, 40), expected, none, numbers, flags)
+    added = rng.uniform(0.0, 1.0, (40, 70)).astype(np.float32) if taps else none
+    measure(image, *weights, added, gain, offset, detector, keys, (0, 0), (0, 40), expected, none, numbers, flags)
     kernels = Kernels.of(weights)
     for lines in ((0, 9), (9, 40)):
         assert measure_rows(
-            image, kernels.down, kernels.across, kernels.reach, gain, offset, detector, keys[0], lines, found, mine
+            image,
+            kernels.down,
+            kernels.across,
+            kernels.reach,
+            added,
+            gain,
+            offset,
+            detector,
+            keys[0],
+            lines,
+            found,
+            mine,
         )
     assert found.std() > 0.01 * found.mean()
     # Rounding moves few numbers to the next.
@@ -77,5 +89,5 @@ def test_live_rows_measure_as_the_sensor_of_cubes(taps, converter):
     assert np.allclose(found, expected, rtol=2e-6, atol=0.0 if not converter else 1.01 * 60.0 / 5e4)
     few = detector._replace(per_radiance=1.0, dark=0.0)
     assert not measure_rows(
-        image, kernels.down, kernels.across, kernels.reach, none, none, few, keys[0], (0, 40), found, mine
+        image, kernels.down, kernels.across, kernels.reach, none, none, none, few, keys[0], (0, 40), found, mine
     )

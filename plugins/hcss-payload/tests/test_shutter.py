@@ -9,6 +9,7 @@ from hcss_payload.shutter import Shutter, instants_for, smear_px
 
 import hcss_twin
 from hcss_twin.core.errors import ScenarioError
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_plane
 
 ORBIT = Circular.above(7e5, 98.2, 30.0, 153.0, 60.0)
 STILL = {"attitude": {"provider": "push-broom", "roll": -20.0}, "frames": {"count": 1}, "output": {"certificate": 0}}
@@ -88,6 +89,44 @@ def test_a_target_is_in_the_pixel_that_sees_its_place_when_its_row_is_read():
     away = np.hypot((latitude - 30.0) * 110_852.0 + 900.0, (longitude - 150.0) * 96_486.0 - 800.0)
     nearest = np.unravel_index(np.argmin(away), away.shape)
     assert np.abs(np.subtract(bright, nearest)).max() <= 1
+
+
+def test_a_target_smears_by_its_motion_through_the_image_and_has_its_own_distance():
+    camera, track = Camera(40, 48, 0.15, 1.5e-5), Track(ORBIT, 30.0, 150.0)
+    pose, ground = pose_at(0.0, ORBIT, track), to_earth_centred(np.float64(30.0), np.float64(150.0))
+    # On the line of sight to the place that is tracked, 30 km away from it.
+    toward = (pose.position_m - ground) / np.linalg.norm(pose.position_m - ground)
+    place = ground + 3e4 * toward
+    latitude, longitude, altitude = (float(each) for each in geographic(place))
+    x, y = (float(each) for each in to_plane(np.float64(latitude), np.float64(longitude), 30.0, 150.0))
+    source = {"x": x, "y": y, "altitude": altitude, "intensity": 1e6, "velocity": [0.0, 6e4, 0.0]}
+    parts = {
+        "camera": {"integration_time": 1e-2},
+        "clouds": {"coverage": 0.0},
+        "frames": {"count": 1},
+        "elements": [{"parameters": {"tracks": [source]}}],
+        "output": {"certificate": 0, "variables": ["element_radiance", "element_transmittance"]},
+    }
+    cube = hcss_twin.simulate(scenario(PASS, parts))
+    added = cube["element_radiance"].values[0, 0].astype(float)
+    north = np.array(east_north_up(np.float64(30.0), np.float64(150.0))[1])
+    ends = []
+    for later in (-5e-3, 5e-3):
+        pose = pose_at(later, ORBIT, track)
+        ends.append(camera.pixels(pose.to_body(place + 6e4 * later * north - pose.position_m)))
+    moved = np.subtract(ends[1], ends[0])
+    assert 5.0 < np.hypot(*moved) < 9.0
+    rows, columns = np.indices(added.shape)
+    centre = np.array([np.sum(added * rows), np.sum(added * columns)]) / added.sum()
+    np.testing.assert_allclose(centre, np.mean(ends, axis=0), atol=0.03)
+    spread = [np.sum(added * (each - at) ** 2) / added.sum() for each, at in zip((rows, columns), centre, strict=True)]
+    np.testing.assert_allclose(spread, moved**2 / 12.0 + 1.0 / 12.0, atol=0.06)
+    ray = place - pose.position_m
+    distance = np.linalg.norm(ray)
+    axis = camera.directions(np.float64(19.5), np.float64(23.5))
+    solid_angle = 1e-8 * float(camera.directions(*(np.float64(each) for each in np.mean(ends, axis=0))) @ axis) ** 3
+    arriving = 1e6 * float(cube["element_transmittance"].max())
+    assert added.sum() == pytest.approx(arriving / (distance**2 * solid_angle), rel=2e-3)
 
 
 def test_too_much_smear_is_refused_by_name():

@@ -6,7 +6,7 @@ from hcss_payload.stages import bad_pixels, detector_drift, integration, non_lin
 
 from hcss_twin import ScenarioError
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.providers import Grid, SensorBand, SensorInputs
+from hcss_twin.providers import Grid, Points, SensorBand, SensorInputs
 from hcss_twin.testing import SensorContract, assert_registered
 
 BAND = SensorBand("lwir", np.array([8.0, 12.0]), np.array([1.0, 1.0]))
@@ -162,6 +162,24 @@ def test_charges_that_move_with_the_scene_do_not_smear_and_others_do():
     half = np.pi * 0.2 / WAVE_PX  # each stage is 0.2 pixels further from where its charges are
     expected = np.sin(5.0 * half) / (5.0 * np.sin(half))
     assert smeared[..., inner] == pytest.approx(expected * still[..., inner], abs=1e-5)
+
+
+def test_targets_smear_by_their_own_motion_and_not_by_that_of_their_charges():
+    own = integration.Parameters(integration_time=0.06, stages=5)
+    sensor = integration.Integration(inputs(speed=100.0), own)
+    rest, moving = np.array([20.0, 30.0]), np.array([0.0, 100.0])
+    # The first stays on the ground, which moves by 10 columns a second; the other also moves over it, along the rows.
+    found = sensor.points_after(Points(rest, rest, moving, np.full(2, -10.0), np.array([[6.0, 3.0]])))
+    assert found.radiance.sum() == pytest.approx(9.0)
+    for number, light in ((0, 6.0), (1, 3.0)):
+        row, column, weight = (each[number::2] for each in (found.row, found.column, found.radiance[0] / light))
+        assert weight @ column == pytest.approx(rest[number])
+        # 0.6 columns within each stage; between stages charges follow the ground.
+        assert weight @ (column - rest[number]) ** 2 == pytest.approx(0.6**2 / 12.0, rel=1e-3)
+        lines = 10.0 * np.arange(-2, 3)  # 0.1 s between stages
+        expected = (6.0**2 / 12.0 + np.mean(lines**2)) * (number == 1)
+        assert weight @ (row - rest[number]) ** 2 == pytest.approx(expected, rel=1e-3, abs=1e-12)
+        assert not np.any(found.row_rate)
 
 
 def test_what_does_not_fit_is_refused_by_its_key():

@@ -19,6 +19,7 @@ from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudDeclaration, Declaration, ElementPixels
+from hcss_twin.testing.elements import in_pixels
 
 from stranger import atmosphere, clouds, elements, optics, radiance, sea, sensor  # isort: skip
 
@@ -204,9 +205,24 @@ class Flare:
         return [ElementPixels(*place, np.ones(1), 300.0, intensity=light, truth=truth)]
 
 
+class InPixels:
+    """Points that the provider itself draws in the pixels that they cover."""
+
+    def __init__(self, provider, inputs):
+        self._provider, self._inputs = provider, inputs
+        self.declares, self.variables = provider.declares, provider.variables
+
+    def pixels(self, time_s, rows, columns, scene):
+        given = self._provider.pixels(time_s, rows, columns, scene)
+        return in_pixels(given, self._inputs, rows, columns, scene)
+
+
 def _elements():
-    def sources(tracks, footprint=0.0):
+    def points(tracks, footprint=0.0):
         return lambda inputs: builtin("elements", "point-sources", inputs, tracks=tracks, footprint=footprint)
+
+    def sources(tracks, footprint=0.0):
+        return lambda inputs: InPixels(points(tracks, footprint)(inputs), inputs)
 
     def of_tracks(self, inputs, time_s):
         return mean_of(SOURCES, inputs, time_s, [np.full(2, each["intensity"]) for each in SOURCES])
@@ -224,6 +240,7 @@ def _elements():
         "two sources spread over a square",
         kit("elements", sources(SOURCES, 520.0), known=of_tracks),
     )
+    yield "points", "elements", "two sources as points", kit("elements", points(SOURCES, 520.0), known=of_tracks)
     yield "one-pixel", "elements", "two sources in one pixel each", kit("elements", sources(SOURCES))
     yield "hot-body", "elements", "a hot body that moves", kit("elements", sources([BODY], 300.0), known=of_body)
     deck = lambda inputs: elements.Ship(inputs, elements.Parameters())  # noqa: E731

@@ -12,7 +12,7 @@ from numpy.typing import DTypeLike, NDArray
 from hcss_twin import providers as api
 from hcss_twin.core.arrays import Array
 from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, MEASURED, MEASURED_LIMITS, THICKNESS_TOLERANCE
-from hcss_twin.providers.registry.guards.base import ABOVE_ZERO, POSITIVE, Guard
+from hcss_twin.providers.registry.guards.base import ABOVE_ZERO, ANY, POSITIVE, Guard
 
 
 class GuardedClouds(Guard):
@@ -84,8 +84,26 @@ class GuardedSensor(Guard):
         self._dtype: type[np.floating[Any]] = np.float32 if getattr(provider, "single_precision", False) else np.float64
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> api.Measured:
-        value = self._call("measure", radiance, frame, time_s)
-        what, declared = "measure()", self._read("variables")
+        return self._measured("measure", radiance, frame, time_s)
+
+    def _checked_measure_with(self, radiance: Array, points: api.Points, frame: int, time_s: float) -> api.Measured:
+        return self._measured("measure_with", radiance, points, frame, time_s)
+
+    def _checked_points_after(self, points: api.Points) -> api.Points:
+        value = self._call("points_after", points)
+        if not isinstance(value, api.Points):
+            raise self._refuse("points_after()", "Points", type(value).__name__)
+        count = np.shape(value.row)
+        each = {
+            name: self._array(f"points_after().{name}", getattr(value, name), count)
+            for name in ("row", "column", "row_rate", "column_rate")
+        }
+        light = self._array("points_after().radiance", value.radiance, (self._shape[0], *count))
+        return api.Points(**each, radiance=light)
+
+    def _measured(self, name: str, *arguments: Any) -> api.Measured:
+        value = self._call(name, *arguments)
+        what, declared = f"{name}()", self._read("variables")
         if not isinstance(value, api.Measured):
             raise self._refuse(what, "Measured", type(value).__name__)
         given = {name: getattr(value, name) for name in MEASURED if getattr(value, name) is not None}
@@ -111,11 +129,50 @@ class GuardedElements(Guard):
 
     def pixels(
         self, time_s: float, rows: slice, columns: slice, scene: api.ElementScene
-    ) -> tuple[api.ElementPixels, ...]:
-        value = self._call("pixels", time_s, rows, columns, scene)
-        if not isinstance(value, Sequence) or not all(isinstance(each, api.ElementPixels) for each in value):
-            raise self._refuse("pixels()", "a sequence of ElementPixels", type(value).__name__)
-        return tuple(self._checked(each, rows, columns) for each in value)
+    ) -> tuple[api.ElementPixels | api.ElementPoint, ...]:
+        value, kinds = self._call("pixels", time_s, rows, columns, scene), (api.ElementPixels, api.ElementPoint)
+        if not isinstance(value, Sequence) or not all(isinstance(each, kinds) for each in value):
+            raise self._refuse("pixels()", "a sequence of ElementPixels and ElementPoint", type(value).__name__)
+        return tuple(
+            self._checked_point(each) if isinstance(each, api.ElementPoint) else self._checked(each, rows, columns)
+            for each in value
+        )
+
+    def _checked_point(self, given: api.ElementPoint) -> api.ElementPoint:
+        self._check_kind(given)
+        if (given.radiance is None) != (given.area_m2 is None):
+            raise self._refuse("pixels()", "area_m2 with radiance", "one of them")
+        limits = {
+            "x_m": ANY,
+            "y_m": ANY,
+            "altitude_m": POSITIVE,
+            "area_m2": ABOVE_ZERO,
+            "reflectance": (0.0, 1.0),
+            "side_m": POSITIVE,
+            "temperature_K": ABOVE_ZERO,
+        }
+        checked: dict[str, Any] = {
+            name: float(self._array(f"pixels().{name}", value, (), limit))
+            for name, limit in limits.items()
+            if (value := getattr(given, name)) is not None
+        }
+        checked["velocity_m_s"] = tuple(self._array("pixels().velocity_m_s", given.velocity_m_s, (3,)).tolist())
+        truth = {name: float(self._array(f"pixels().truth['{name}']", each, ())) for name, each in given.truth.items()}
+        return replace(given, **checked | self._strength(given, (self._bands,)), truth=truth)
+
+    def _check_kind(self, given: api.ElementPixels | api.ElementPoint) -> None:
+        if (given.radiance is None) == (given.intensity is None):
+            raise self._refuse("pixels()", "either radiance or intensity", "both or neither")
+        if set(given.truth) != set(self._provider.variables):
+            raise self._refuse(
+                "pixels().truth", ", ".join(self._provider.variables) or "nothing", ", ".join(given.truth)
+            )
+
+    def _strength(self, given: api.ElementPixels | api.ElementPoint, shape: tuple[int, ...]) -> dict[str, Array]:
+        """Return the checked radiance, of this shape, or intensity."""
+        if given.radiance is not None:
+            return {"radiance": self._array("pixels().radiance", given.radiance, shape, POSITIVE)}
+        return {"intensity": self._array("pixels().intensity", given.intensity, (self._bands,), POSITIVE)}
 
     def _checked(self, given: api.ElementPixels, rows: slice, columns: slice) -> api.ElementPixels:
         what, count = "pixels()", (np.size(given.rows),)
@@ -125,19 +182,8 @@ class GuardedElements(Guard):
         )
         if len(set(zip(y.tolist(), x.tolist(), strict=True))) < y.size:
             raise self._refuse(what, "distinct pixels", "a pixel twice")
-        if (given.radiance is None) == (given.intensity is None):
-            raise self._refuse(what, "either radiance or intensity", "both or neither")
-        if set(given.truth) != set(self._provider.variables):
-            raise self._refuse(
-                f"{what}.truth", ", ".join(self._provider.variables) or "nothing", ", ".join(given.truth)
-            )
-        radiance = given.radiance
-        if radiance is not None:
-            shape = (*count, self._bands) if np.ndim(radiance) == 2 else (self._bands,)
-            radiance = self._array(f"{what}.radiance", radiance, shape, POSITIVE)
-        intensity = given.intensity
-        if intensity is not None:
-            intensity = self._array(f"{what}.intensity", intensity, (self._bands,), POSITIVE)
+        self._check_kind(given)
+        shape = (*count, self._bands) if given.radiance is not None and np.ndim(given.radiance) == 2 else (self._bands,)
         kelvin = given.temperature_K
         if kelvin is not None:
             kelvin = float(self._array(f"{what}.temperature_K", kelvin, (), ABOVE_ZERO))
@@ -146,10 +192,9 @@ class GuardedElements(Guard):
             x,
             self._array(f"{what}.share", given.share, count, (ABOVE_ZERO[0], 1.0 + FRACTION_TOLERANCE)),
             float(self._array(f"{what}.altitude_m", given.altitude_m, (), POSITIVE)),
-            radiance,
-            intensity,
-            kelvin,
-            {name: self._array(f"{what}.truth['{name}']", each, count) for name, each in given.truth.items()},
+            **self._strength(given, shape),
+            temperature_K=kelvin,
+            truth={name: self._array(f"{what}.truth['{name}']", each, count) for name, each in given.truth.items()},
         )
 
 

@@ -57,7 +57,12 @@ NOTES = (
 
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
-_SMEARLESS = "elements and views are those of its middle"
+_SMEARLESS = "views, and the clouds before small elements, are those of its middle"
+
+_STILL = (
+    "camera: integration_time is 0: the scene does not smear, whatever the integration time of [sensor]; small elements "
+    "smear over that of the sensor"
+)
 
 LIMB_NOTE = (
     "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
@@ -157,6 +162,7 @@ class CameraImager:
             *doubts,
             *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
+            *(() if scenario.sensor is None or payload.integration_s else (_STILL,)),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
@@ -258,7 +264,12 @@ class CameraImager:
 
     def element_stage(self, plan: Plan) -> RayElementStage:
         """Return the elements as the camera sees them."""
-        return RayElementStage(plan, self._geometry)
+        pose, still = self._payload.pose, replace(self._shutter, instants=1)
+
+        def clouds(time_s: float) -> RayClouds:
+            return RayClouds(plan, self.camera, exposure_of(still, time_s, self.camera, pose))
+
+        return RayElementStage(plan, self._geometry, clouds, self._shutter, pose)
 
     def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
         """Return the exact view of pixels."""

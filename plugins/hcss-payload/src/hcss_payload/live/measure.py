@@ -54,6 +54,7 @@ def measure_rows(
     down: Any,
     across: Any,
     reach: Any,
+    added: Any,
     gain: Any,
     offset: Any,
     detector: Any,
@@ -72,7 +73,7 @@ def measure_rows(
         Radiance, mirrored at the edges.
     down, across, reach
         As in :class:`Kernels`.
-    gain, offset, detector
+    added, gain, offset, detector
         As :func:`hcss_twin.models.sensor.rows.measure` takes them; with shot noise there must be read noise.
     key : uint64
         Of normal numbers.
@@ -108,6 +109,8 @@ def measure_rows(
         else:
             for x in range(columns):
                 signal[x] = image[y, x]
+        if added.size:
+            _add_row(added[y], np.float32(1.0), signal)
         _pattern_row(gain, y, own_gain)
         _pattern_row(offset, y, own_offset)
         if detector.shot or detector.deviation:

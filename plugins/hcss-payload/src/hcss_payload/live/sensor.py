@@ -18,7 +18,7 @@ from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages
-from hcss_twin.providers import Grid, SensorInputs
+from hcss_twin.providers import Grid, Points, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands
 
 Each = Callable[[Callable[[Any], None], list[Any]], None]
@@ -37,7 +37,8 @@ TICKS_PER_S = 1e6
 class LiveSensor:
     """The sensor of a scenario behind the pixels of a camera.
 
-    Smear is that of a platform over the ground, whose speed is 0 here: live frames are instantaneous.
+    Targets smear by their motion in the image. The scene behind them does not: smear is that of a platform over the
+    ground, whose speed is 0 here.
 
     Parameters
     ----------
@@ -98,18 +99,25 @@ class LiveSensor:
         """Whether it has a converter."""
         return "digital_number" in self._results
 
-    def measure(self, time_s: float, radiance: NDArray[np.float32], each: Each) -> NDArray[np.int32] | None:
+    def measure(
+        self, time_s: float, radiance: NDArray[np.float32], each: Each, points: Points | None = None
+    ) -> NDArray[np.int32] | None:
         """Measure ``scene``: write the radiance, and return the digital numbers, which the next call overwrites.
 
         Parameters
         ----------
         each : callable
             Runs work for each of several parts of a frame.
+        points : Points, optional
+            Targets, which ``scene`` lacks.
         """
         number = round(time_s * TICKS_PER_S)
         results = {**self._results, "radiance": radiance}
         written = results.get("digital_number")
         channels = self._sensor.channels
+        added = np.zeros((len(channels), 0, 0), np.float32)
+        if points is not None:
+            added = self._sensor.blur.of_points(points, *self.scene.shape[1:])
         keys = [np.uint64(key_of(self._seed, "rows", channel.band.name, number)) for channel in channels]
 
         def part(own: tuple[int, int, int]) -> None:
@@ -117,11 +125,11 @@ class LiveSensor:
             kernels, detector = self._kernels[band], channel.detector
             counts = detector.shot and not detector.deviation  # whole electrons
             drawn = kernels is not None and not counts and measure_rows(
-                self.scene[band], kernels.down, kernels.across, kernels.reach, *channel.pattern.arrays, detector,
-                keys[band], tuple(lines), radiance[band], self._none if written is None else written[band],
+                self.scene[band], kernels.down, kernels.across, kernels.reach, added[band], *channel.pattern.arrays,
+                detector, keys[band], tuple(lines), radiance[band], self._none if written is None else written[band],
             )  # fmt: skip
             if not drawn:
-                self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), tuple(lines))
+                self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), tuple(lines), added)
 
         each(part, self._parts)
         return written

@@ -1,4 +1,4 @@
-"""A point source in live frames: its light through air and clouds, on the pixels that see it."""
+"""A plume in live frames: its light through air and clouds, and its place in the image."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _TOUCH_M = 100.0
 
 @dataclass(frozen=True)
 class PointTarget:
-    """A source smaller than a pixel, which hides nothing.
+    """A plume smaller than a pixel, which hides nothing.
 
     Parameters
     ----------
@@ -90,6 +90,32 @@ class PointTarget:
         toward = np.stack(east_north_up(latitude, longitude))  # type: ignore[arg-type]
         position: Array = start + time_s * (np.array(self.velocity_m_s) @ toward)
         return position
+
+
+@dataclass(frozen=True)
+class SeenTarget:
+    """A target in an image.
+
+    Attributes
+    ----------
+    row, column : float
+        Its place; centres of pixels are whole numbers.
+    light : ndarray (B,)
+        Radiance of a pixel that gets all of its light.
+    """
+
+    row: float
+    column: float
+    light: Array
+
+    def add(self, radiance: NDArray[np.float32]) -> None:
+        """Add it to the pixels (B, rows, columns) around it, like a source as wide as a pixel."""
+        rows, columns = radiance.shape[1:]
+        y, x = math.floor(self.row), math.floor(self.column)
+        for i, down in ((y, y + 1 - self.row), (y + 1, self.row - y)):
+            for j, along in ((x, x + 1 - self.column), (x + 1, self.column - x)):
+                if 0 <= i < rows and 0 <= j < columns:
+                    radiance[:, i, j] += (down * along * self.light).astype(np.float32)
 
 
 class TargetLight:
@@ -156,12 +182,8 @@ class TargetLight:
         between: Array = (1.0 - later) * self._tables[after - 1] + later * self._tables[after]
         return between
 
-    def add(
-        self, target: PointTarget, time_s: float, pose: Pose, radiance: NDArray[np.float32], field_at: FieldAt
-    ) -> None:
-        """Add a target to the pixels (B, rows, columns) whose middles are around it.
-
-        The four pixels share its light like a source as wide as a pixel.
+    def seen(self, target: PointTarget, time_s: float, pose: Pose, field_at: FieldAt) -> SeenTarget | None:
+        """Return a target in the image of a pose; None if it is not within a pixel of it.
 
         Parameters
         ----------
@@ -171,21 +193,22 @@ class TargetLight:
         ray = target.position_m(time_s) - pose.position_m
         distance = float(np.linalg.norm(ray))
         toward = pose.to_body(ray / distance)
-        row, column = (float(each) for each in self._camera.pixels(toward))
-        rows, columns = radiance.shape[1:]
-        if not (-1.0 < row < rows and -1.0 < column < columns) or self._is_hidden(pose, ray, distance):
-            return
+        row, column = self.place(target, time_s, pose)
+        if not (-1.0 < row < self._camera.rows and -1.0 < column < self._camera.columns):
+            return None
+        if self._is_hidden(pose, ray, distance):
+            return None
         share = self._share(self._arriving(target), time_s, field_at(toward))
         # The solid angle of a pixel falls with the third power of the cosine of its distance from the axis.
         across = self._camera.directions(*(np.array(each) for each in (row, column)))
         axis = self._camera.directions(*(np.array(each) for each in self._camera.centre))
         solid_angle = self._camera.pixel_rad**2 * float(across @ axis) ** 3
-        light = share * np.array(target.intensity) / (distance**2 * solid_angle)
-        y, x = math.floor(row), math.floor(column)
-        for i, down in ((y, y + 1 - row), (y + 1, row - y)):
-            for j, along in ((x, x + 1 - column), (x + 1, column - x)):
-                if 0 <= i < rows and 0 <= j < columns:
-                    radiance[:, i, j] += (down * along * light).astype(np.float32)
+        return SeenTarget(row, column, share * np.array(target.intensity) / (distance**2 * solid_angle))
+
+    def place(self, target: PointTarget, time_s: float, pose: Pose) -> tuple[float, float]:
+        """Return the row and column of a target from a pose, centres of pixels being whole numbers."""
+        row, column = self._camera.pixels(pose.to_body(target.position_m(time_s) - pose.position_m))
+        return float(row), float(column)
 
     def _share(self, along: Array, time_s: float, field: float) -> Array:
         """Return the share (B,) of the light that arrives through the cloud of a value of the field."""

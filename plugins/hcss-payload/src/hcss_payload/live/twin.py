@@ -26,7 +26,7 @@ from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
 from hcss_payload.live.sky import Sky, Tiles, tiles_around
 from hcss_payload.live.supported import require_supported
-from hcss_payload.live.target import TOP_M, PointTarget, TargetLight
+from hcss_payload.live.target import TOP_M, PointTarget, SeenTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import geographic
 from hcss_payload.trajectory import Trajectory
@@ -36,7 +36,7 @@ from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.slant_paths import reference_height_m
-from hcss_twin.providers import View
+from hcss_twin.providers import Points, View
 
 __all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
 
@@ -51,6 +51,9 @@ _POSES = 33
 
 _AHEAD_S = 3.0
 """Time ahead of a frame for which tiles are made."""
+
+_RATE_S = 1e-3
+"""Time before and after a frame from which the motion of targets in the image follows."""
 
 _STRIPS_PER_THREAD = 4
 
@@ -267,9 +270,17 @@ class PreparedPass:
             raise PayloadError(f"out: {radiance.dtype} {radiance.shape}; allowed: contiguous float32 of shape {shape}")
         scene = radiance if self._sensor is None else self._sensor.scene
         self._fill(time_s, pose, scene)
+        seen = list[tuple[PointTarget, SeenTarget]]()
         for target in self._targets if targets is None else targets:
-            self._light.add(target, time_s, pose, scene, lambda direction: self._field(time_s, pose, direction))
-        number = None if self._sensor is None else self._sensor.measure(time_s, radiance, self._each)
+            own = self._light.seen(target, time_s, pose, lambda direction: self._field(time_s, pose, direction))
+            if own is not None:
+                seen.append((target, own))
+        number = None
+        if self._sensor is not None:
+            number = self._sensor.measure(time_s, radiance, self._each, self._points(seen, time_s))
+        else:
+            for _, own in seen:
+                own.add(scene)
         return Frame(pose, radiance, number)
 
     def close(self) -> None:
@@ -285,6 +296,21 @@ class PreparedPass:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _points(self, seen: Sequence[tuple[PointTarget, SeenTarget]], time_s: float) -> Points | None:
+        """Return targets as the sensor draws them, with the motion that they have in the nominal pass."""
+        if not seen:
+            return None
+        ends = max(time_s - _RATE_S, self.start_s), min(time_s + _RATE_S, self.end_s)
+        rates = np.zeros((len(seen), 2))
+        if ends[1] > ends[0]:
+            before, after = (pose_at(each, self.trajectory, self.attitude) for each in ends)
+            for own, (target, _) in zip(rates, seen, strict=True):
+                places = [self._light.place(target, pose.time_s, pose) for pose in (before, after)]
+                own[:] = np.subtract(places[1], places[0]) / (ends[1] - ends[0])
+        place = np.array([(each.row + 0.5, each.column + 0.5) for _, each in seen])
+        light = np.stack([each.light for _, each in seen], axis=1)
+        return Points(place[:, 0], place[:, 1], rates[:, 0], rates[:, 1], light)
 
     def _fill(self, time_s: float, pose: Pose, radiance: NDArray[np.float32]) -> None:
         nodes = self._sight.places(pose, self._nodes)

@@ -8,7 +8,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
+from hcss_twin.providers import Array, Measured, Points, SensorDeclaration, SensorInputs
+
+_STEPS_PER_PIXEL = 8
+"""Instants for each pixel by which small elements move."""
 
 
 class Parameters(BaseModel):
@@ -52,8 +55,9 @@ class Integration:
                 raise ScenarioError([Problem("sensor.parameters.line_time", message)])
             line_time = pixel / speed
         self._direction = 1 if inputs.platform_speed_m_s >= 0.0 else -1
-        middles = ((np.arange(count) + 0.5) / count - 0.5) * parameters.integration_time
-        stages = np.arange(parameters.stages) - (parameters.stages // 2)
+        self._integration_s, self._line_s = parameters.integration_time, line_time
+        middles = self._middles_s(count)
+        self._stages = stages = np.arange(parameters.stages) - (parameters.stages // 2)
         self._parts = [(float(stage * line_time + middle), int(stage)) for stage in stages for middle in middles]
         times = [time for time, _ in self._parts]
         self.instants = min(0.0, *times), max(0.0, *times)
@@ -72,3 +76,18 @@ class Integration:
             column = np.clip(np.arange(columns) + shift, 0, columns - 1)
             total += seen[:, :, column]
         return Measured(total / len(self._parts))
+
+    def points_after(self, points: Points) -> Points:
+        """Return the places of small elements on the charges, at instants as close as their motion needs."""
+        motion = self._integration_s * np.max(np.hypot(points.row_rate, points.column_rate), initial=0.0)
+        middles = self._middles_s(max(1, math.ceil(_STEPS_PER_PIXEL * float(motion))))
+        later = (self._stages[:, None] * self._line_s + middles)[..., None]
+        row = points.row + later * points.row_rate
+        column = points.column + later * points.column_rate + self._direction * self._stages[:, None, None]
+        count, still = later.size, np.zeros(row.size)
+        return Points(row.ravel(), column.ravel(), still, still, np.tile(points.radiance, count) / count)
+
+    def _middles_s(self, count: int) -> Array:
+        """Middles of equal parts of the integration time."""
+        middles: Array = ((np.arange(count) + 0.5) / count - 0.5) * self._integration_s
+        return middles

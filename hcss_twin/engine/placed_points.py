@@ -1,0 +1,154 @@
+"""Small elements in the image: where they appear, in which pieces, and what higher bodies leave of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.squares import Rectangle, segments, share_left
+from hcss_twin.plan.windows import Window
+from hcss_twin.providers import ElementPoint
+
+LARGEST_DRAWN = 16.0
+"""Side in pixels up to which sensors draw squares through their point spread; larger ones are blurred as the image."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """The part of a small element that a sensor draws at one place.
+
+    Attributes
+    ----------
+    row, column : float
+        Place in the image; pixel n extends from n to n + 1.
+    rate : (float, float)
+        Rows and columns per second by which it moves against the image.
+    radiance : ndarray (B,)
+        What it adds to its pixel.
+    pixel : (int, int)
+        Row and column of the pixel that holds it.
+    behind : ndarray of float32 (B,)
+        Radiance of this pixel without small elements.
+    """
+
+    row: float
+    column: float
+    rate: tuple[float, float]
+    radiance: Array
+    pixel: tuple[int, int]
+    behind: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Share:
+    """A piece of a small element before its light is known: its place, and its share of the whole."""
+
+    row: float
+    column: float
+    share: float
+
+
+@dataclass(frozen=True)
+class PlacedPoint:
+    """A small element where it appears in the image.
+
+    Attributes
+    ----------
+    number : int
+        Of its section, from 1.
+    row, column : ndarray (M,)
+        Place at each instant of the exposure: one, if the cube shows an instant.
+    rate : (float, float)
+        Rows and columns per second of what the exposure does not show.
+    area : float
+        Area of a body, in pixels; 0: a plume.
+    side : float
+        Side of the square that is drawn, in pixels; 0: a point.
+    """
+
+    number: int
+    point: ElementPoint
+    row: Array
+    column: Array
+    rate: tuple[float, float]
+    area: float
+    side: float
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether it is larger than a pixel, so that clouds may hide a part of it."""
+        return self.area > 1.0
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Row and column of its middle, in the middle of the exposure."""
+        return float(self.row.mean()), float(self.column.mean())
+
+    @property
+    def outline(self) -> Rectangle:
+        """The square of a body."""
+        row, column, half = *self.place, 0.5 * math.sqrt(self.area)
+        return row - half, row + half, column - half, column + half
+
+    def window(self, within: Window) -> Window:
+        """Return the pixels of a window that may hold its pieces."""
+        rows, columns = (
+            slice(
+                max(math.floor(each.min() - 0.5 * self.side), pixels.start),
+                min(math.floor(each.max() + 0.5 * self.side) + 1, pixels.stop),
+            )
+            for each, pixels in zip((self.row, self.column), within, strict=True)
+        )
+        return rows, columns
+
+    def pieces(self, within: Window, higher: Sequence[Rectangle]) -> dict[tuple[int, int], list[Share]]:
+        """Return its visible pieces in each pixel of a window, with their shares of the whole.
+
+        Parameters
+        ----------
+        higher : sequence of Rectangle
+            Outlines of higher bodies.
+        """
+        found: dict[tuple[int, int], list[Share]] = {}
+        middle = self.place
+        for row, column in zip(self.row.tolist(), self.column.tolist(), strict=True):
+            for pixel, piece, half in self._cut(row, column, within):
+                off = piece.row - row + middle[0], piece.column - column + middle[1]
+                own = off[0] - half[0], off[0] + half[0], off[1] - half[1], off[1] + half[1]
+                left = share_left(own, higher) if higher else 1.0
+                if left > 0.0:
+                    visible = Share(piece.row, piece.column, left * piece.share / self.row.size)
+                    found.setdefault(pixel, []).append(visible)
+        return found
+
+    def _cut(
+        self, row: float, column: float, within: Window
+    ) -> Iterator[tuple[tuple[int, int], Share, tuple[float, float]]]:
+        """Yield pixels, pieces and half their height and width; a body smaller than a pixel is one piece."""
+        whole = 0.5 * math.sqrt(self.area)
+        down, across = (
+            zip(*(each.tolist() for each in segments(at, self.side, pixels)), strict=True)
+            for at, pixels in ((row, within[0]), (column, within[1]))
+        )
+        lines = list(across)
+        for y, at_row, up in down:
+            for x, at_column, along in lines:
+                half = (0.5 * up * self.side, 0.5 * along * self.side) if self.side else (whole, whole)
+                yield (y, x), Share(at_row, at_column, up * along), half
+
+
+def higher_than(point: PlacedPoint, others: Sequence[PlacedPoint]) -> list[Rectangle]:
+    """Return the outlines of the bodies above an element."""
+    return [each.outline for each in others if each.area and each.point.altitude_m > point.point.altitude_m]
+
+
+def merged(pieces: Sequence[Share | Piece], weights: Array) -> Array:
+    """Return the weighted mean of row and column (2,)."""
+    places = np.array([(each.row, each.column) for each in pieces])
+    mean: Array = weights @ places / np.sum(weights)
+    return mean

@@ -1,0 +1,71 @@
+"""Squares in an image: the pieces that lie in single pixels, and what others leave of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+
+PIECES_PER_PIXEL = 4
+"""Pieces along each side of a pixel: points in their middles have the variance of the square to 1 / 192 pixel^2."""
+
+Rectangle = tuple[float, float, float, float]
+"""Lowest and highest row, lowest and highest column, in pixels."""
+
+
+def segments(centre: float, side: float, within: slice) -> tuple[NDArray[np.intp], Array, Array]:
+    """Cut a segment along one axis at the borders of pixels, and within them.
+
+    Parameters
+    ----------
+    centre, side : float
+        Middle and length of the segment, in pixels; pixel n extends from n to n + 1. With length 0 it is one piece.
+    within : slice
+        Pixels whose pieces are returned; they do not depend on it.
+
+    Returns
+    -------
+    pixel : ndarray of int (N,)
+        The pixel of each piece.
+    middle, share : ndarray (N,)
+        Its middle, and its share of the length.
+    """
+    low, high = centre - 0.5 * side, centre + 0.5 * side
+    pixel = np.arange(max(math.floor(low), within.start), min(math.floor(high) + 1, within.stop))
+    if side == 0.0:
+        return pixel, np.full(pixel.size, centre), np.ones(pixel.size)
+    first, last = np.maximum(low, pixel), np.minimum(high, pixel + 1.0)
+    pixel, first, last = (each[last > first] for each in (pixel, first, last))
+    step = (last - first) / PIECES_PER_PIXEL
+    middle = first[:, None] + (np.arange(PIECES_PER_PIXEL) + 0.5) * step[:, None]
+    return np.repeat(pixel, PIECES_PER_PIXEL), middle.ravel(), np.repeat(step / side, PIECES_PER_PIXEL)
+
+
+def share_left(of: Rectangle, others: Sequence[Rectangle]) -> float:
+    """Return the share of a rectangle that no other one covers; a rectangle without area is covered or not."""
+    low, high, left, right = of
+    near = [each for each in others if each[0] <= high and each[1] >= low and each[2] <= right and each[3] >= left]
+    if not near:
+        return 1.0
+    rows, columns = (_edges(of[n : n + 2], [each[n : n + 2] for each in near]) for n in (0, 2))
+    covered = np.zeros((len(rows) - 1, len(columns) - 1), dtype=bool)
+    for each in near:
+        inside = [
+            (edges[:-1] >= first) & (edges[1:] <= last)
+            for edges, first, last in ((rows, each[0], each[1]), (columns, each[2], each[3]))
+        ]
+        covered |= np.outer(*inside)
+    area = np.outer(np.diff(rows), np.diff(columns)) if high > low and right > left else np.ones(covered.shape)
+    return float(np.sum(area[~covered]) / np.sum(area))
+
+
+def _edges(own: tuple[float, ...], others: Sequence[tuple[float, ...]]) -> Array:
+    """Return the edges, within a segment, of all segments; of one without length twice the same."""
+    if own[0] == own[1]:
+        return np.array(own)
+    edges = np.array([*own, *(edge for each in others for edge in each)])
+    return np.unique(np.clip(edges, own[0], own[1]))

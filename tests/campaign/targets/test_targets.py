@@ -1,0 +1,26 @@
+"""A sample of the campaign of targets, and its committed results."""
+
+import csv
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import cases
+import run
+
+
+@pytest.mark.parametrize("scene", [3, 4, 8])
+def test_targets_have_flux_place_and_image_of_closed_forms(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(cases, "FRAMES", 3)
+    rows = run.rows_of(scene, tmp_path)
+    assert len(rows) == 6
+    assert run.failures(rows) == []
+
+
+def test_the_committed_run_has_1000_cases_within_the_limits():
+    with run.RESULTS.open() as file:
+        rows = list(csv.DictReader(file))
+    assert len({(row["scene"], row["frame"]) for row in rows}) == 1000
+    assert len(run.failures(rows)) == 0
