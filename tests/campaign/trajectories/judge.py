@@ -35,12 +35,13 @@ def judged(given):
         else:
             notes, error_m = _orbit(given)
     except hcss_twin.HcssError as error:
-        refused = str(error)
+        refused = re.sub(rf"{re.escape(tempfile.gettempdir())}/[^/]+/", "", str(error))
     except Exception as error:  # a traceback for the user
         refused = f"TRACEBACK {type(error).__name__}: {error}"
     told = "\n".join([refused or "", *_questions(notes)])
     names = given.names if isinstance(given.names, tuple) else (given.names,)
-    row = {"name": given.name, "refused": refused, "questions": _questions(notes), "error_m": error_m}
+    row = {"name": given.name, "refused": refused, "questions": _questions(notes)}
+    row["error_m"] = None if error_m is None else float(f"{error_m:.3g}")
     found = [bool(re.search(_pattern(each), told)) for each in names]
     row["named"] = "TRACEBACK" not in told and (all(found) or (any(found) and "is out of range" in told))
     if not isinstance(given, Geometry) and given.expected_m is not None:

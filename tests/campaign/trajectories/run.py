@@ -32,6 +32,20 @@ def summary(part, rows):
     ]
 
 
+def one_row_a_line(known):
+    """Text of results."""
+    parts = []
+    for name, part in known.items():
+        lists = (
+            f'  "{kind}": [\n' + ",\n".join(f"   {json.dumps(row)}" for row in rows) + "\n  ]"
+            for kind, rows in part.items()
+            if isinstance(rows, list)
+        )
+        text = "{\n" + ",\n".join(lists) + "\n }" if name in PARTS else json.dumps(part)
+        parts.append(f' "{name}": {text}')
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", choices=PARTS, help="one of them only")
@@ -56,7 +70,7 @@ def main():
                 if not row["named"]:
                     print("bad:", json.dumps(row))
     if given.write:
-        given.results.write_text(json.dumps(known, indent=1) + "\n")
+        given.results.write_text(one_row_a_line(known))
 
 
 if __name__ == "__main__":
