@@ -38,7 +38,7 @@ class TypeMicrophysics(ScenarioSection):
 
     alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
     b: Number | None = Field(None, ge=1e-6, le=1e6, description="Scale, um^-nu.")
-    nu: Number | None = Field(None, ge=0.01, le=10, description="Exponent in the exponential.")
+    nu: Number | None = Field(None, ge=0.1, le=10, description="Exponent in the exponential.")
     number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
     effective_radius_um: Number | None = Field(
         None,

@@ -103,7 +103,7 @@ def check_amounts(profile):
         assert np.all(np.diff(gases, axis=0) >= 0.0)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.sampled_from(Catalog().names("atmospheres", ".csv")), inversions())
 def test_air_under_any_inversion_has_positive_absorber_amounts(name, given):
     section = InversionSection(**given)

@@ -86,3 +86,21 @@ def test_a_range_without_particles_is_refused():
     far = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (5000.0, 6000.0))
     with pytest.raises(ValueError, match=r"contains no particles, whose radius is about [56]"):
         size.effective_radius_um(far)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("number_density", 1e-300, r"microphysics: number_density 1e-300 m-3 .* allowed: 1e-09 to 0\.1"),
+        ("number_density", 1e12, r"microphysics: number_density 1e\+12 m-3 .* allowed: 1e-09 to 0\.1"),
+        ("nu", 0.01, r"microphysics\.nu: 0\.01 is out of range; allowed: >= 0\.1"),
+        ("b", 1e300, r"microphysics\.b: 1e\+300 is out of range; allowed: >= 1e-06"),
+        ("b", 1e6, r"microphysics: radius_range_um .* contains no particles"),
+        ("radius_range_um", [1e-300, 1e300], r"microphysics\.radius_range_um: .* allowed: 1e-6 <= smallest"),
+        ("density", 1e-300, r"microphysics\.density: 1e-300 is out of range; allowed: >= 1"),
+    ],
+)
+def test_particles_beyond_limits_are_refused_by_key(key, value, message, tmp_path) -> None:
+    keys = {"alpha": 3.0, "b": 0.193, "nu": 1.3, "number_density": 80e6, "radius_range_um": [0.02, 50.0], key: value}
+    with pytest.raises(ScenarioError, match=message):
+        own_type(tmp_path, "\n".join(f"{name} = {each}" for name, each in keys.items()))

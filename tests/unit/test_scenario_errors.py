@@ -283,7 +283,7 @@ STRATUS = (catalog_root() / "cloud_types" / "stratus.toml").read_text(encoding="
     [
         ("gamma =", "gama =", ["fractal.gama: unknown key", "closest is 'gamma'", "fractal.gamma: is missing"]),
         ("H = 0.8", "H = 1.8", ["fractal.H: 1.8 is out of range"]),
-        ("L = [10, 10]", "L = [-1, nan]", ["fractal.L[0]: -1", "just above 0", "fractal.L[1]: nan"]),
+        ("L = [10, 10]", "L = [-1, nan]", ["fractal.L[0]: -1", "closest valid choice is 0.001", "fractal.L[1]: nan"]),
         ("k = [0, 4]", "k = [4, 0]", ["fractal.k: [4, 0] descends", "closest is [0, 4]"]),
         ('"water"', '"wader"', ["the density of 'wader' is unknown", "closest is 'water'"]),
         ("top = 1000.0", "top = '10 m'", ["top 10 m is not above the base", "above 33"]),

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from hcss_twin.providers.registry.registry import Registry
@@ -297,11 +298,14 @@ def _parameters(distribution="hcss-twin"):
             yield f"{key} of {entry.name}", leaf, merged
 
 
+ASH = Path(__file__).parents[3] / "plugins/hcss-examples/scenarios/ash-type.toml"
+
 _PROVIDERS: dict[str, dict[str, Any]] = {
     "imagery": STILL | {"clouds": CLOUD | IMAGERY},
     "surrogate": STILL | {"clouds": CLOUD | SURROGATE},
     "bulk": {"clouds": CLOUD},
     "mie": {"clouds": CLOUD},
+    "ash": {"clouds": CLOUD | {"type": str(ASH)}},
     "raster": {"surfaces": RASTER, "place": {"latitude": 35.0, "longitude": 150.0}, "view": {"zenith": 0.0}} | STILL,
 }
 _PHOTON = (
@@ -342,6 +346,7 @@ def _with_provider(context, section, entry, own):
     top = section.partition(".")[0]
     old = context.get(top, {})
     old = old[0] if isinstance(old, list) else old
-    parameters = {name: value for name, value in {**old.get("parameters", {}), **own}.items() if value is not None}
+    usual = old.get("parameters", {}) if entry.distribution == "hcss-twin" else {}
+    parameters = {name: value for name, value in {**usual, **own}.items() if value is not None}
     new = {**old, _SELECTORS.get(kind, "provider"): entry.name, "parameters": parameters}
     return {**context, top: [new] if section.endswith(".0") else new}

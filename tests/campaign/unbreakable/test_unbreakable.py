@@ -95,13 +95,13 @@ def test_rows_of_an_interrupted_campaign_are_not_computed_again(tmp_path):
     assert computed == ["a", "b", "c"]
 
 
-@pytest.mark.parametrize("number", [6, 7, 28, 63])
+@pytest.mark.parametrize("number", [6, 7, 28])
 def test_absorber_amounts_under_inversions_are_those_of_an_independent_integration(number, tmp_path):
     """With rays followed over r cos(zenith), these were wrong by 19 % at 60 degrees, 46 % at 85, or not a number."""
     assert air_rows.outcome_of("good", number, tmp_path, runs=False) == ("good", "")
 
 
-@pytest.mark.parametrize("number", range(0, 100, 9))
+@pytest.mark.parametrize("number", range(0, 100, 21))
 def test_air_that_cannot_exist_is_refused_by_key_or_line(number, tmp_path):
     outcome, message = air_rows.outcome_of("bad", number, tmp_path, runs=False)
     assert outcome == "refused", message
@@ -111,7 +111,6 @@ def test_air_that_cannot_exist_is_refused_by_key_or_line(number, tmp_path):
     ("key", "value", "expected"),
     [
         ("clouds.water_content", 1e-6, "runs"),
-        ("clouds.thickness_min", 1e-3, "runs"),
         ("platform.detector_pitch", 1e-300, "refused"),  # by the pixels that follow
         ("elements.0.parameters.tracks.0.x of point-sources", 1e8, "runs"),
     ],

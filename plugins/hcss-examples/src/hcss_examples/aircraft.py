@@ -17,13 +17,13 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    x: float = Field(0.0, description="Start, m east of the image centre.")
-    y: float = Field(0.0, description="Start, m north of the image centre.")
+    x: float = Field(0.0, ge=-1e8, le=1e8, description="Start, m east of the image centre.")
+    y: float = Field(0.0, ge=-1e8, le=1e8, description="Start, m north of the image centre.")
     altitude: float = Field(10_000.0, ge=0, le=30_000, description="Start, m above the sea.")
     speed: float = Field(240.0, ge=0, le=1000, description="Over the ground, m/s.")
     heading: float = Field(90.0, ge=0, le=360, description="Degrees clockwise from north.")
     climb: float = Field(0.0, ge=-100, le=100, description="Vertical speed, m/s.")
-    area: float = Field(150.0, gt=0, description="Of the skin across the line of sight, m2.")
+    area: float = Field(150.0, gt=0, le=1e8, description="Of the skin across the line of sight, m2.")
     skin: float = Field(245.0, gt=0, le=2000, description="Temperature of the skin, a black body, K.")
     plume: Mapping[str, float] = Field({}, description="Radiant intensity of the plume by band, W/sr; others: none.")
 

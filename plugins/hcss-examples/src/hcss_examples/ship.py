@@ -15,8 +15,8 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    x: float = Field(0.0, description="Start, m east of the image centre.")
-    y: float = Field(0.0, description="Start, m north of the image centre.")
+    x: float = Field(0.0, ge=-1e8, le=1e8, description="Start, m east of the image centre.")
+    y: float = Field(0.0, ge=-1e8, le=1e8, description="Start, m north of the image centre.")
     length: float = Field(200.0, gt=0, le=500, description="Of the deck, m.")
     width: float = Field(30.0, gt=0, le=100, description="Of the deck, m.")
     height: float = Field(15.0, ge=0, le=100, description="Of the deck above the sea, m.")
