@@ -71,7 +71,7 @@ def write(table: BulkTable, path: Path, **attributes: str) -> None:
     """
     import netCDF4
 
-    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w") as dataset:
+    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as dataset:
         dataset.format, dataset.format_version, dataset.key = FORMAT, VERSION, table.key
         dataset.setncatts(attributes)
         for name, kind in _GROUPS:
