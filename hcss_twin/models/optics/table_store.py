@@ -18,7 +18,6 @@ from hcss_twin.core.cache import OPTICS, cache_root, cached_file, in_use
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
-from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.models.optics.bulk import BulkTable
 
@@ -70,7 +69,9 @@ def write(table: BulkTable, path: Path, **attributes: str) -> None:
     CatalogError
         If the file cannot be written.
     """
-    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as dataset:
+    import netCDF4
+
+    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w") as dataset:
         dataset.format, dataset.format_version, dataset.key = FORMAT, VERSION, table.key
         dataset.setncatts(attributes)
         for name, kind in _GROUPS:
