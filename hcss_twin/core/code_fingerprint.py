@@ -62,8 +62,8 @@ _REQUIRED = re.compile(r"^Requires-Dist:[ \t]*([\w.-]+)(.*)$", re.MULTILINE | re
 def code_fingerprint(distribution: str, targets: Sequence[str]) -> str:
     """Return a hash of the code that importing and using some objects can run.
 
-    Code that changed after this process started may not be what the process has loaded, and Python runs compiled code of
-    an earlier source of the same size and second. In both cases the hash is never returned again.
+    Code that changed after this process started may not be what the process has loaded, and Python runs compiled code
+    of an earlier source of the same size and second. In both cases the hash is never returned again.
 
     Parameters
     ----------
