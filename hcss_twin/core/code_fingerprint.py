@@ -20,8 +20,10 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import importlib.util
+import marshal
 import os
 import re
+import struct
 import sys
 import sysconfig
 import time
@@ -60,8 +62,8 @@ _REQUIRED = re.compile(r"^Requires-Dist:[ \t]*([\w.-]+)(.*)$", re.MULTILINE | re
 def code_fingerprint(distribution: str, targets: Sequence[str]) -> str:
     """Return a hash of the code that importing and using some objects can run.
 
-    Code that changed after this process started may not be what the process has loaded, so its hash is never
-    returned again.
+    Code that changed after this process started may not be what the process has loaded, and Python runs compiled code
+    of an earlier source of the same size and second. In both cases the hash is never returned again.
 
     Parameters
     ----------
@@ -163,6 +165,7 @@ class _Closure:
         self.states[label or f"{file.name} {state}"] = state
         self.changed_since_start |= file.name.endswith(_CODE) and times[os.name != "nt"] > STARTED_S * 1e9
         if source and content is not None:
+            self.changed_since_start |= _runs_old_bytecode(file, content, about.st_ctime_ns)
             self._source(content.decode("utf-8", "replace"), file)
         elif reads and (file.suffix in (".zip", ".egg", ".whl", ".pyz") or str(file) in sys.path):
             with suppress(zipfile.BadZipFile, OSError), zipfile.ZipFile(file) as archive:
@@ -232,6 +235,23 @@ class _Closure:
         for required, condition in _REQUIRED.findall(metadata.partition("\n\n")[0]):
             if "extra" not in condition and normalised(required) not in self._distributions:
                 self._distribution(required)
+
+
+def _runs_old_bytecode(file: Path, content: bytes, changed_ns: int) -> bool:
+    """Return whether Python runs compiled code of an earlier source, of the same size and second."""
+    try:
+        cached = Path(importlib.util.cache_from_source(str(file)))
+        if cached.stat().st_ctime_ns > changed_ns:
+            return False
+        head, about = cached.read_bytes(), file.stat()
+        if head[:4] != importlib.util.MAGIC_NUMBER or head[4:16] != struct.pack(
+            "<III", 0, int(about.st_mtime) & 0xFFFFFFFF, about.st_size & 0xFFFFFFFF
+        ):
+            return False
+        old: bool = marshal.loads(head[16:]) != compile(content, str(file), "exec", dont_inherit=True)
+    except (OSError, ValueError, SyntaxError, EOFError, TypeError, NotImplementedError):
+        return False
+    return old
 
 
 def _files(root: Path) -> Iterator[Path]:

@@ -1,6 +1,8 @@
 """The hash of a provider's code; ``tests/campaign/stale_results`` has 102 layouts of plugins."""
 
 import math
+import os
+import py_compile
 from types import SimpleNamespace
 
 import pytest
@@ -47,6 +49,20 @@ def test_a_link_that_leads_nowhere_does_not_hide_the_rest_of_a_package(package):
 def test_results_of_code_that_changed_since_the_process_started_are_for_no_other_process(package, monkeypatch):
     assert fingerprint() != fingerprint()  # what is loaded may be the earlier code
     monkeypatch.setattr("hcss_twin.core.code_fingerprint.STARTED_S", math.inf)
+    assert fingerprint() == fingerprint()
+
+
+@pytest.mark.usefixtures("started_late")
+def test_results_of_compiled_code_that_is_older_than_its_source_are_for_no_other_process(package):
+    inner = package / "inner.py"
+    py_compile.compile(str(inner))
+    assert fingerprint() == fingerprint()
+    before = inner.stat()
+    inner.write_text("a = 2\n")  # of the same size
+    os.utime(inner, ns=(before.st_mtime_ns, before.st_mtime_ns))
+    assert fingerprint() != fingerprint()  # Python would run the compiled code of the first
+    inner.write_text("a = 1\n")
+    os.utime(inner, ns=(before.st_mtime_ns, before.st_mtime_ns))
     assert fingerprint() == fingerprint()
 
 

@@ -270,10 +270,11 @@ class Layout:
             file = self.site / path
             file.parent.mkdir(parents=True, exist_ok=True)
             if not file.exists() or file.read_bytes() != _bytes(content):
-                before = file.stat() if file.exists() and self.place.keeps_times else None
+                before = file.stat().st_mtime_ns if file.exists() else None
                 file.write_bytes(_bytes(content))
-                if before is not None:
-                    os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+                if before is not None:  # later by seconds, or Python itself would run the compiled code of the first
+                    now = before if self.place.keeps_times else before + 2_000_000_000
+                    os.utime(file, ns=(now, now))
 
     def ask(self) -> tuple[float, str]:
         """Return the number and the fingerprint, of a new process."""
