@@ -19,6 +19,7 @@ from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
 from hcss_payload.trajectory import PositionTable, Trajectory, velocity_m_s
 from hcss_twin.core.arguments import checked
+from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reading
 
 BODY_FRAME, EARTH_FRAME = "SC_BODY_1", "ITRF2020"
@@ -201,6 +202,8 @@ def _write(
 ) -> None:
     """Write a message with one segment."""
     require_utc("start", start)
+    if not len(times_s):
+        raise PayloadError("times_s: no times; allowed: one or more")
     header = {version[0]: version[1], "CREATION_DATE": _utc(start, 0.0), "ORIGINATOR": "HCSS_TWIN"}
     span = {"START_TIME": _utc(start, times_s[0]), "STOP_TIME": _utc(start, times_s[-1])}
     meta = {"OBJECT_NAME": name, "OBJECT_ID": name, **keys, "TIME_SYSTEM": "UTC", **span}
@@ -213,4 +216,5 @@ def _write(
         *lines,
         *(["DATA_STOP"] if data_marks else []),
     ]
-    path.write_text("\n".join(text) + "\n", encoding="utf-8")
+    with atomic_write(path, PayloadError) as draft:
+        draft.write_text("\n".join(text) + "\n", encoding="utf-8")
