@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import collections.abc
 import inspect
+import math
 import numbers
 import os
 import sys
@@ -112,7 +113,7 @@ def _is_of(value: Any, kind: Any) -> bool:
     """Whether a value is of a class, or can take its place."""
     if kind in (int, float):
         number = numbers.Integral if kind is int else numbers.Real
-        return isinstance(value, number) and not isinstance(value, bool)
+        return isinstance(value, number) and not isinstance(value, bool) and (kind is int or _is_finite(value))
     if kind is bool:
         return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")
     if _is_array(kind):
@@ -120,6 +121,13 @@ def _is_of(value: Any, kind: Any) -> bool:
     if getattr(kind, "_is_protocol", False):
         return all(hasattr(value, name) for name in vars(kind) if not name.startswith("_"))
     return isinstance(value, kind) if isinstance(kind, type) else True
+
+
+def _is_finite(value: Any) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all others
+        return False
 
 
 def _is_sequence(value: Any) -> bool:
@@ -136,7 +144,7 @@ _WORDS = {
     str: "text",
     os.PathLike: "a path",
     int: "a whole number",
-    float: "a number",
+    float: "a finite number",
     bool: "true or false",
     type(None): "None",
     collections.abc.Callable: "a function",

@@ -42,10 +42,10 @@ class Odd:
 
 WRONG = {
     "None": None, "True": True, "False": False, "0": 0, "-1": -1, "1.5": 1.5, "nan": np.nan, "inf": np.inf,
-    "1e400": 10**400, "complex": 1j, "decimal": Decimal(1), "empty text": "", "text": "x", "null": "a\0b", "bytes": b"x",
-    "list": [], "list of numbers": [1.5], "list of None": [None], "table": {}, "table of 1": {1: 1}, "tuple": (1, 2, 3),
-    "set": {1}, "object": object(), "odd": Odd(), "class": dict, "function": len, "0-d": np.array(1.5),
-    "2-d": np.ones((2, 2)), "dataset": xr.Dataset(), "path": Path("no") / "where",
+    "1e400": 10**400, "complex": 1j, "decimal": Decimal(1), "empty text": "", "text": "x", "null": "a\0b",
+    "bytes": b"x", "list": [], "list of numbers": [1.5], "list of None": [None], "table": {}, "table of 1": {1: 1},
+    "tuple": (1, 2, 3), "set": {1}, "object": object(), "odd": Odd(), "class": dict, "function": len,
+    "0-d": np.array(1.5), "2-d": np.ones((2, 2)), "dataset": xr.Dataset(), "path": Path("no") / "where",
 }  # fmt: skip
 """30 values that are wrong for most arguments."""
 
@@ -57,6 +57,8 @@ def calls(folder):
     run(hcss_twin.make_plan(scenario), cube)
     np.save(image, noise())
     example_posterior(folder / "p.nc")
+    shipped = (Catalog().root / "scenarios" / "stratus.toml").read_text("utf-8")
+    uncertain = {"sea.temperature": "normal:291:1"}
     cheap = {
         "open_cube": (hcss_twin.open_cube, {"path": cube}),
         "open_sweep": (hcss_twin.open_sweep, {"path": cube}),
@@ -65,10 +67,7 @@ def calls(folder):
         "brightness_temperature": (hcss_twin.brightness_temperature, {"cube": cube}),
         "export_cube": (hcss_twin.export_cube, {"cube": cube, "to": "png", "output": folder, "replace": True}),
         "Scenario.load": (Scenario.load, {"source": "stratus"}),
-        "Scenario.from_toml": (
-            Scenario.from_toml,
-            {"text": (Catalog().root / "scenarios" / "stratus.toml").read_text("utf-8")},
-        ),
+        "Scenario.from_toml": (Scenario.from_toml, {"text": shipped}),
         "Scenario.from_dict": (Scenario.from_dict, {"raw": json.loads(scenario.to_json())}),
         "Scenario.from_cube": (Scenario.from_cube, {"path": cube}),
         "EvaluationChoice": (EvaluationChoice, {}),
@@ -82,10 +81,7 @@ def calls(folder):
         "Twin": (Twin, {"scenario": scenario}),
         "Twin.frames": (lambda numbers=None: list(Twin(scenario).frames(numbers)), {}),
         "sweep": (hcss_twin.sweep, {"source": scenario, "folder": folder / "sweep", **swept, "force": True}),
-        "propagate": (
-            hcss_twin.propagate,
-            {"source": scenario, "draws": 2, "uncertain": {"sea.temperature": "normal:291:1"}},
-        ),
+        "propagate": (hcss_twin.propagate, {"source": scenario, "draws": 2, "uncertain": uncertain}),
         "verify_cube": (verify_cube, {"path": cube}),
         "draw_preview": (draw_preview, {"cube": cube, "folder": folder, "animation": False}),
         "evaluate": (evaluate, {"real": image, "sim": image, "real_choice": EvaluationChoice(pixel_size_m=100.0)}),
@@ -103,16 +99,13 @@ def _payload(folder):
     start, orbit = datetime(2024, 4, 20, tzinfo=UTC), hcss_payload.Circular
     made = orbit(**{name: 500e3 if "altitude" in name else 0.0 for name in _required(orbit)})
     times = [0.0, 1.0, 2.0, 3.0, 4.0]
-    written = {"start": start, "times_s": times, "name": "x"}
+    still, written = hcss_payload.Nadir(made), {"start": start, "times_s": times, "name": "x"}
     return {
-        "pose_at": (hcss_payload.pose_at, {"time_s": 0.0, "trajectory": made, "attitude": hcss_payload.Nadir(made)}),
+        "pose_at": (hcss_payload.pose_at, {"time_s": 0.0, "trajectory": made, "attitude": still}),
         "read_oem": (hcss_payload.read_oem, {"path": folder / "o.oem", "start": start}),
         "read_aem": (hcss_payload.read_aem, {"path": folder / "o.aem", "start": start}),
         "write_oem": (hcss_payload.write_oem, {"path": folder / "o.oem", "trajectory": made, **written}),
-        "write_aem": (
-            hcss_payload.write_aem,
-            {"path": folder / "o.aem", "attitude": hcss_payload.Nadir(made), **written},
-        ),
+        "write_aem": (hcss_payload.write_aem, {"path": folder / "o.aem", "attitude": still, **written}),
     }
 
 

@@ -363,6 +363,8 @@ def _write(
 ) -> None:
     """Write a message with one segment."""
     require_utc("start", start)
+    if not len(times_s):
+        raise PayloadError("times_s: no times; allowed: one or more")
     header = {version[0]: version[1], "CREATION_DATE": _utc(start, 0.0), "ORIGINATOR": "HCSS_TWIN"}
     span = {"START_TIME": _utc(start, times_s[0]), "STOP_TIME": _utc(start, times_s[-1])}
     meta = {"OBJECT_NAME": name, "OBJECT_ID": name, **keys, "TIME_SYSTEM": "UTC", **span}
