@@ -189,6 +189,8 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "expect": (callable, "a method"),
     "expect_views": (callable, "a method"),
     "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),
+    "measure_with": (callable, "a method"),
+    "points_after": (callable, "a method"),
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
     "single_precision": (lambda value: isinstance(value, bool), "True or False"),
 }

@@ -268,7 +268,7 @@ def in_pixels(
 def _by_pixel(pixel: NDArray[np.intp], share: Array) -> tuple[NDArray[np.intp], Array]:
     """Return distinct pixels along one axis, and the sum of the shares in each."""
     distinct, which = np.unique(pixel, return_inverse=True)
-    total: Array = np.bincount(which, share, distinct.size)
+    total: Array = np.bincount(which, share, distinct.size).astype(np.float64)
     return distinct, total
 
 

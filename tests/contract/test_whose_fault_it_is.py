@@ -12,7 +12,7 @@ from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.providers import AtmosphereDeclaration, Grid, Sun
+from hcss_twin.providers import AtmosphereDeclaration, Grid, Points, Sun
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import (
@@ -28,6 +28,8 @@ NU, MU, PATHS = np.array([800.0, 1000.0, 2500.0]), np.array([1.0, 0.5]), [to_spa
 WINDOW = slice(0, 4), slice(0, 5)
 GRID = Grid(4, 5, 100.0)
 SPECTRAL = "wavenumber_cm1 of shape (3,)"
+
+POINTS = Points(*np.ones((4, 1)), np.ones((1, 1)))
 
 # Of each member of each kind: arguments, and what an error says of them.
 MEMBERS = {
@@ -63,6 +65,8 @@ MEMBERS = {
         "fields with radiance of shape (2, 4, 5), time_s",
     ),
     ("sensors", "measure"): ((np.ones((1, 4, 5)), 0, 0.0), "radiance of shape (1, 4, 5), frame = 0"),
+    ("sensors", "measure_with"): ((np.ones((1, 4, 5)), POINTS, 0, 0.0), "points a Points, frame = 0"),
+    ("sensors", "points_after"): ((POINTS,), "points a Points"),
 }
 INPUTS = {
     "clouds": sample_cloud_inputs(),

@@ -140,6 +140,26 @@ def test_a_target_above_the_air_has_its_intensity_over_the_squared_distance():
     assert middle == pytest.approx([float(each) for each in seen], abs=1e-3)
 
 
+def test_a_sensor_shows_a_target_at_its_place_within_the_pixel_smeared_by_its_motion():
+    trajectory, camera = above(700e3), Camera(33, 33, 1.0, 1e-4)
+    # Above the air, 4 km/s toward the east: 6 pixels of 60 m in .09 s.
+    target = PointTarget(30.003, 149.981, 99e3, (1e4, 2e4), velocity_m_s=(4e3, 0.0, 0.0))
+    sensor = {"parameters": {"psf": "gaussian", "psf_sigma": 0.5, "integration_time": 0.09}}
+    with LiveTwin(scene(sensor=sensor), camera).prepare(trajectory, Nadir(trajectory), 0.0, 1.0, target=target) as live:
+        added = live.frame(0.5).radiance - live.frame(0.5, targets=()).radiance.astype(float)
+    ray = target.position_m(0.5) - trajectory.at(0.5)
+    expected = np.array(target.intensity) / (ray @ ray * 1e-8)
+    assert added.sum(axis=(1, 2)) == pytest.approx(expected, rel=1e-3)
+    pose = pose_at(0.5, trajectory, Nadir(trajectory))
+    ends = [camera.pixels(pose.to_body(target.position_m(0.5 + later) - pose.position_m)) for later in (-0.045, 0.045)]
+    moved, places = np.subtract(ends[1], ends[0]), np.indices((33, 33)).reshape(2, -1)
+    assert 5.5 < np.abs(moved).max() < 6.5
+    weight = added[0].ravel() / added[0].sum()
+    assert places @ weight == pytest.approx(np.mean(ends, axis=0), abs=0.01)
+    variance = (places - (places @ weight)[:, None]) ** 2 @ weight
+    assert variance == pytest.approx(moved**2 / 12.0 + 0.5**2 + 1.0 / 12.0, rel=0.03)  # in single precision
+
+
 def test_targets_that_appear_at_run_time_have_the_light_of_prepared_ones():
     trajectory, camera = above(700e3), Camera(33, 33, 1.0, 1e-4)
     # In the air, in the cloud (33 to 1000 m) and above it; none at an altitude that is prepared.

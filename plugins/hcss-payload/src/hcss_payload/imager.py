@@ -60,8 +60,8 @@ ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [plac
 _SMEARLESS = "views, and the clouds before small elements, are those of its middle"
 
 _STILL = (
-    "camera: integration_time is 0: the scene does not smear, whatever the integration time of [sensor]; small elements "
-    "smear over that of the sensor"
+    "camera: integration_time is 0: the scene does not smear, whatever the integration time of [sensor]; small "
+    "elements smear over that of the sensor"
 )
 
 LIMB_NOTE = (
