@@ -1,7 +1,7 @@
 """Twenty columns of thin sunlit cloud over a rough sea near the glint, drawn before any result was known.
 
 A column has no gas, so that only scattering and reflection are compared: one homogeneous cloud of water droplets over a
-sea with isotropic Cox-Munk slopes that reflects once, without shadows or foam, at one wavenumber. The view is a node of
+sea with isotropic Cox-Munk slopes that reflects once, without foam, at one wavenumber. The view is a node of
 Gauss's rule with 64 nodes per hemisphere, where discrete ordinates need no interpolation.
 """
 
