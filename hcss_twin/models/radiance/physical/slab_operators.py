@@ -86,7 +86,7 @@ class SlabOperators:
         """Cosines of the suns: of one if the views differ."""
         return [each.mu_sun for each in (self.directions if self._one_view else self.directions[:1])]
 
-    def of(self, depth: Array, albedo: Array, moments: Array, is_covered: bool) -> list[tuple[Array, ...]]:
+    def of(self, depth: Array, albedo: Array, moments: Array) -> list[tuple[Array, ...]]:
         """Return the operators for each of the directions, in the order of :class:`CloudSlab`.
 
         Parameters
@@ -95,10 +95,9 @@ class SlabOperators:
             Optical thickness.
         albedo : ndarray (V,)
         moments : ndarray (K, V)
-        is_covered : bool
-            Whether another layer may lie above.
         """
-        covered = self._covered(depth, albedo, moments, self.numerics.turned_modes if is_covered else 0)
+        is_lit = self.where.sun is not None and not self.closed_form
+        covered = self._covered(depth, albedo, moments, self.numerics.turned_modes if is_lit else 0)
         operators = zip(self._new_operators(depth, albedo, moments), covered, strict=True)
         return [tuple(chain.from_iterable(each)) for each in operators]
 

@@ -21,7 +21,7 @@ from hcss_twin.models.radiance.physical.operator_table import WINDOW, OperatorTa
 from hcss_twin.models.radiance.physical.slab_operators import SUN_REFLECTION, SlabOperators, solves_alone
 from hcss_twin.models.radiance.physical.spectral_steps import SpectralSteps, spectral_steps
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back_kernel, path_back
-from hcss_twin.physics.multiple_scattering.phase_function import delta_m
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m, extended_moments
 from hcss_twin.providers import CloudLayer
 
 FEW_THICKNESSES = 3
@@ -29,6 +29,9 @@ FEW_THICKNESSES = 3
 
 MANY_VIEWS = 10
 """More views, of pixels with a thickness each, share one grid."""
+
+KEPT_MOMENTS = 129
+"""Moments for light that the sea mirrors; the last one is the share of the forward peak."""
 
 UNLIT_WEIGHT = 0.3
 """Weight of changes of the properties where the sun is faint: reflection matters little beside emission."""
@@ -50,8 +53,6 @@ class SlabSolver:
         Whether clouds are solved by the two-stream closed form.
     memory : ArrayMemory
         Keeps solved layers for scenes with the same clouds: they do not depend on sea and air.
-    uppermost_m : float
-        Top of the uppermost layer.
     """
 
     def __init__(
@@ -63,10 +64,8 @@ class SlabSolver:
         sun_share: Callable[[Array], Array],
         closed_form: bool,
         memory: ArrayMemory,
-        uppermost_m: float,
     ) -> None:
         self._memory = memory
-        self._uppermost_m = uppermost_m
         self._closed_form = closed_form
         self._sun_share = sun_share
         self._once: dict[CloudLayer, tuple[Array, Array]] = {}
@@ -112,6 +111,8 @@ class SlabSolver:
             once, and the memory keeps what solvers of the same views will ask for.
         """
         tops = layer.cloud_top_m(thickness_m)
+        own = self._optics.single_scattering(layer.microphysics, self._wavenumber)
+        moments = extended_moments(own.moments, KEPT_MOMENTS if self._directions.sun is not None else 0)
         slabs = []
         for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together, toward)):
             thickness = float(thickness_m[t])
@@ -135,6 +136,9 @@ class SlabSolver:
                     beam_transmission=turned,
                     beam_reflection=turned_back,
                     between_streams=between,
+                    optical_thickness=thickness * own.extinction_m1,
+                    albedo=own.albedo,
+                    moments=moments,
                 )
             )
         return slabs
@@ -217,8 +221,7 @@ class SlabSolver:
         steps = self._steps(layer, every)
         scattering = self._optics.single_scattering(layer.microphysics, steps.wavenumber_cm1)
         own = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
-        is_covered = layer.top_m < self._uppermost_m and not self._closed_form and self._directions.sun is not None
-        digest = hashlib.sha256(repr((self._numerics, self._closed_form, is_covered, steps.below is None)).encode())
+        digest = hashlib.sha256(repr((self._numerics, self._closed_form, steps.below is None)).encode())
         faint = [each._is_faint(steps.wavenumber_cm1) for each in every]
         for each, own_faint in zip(every, faint, strict=True):
             where = each._directions
@@ -231,7 +234,7 @@ class SlabSolver:
         def compute() -> list[tuple[Array, ...]]:
             where = [each._directions for each in every]
             solution = SlabOperators(self._numerics, self._closed_form, self._memory, where, faint, self.views_at_once)
-            result = solution.of(*own, is_covered)
+            result = solution.of(*own)
             if steps.below is not None and self._directions.sun is not None:
                 for each, arrays in zip(every, result, strict=True):
                     once = each._scattered_once(layer, steps.wavenumber_cm1)

@@ -28,73 +28,11 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
 from hcss_twin.models.radiance.physical.columns import SceneColumns
-from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
+from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
+from hcss_twin.models.radiance.physical.directions import VIEW
+from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes
+from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, mirrored
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
-from hcss_twin.providers import SeaModel
-
-_LEAST_AZIMUTHS, _MORE_AZIMUTHS = 32, 16
-"""Azimuths of the BRDF: at least so many, and so many more than modes (N azimuths confuse mode m with 2 N - m)."""
-
-
-@dataclass(frozen=True)
-class ReflectionModes:
-    """Azimuth modes of a BRDF, sr-1: from 0 on of a cloud, from 1 on of the sea, averaged over wind directions.
-
-    Attributes
-    ----------
-    view : ndarray (M, N, V)
-        Toward the view from the streams.
-    sun : ndarray (M, N, V)
-        Toward the streams from the sun.
-    between : ndarray (M, N, N, V)
-        Toward streams (first) from streams.
-    """
-
-    view: Array
-    sun: Array
-    between: Array
-
-    def repeated(self, columns: int) -> ReflectionModes:
-        """Return the modes of the sea repeated for C columns, (..., C x V)."""
-        if columns == 1:
-            return self
-        return ReflectionModes(*(np.tile(each, columns) for each in (self.view, self.sun, self.between)))
-
-    def rows(self) -> Iterator[Array]:
-        """Yield ``between`` for one stream after the other, (M, N, V)."""
-        yield from np.moveaxis(self.between, 1, 0)
-
-
-def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, modes: int) -> ReflectionModes:
-    """Return the modes of a sea model's BRDF from 1 to ``modes`` - 1; those of the sun are 0."""
-    streams = directions.streams.mu
-    count = streams.size
-    first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
-    between = _expanded(sea, wavenumber_cm1, first, second, modes)
-    view = _expanded(sea, wavenumber_cm1, np.full(count, directions.mu[VIEW]), streams, modes)
-    return ReflectionModes(view, np.zeros_like(view), between.reshape(modes - 1, count, count, -1))
-
-
-def sunlit_modes(
-    unlit: ReflectionModes, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections
-) -> ReflectionModes:
-    """Return the modes, completed for the sun of ``directions``."""
-    streams = directions.streams.mu
-    toward_sun = np.full(streams.size, directions.mu_sun)
-    sun = _expanded(sea, wavenumber_cm1, streams, toward_sun, unlit.view.shape[0] + 1)
-    return replace(unlit, sun=sun)
-
-
-def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int) -> Array:
-    """Return the modes (M, P, V) of a sea BRDF for pairs of directions (P,)."""
-    azimuths = max(_LEAST_AZIMUTHS, modes + _MORE_AZIMUTHS)
-    azimuth = (np.arange(azimuths) + 0.5) * np.pi / azimuths
-    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / azimuths
-    many = mu_out.size
-    brdf = sea.brdf(wavenumber_cm1, np.repeat(mu_out, azimuths), np.repeat(mu_in, azimuths), np.tile(azimuth, many))
-    result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, azimuths, -1))
-    return result
-
 
 class _PairedModes(ReflectionModes):
     """As :class:`ReflectionModes`, with ``between`` (M, P, V) between the P pairs of streams of ``np.triu_indices``."""
@@ -103,11 +41,13 @@ class _PairedModes(ReflectionModes):
         yield from _rows(self.between)
 
 
-def sunlight_between(columns: SceneColumns, sea: ReflectionModes) -> tuple[Array, Array]:
+def sunlight_between(
+    columns: SceneColumns, sea: ReflectionModes, mirror: Mirror | None = None
+) -> tuple[Array, Array]:
     """Return the sunlight to add to the cloud and sea terms, both (S,), in columns with clouds.
 
     The sea term contains light that reaches the sea directly, the cloud term light that clouds scatter on the way down
-    or reflect. ``sea`` (..., S) are the modes in each column.
+    or reflect. ``sea`` (..., V) are the modes of the sea, and ``mirror`` those along more streams.
     """
     cloud, glint = np.zeros_like(columns.received), np.zeros_like(columns.received)
     light: list[_Transmitted] = []
@@ -120,10 +60,24 @@ def sunlight_between(columns: SceneColumns, sea: ReflectionModes) -> tuple[Array
             down, up = _reflected(columns, light, direct, _modes_of(lower), lower.top_m)
             cloud += down + up
         else:
-            down, up = _reflected(columns, light, direct, sea, columns.sea_level_m)
+            down, up = _reflected(columns, light, direct, sea.repeated(columns.count), columns.sea_level_m)
+            seen = columns.air.transmittance(_glint_path(columns))[0]
+            if mirror is not None:
+                beams = np.sum([each.beams for each in light], axis=0)
+                more = mirrored(columns.slabs, columns.directions, mirror, sea, beams, direct) * seen
+                down, up = down + more[0], up + more[1]
             cloud += down
             glint += up
     return columns.received * cloud, columns.received * glint
+
+
+def _glint_path(columns: SceneColumns) -> CompositePaths:
+    """Return the path from the sun to the sea and on to the sensor, in each column."""
+    sun = columns.directions.sun
+    assert sun is not None
+    view_deg, level = columns.directions.zenith_deg[VIEW], columns.sea_level_m
+    to_sensor = columns.crossed(lambda number: to_space(level[number], view_deg))
+    return to_sensor + columns.crossed(lambda number: to_space(level[number], sun.zenith_deg))
 
 
 @dataclass(frozen=True)
