@@ -19,7 +19,8 @@ class _Existing(click.Path):
     """A file or folder, where click allows pipes, sockets and devices, too."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        path = super().convert(value, param, ctx)
+        """Refuse them: a reader would wait for ever, or never find an end."""
+        path = Path(super().convert(value, param, ctx))
         if is_device(path):
             self.fail(f"'{path}' is a pipe, socket or device; allowed: on disk", param, ctx)
         return path
