@@ -95,6 +95,7 @@ def test_other_errors_are_not_taken_for_memory():
         assert caught.value is error
 
 
+@pytest.mark.long
 def test_a_scene_that_does_not_fit_is_refused_with_the_limit(tmp_path):
     limit = 600 * 2**20
     done = subprocess.run(
