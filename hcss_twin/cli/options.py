@@ -17,7 +17,7 @@ class _Existing(click.Path):
     """A file or folder, where click allows pipes, sockets and devices, too."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        path = super().convert(value, param, ctx)
+        path: Any = super().convert(value, param, ctx)
         if is_device(path):
             self.fail(f"'{path}' is a pipe, socket or device; allowed: on disk", param, ctx)
         return path
