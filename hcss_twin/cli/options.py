@@ -20,7 +20,7 @@ class _Existing(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Refuse them: a reader would wait for ever, or never find an end."""
-        path = Path(super().convert(value, param, ctx))
+        path: Any = super().convert(value, param, ctx)
         if is_device(path):
             self.fail(f"'{path}' is a pipe, socket or device; allowed: on disk", param, ctx)
         return path

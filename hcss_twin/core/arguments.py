@@ -113,7 +113,7 @@ def _is_of(value: Any, kind: Any) -> bool:
     """Whether a value is of a class, or can take its place."""
     if kind in (int, float):
         number = numbers.Integral if kind is int else numbers.Real
-        return isinstance(value, number) and not isinstance(value, bool) and (kind is int or _is_finite(value))
+        return not isinstance(value, bool) and isinstance(value, number) and (kind is int or _is_finite(value))
     if kind is bool:
         return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")
     if _is_array(kind):

@@ -130,7 +130,7 @@ class Scenario(ScenarioModel):
     @checked
     def from_dict(
         cls,
-        raw: Mapping[str, Any],
+        raw: Mapping[str, Any] | object,
         overrides: Mapping[str, Any] | None = None,
         base: Path | None = None,
         origin: str = "scenario",
@@ -142,6 +142,8 @@ class Scenario(ScenarioModel):
         A shared ``shelf`` speeds up the validation of many scenarios.
         """
         base = (base or Path.cwd()).resolve()
+        if not isinstance(raw, Mapping):
+            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
         if SWEEP in raw:
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         if UNCERTAIN in raw:
@@ -194,7 +196,7 @@ class Scenario(ScenarioModel):
         from hcss_twin.cube.reader import scenario_text
 
         raw = _parse_json(scenario_text(path), str(path))
-        if "gases" not in raw.get("atmosphere", {}):
+        if isinstance(raw, dict) and "gases" not in raw.get("atmosphere", {}):
             raw["defaults"] = "0.1"
         return cls.from_dict(raw, overrides, base=base, origin=str(path))
 
@@ -340,7 +342,7 @@ def _parse_toml(text: str, origin: str) -> dict[str, Any]:
         raise _bad_file("not valid TOML: nested too deeply", origin) from error
 
 
-def _parse_json(text: str, origin: str) -> dict[str, Any]:
+def _parse_json(text: str, origin: str) -> Any:
     try:
         raw = json.loads(text, object_pairs_hook=_distinct_keys)
         json.dumps(raw, ensure_ascii=False).encode()  # rejects lone surrogates
@@ -348,8 +350,6 @@ def _parse_json(text: str, origin: str) -> dict[str, Any]:
         raise _bad_file(f"not valid JSON: {error}", origin) from error
     except RecursionError as error:
         raise _bad_file("not valid JSON: nested too deeply", origin) from error
-    if not isinstance(raw, dict):
-        raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
     return raw
 
 
