@@ -114,6 +114,7 @@ class InstantElements:
         self._clouds, self._look_up = clouds, look_up
         self._time_s, self._number = time_s, plan.scenario.frames.first + index
         self.drawn: dict[tuple[int, int], list[Piece]] = {}
+        self._points_of_places: dict[Place, list[Thickness]] = {}
 
     def add(
         self,
@@ -150,7 +151,8 @@ class InstantElements:
         small = _Small(window, place, thickness_m, radiance)
         for number, each in parts:
             if isinstance(each, PlacedPoint):
-                for pixel, pieces in each.pieces(window, higher_than(each, points)).items():
+                higher, samples = higher_than(each, points), self._plan.samples_per_pixel
+                for pixel, pieces in each.pieces(window, higher, samples).items():
                     own = self._add_point(each, pixel, pieces, small)
                     present[pixel[0] - window[0].start, pixel[1] - window[1].start] = True
                     _tell(truth, own, *small.at(pixel))
@@ -246,10 +248,12 @@ class InstantElements:
         row, column = place
         if plan.imager is None and not all(hasattr(each, "thickness_around_m") for each in plan.assembly.generators):
             row, column = min(max(row, 0.0), plan.grid.rows - 1e-6), min(max(column, 0.0), plan.grid.columns - 1e-6)
-        y, x = math.floor(row), math.floor(column)
-        thickness = self._clouds.thickness_m((slice(y, y + 1), slice(x, x + 1)))
-        i, j = (min(int((at - pixel) * samples), samples - 1) for at, pixel in ((row, y), (column, x)))
-        return [each[i : i + 1, j : j + 1] for each in thickness]
+        if place not in self._points_of_places:
+            y, x = math.floor(row), math.floor(column)
+            thickness = self._clouds.thickness_m((slice(y, y + 1), slice(x, x + 1)))
+            i, j = _point_of((row, column), (y, x), samples)
+            self._points_of_places[place] = [each[i : i + 1, j : j + 1] for each in thickness]
+        return self._points_of_places[place]
 
     def _add_point(
         self, placed: PlacedPoint, pixel: tuple[int, int], pieces: Sequence[Share], small: _Small
@@ -261,8 +265,11 @@ class InstantElements:
         changes = dict[tuple[float, ...], Array]()
         of_place = [] if placed.is_resolved else self._own_points(placed.place)
         target = small.large if placed.side > LARGEST_DRAWN else small.drawn
+        samples = self._plan.samples_per_pixel
+        points = small.points_of(pixel, samples)
         for piece in pieces:
-            behind = small.thickness_at(pixel, (piece.row, piece.column), self._plan.samples_per_pixel)
+            i, j = _point_of((piece.row, piece.column), pixel, samples)
+            behind = [each[i : i + 1, j : j + 1] for each in points]
             above = behind if placed.is_resolved else of_place
             key = tuple(float(each[0, 0]) for each in behind)
             if key not in changes:
@@ -444,10 +451,11 @@ class _Small:
         rows, columns = (points_of(slice(each, each + 1), samples) for each in corner)
         return [each[rows, columns] for each in self._thickness_m]
 
-    def thickness_at(self, pixel: tuple[int, int], place: Place, samples: int) -> list[Thickness]:
-        """Return the thickness (1, 1) of each layer at the point of a pixel that holds a place."""
-        i, j = (min(int((at - first) * samples), samples - 1) for at, first in zip(place, pixel, strict=True))
-        return [each[i : i + 1, j : j + 1] for each in self.points_of(pixel, samples)]
+
+def _point_of(place: Place, pixel: tuple[int, int], samples: int) -> tuple[int, int]:
+    """Return row and column of the point of a pixel that a place is in."""
+    i, j = (min(int((at - first) * samples), samples - 1) for at, first in zip(place, pixel, strict=True))
+    return i, j
 
 
 def _below(thickness_m: Sequence[Thickness], heights: Array) -> list[Thickness]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,40 +107,35 @@ class PlacedPoint:
         )
         return rows, columns
 
-    def pieces(self, within: Window, higher: Sequence[Rectangle]) -> dict[tuple[int, int], list[Share]]:
+    def pieces(self, within: Window, higher: Sequence[Rectangle], samples: int) -> dict[tuple[int, int], list[Share]]:
         """Return its visible pieces in each pixel of a window, with their shares of the whole.
 
         Parameters
         ----------
         higher : sequence of Rectangle
             Outlines of higher bodies.
+        samples : int
+            Points along each side of a pixel, at which clouds differ.
         """
         found: dict[tuple[int, int], list[Share]] = {}
-        middle = self.place
+        middle, whole = self.place, 0.5 * math.sqrt(self.area)
+        parts = math.ceil(0.5 * samples) if self.is_resolved else 1
         for row, column in zip(self.row.tolist(), self.column.tolist(), strict=True):
-            for pixel, piece, half in self._cut(row, column, within):
-                off = piece.row - row + middle[0], piece.column - column + middle[1]
-                own = off[0] - half[0], off[0] + half[0], off[1] - half[1], off[1] + half[1]
-                left = share_left(own, higher) if higher else 1.0
-                if left > 0.0:
-                    visible = Share(piece.row, piece.column, left * piece.share / self.row.size)
-                    found.setdefault(pixel, []).append(visible)
+            down, across = (
+                list(zip(*(each.tolist() for each in segments(at, self.side, pixels, parts)), strict=True))
+                for at, pixels in ((row, within[0]), (column, within[1]))
+            )
+            off = middle[0] - row, middle[1] - column
+            for (y, at_row, low, high), (x, at_column, left, right) in product(down, across):
+                share, outline = 1.0, (at_row - whole, at_row + whole, at_column - whole, at_column + whole)
+                if self.side:  # otherwise a body smaller than a pixel is one piece
+                    share, outline = (high - low) * (right - left) / self.side**2, (low, high, left, right)
+                if higher:
+                    moved = [each + off[n // 2] for n, each in enumerate(outline)]
+                    share *= share_left((moved[0], moved[1], moved[2], moved[3]), higher)
+                if share > 0.0:
+                    found.setdefault((y, x), []).append(Share(at_row, at_column, share / self.row.size))
         return found
-
-    def _cut(
-        self, row: float, column: float, within: Window
-    ) -> Iterator[tuple[tuple[int, int], Share, tuple[float, float]]]:
-        """Yield pixels, pieces and half their height and width; a body smaller than a pixel is one piece."""
-        whole = 0.5 * math.sqrt(self.area)
-        down, across = (
-            zip(*(each.tolist() for each in segments(at, self.side, pixels)), strict=True)
-            for at, pixels in ((row, within[0]), (column, within[1]))
-        )
-        lines = list(across)
-        for y, at_row, up in down:
-            for x, at_column, along in lines:
-                half = (0.5 * up * self.side, 0.5 * along * self.side) if self.side else (whole, whole)
-                yield (y, x), Share(at_row, at_column, up * along), half
 
 
 def higher_than(point: PlacedPoint, others: Sequence[PlacedPoint]) -> list[Rectangle]:

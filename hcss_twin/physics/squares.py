@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 
-PIECES_PER_PIXEL = 4
-"""Pieces along each side of a pixel: points in their middles have the variance of the square to 1 / 192 pixel^2."""
+_NODE = 0.5 / math.sqrt(3.0)
+"""Distance of two points from the middle of a segment of length 1 that have its mean and variance (Gauss)."""
 
 Rectangle = tuple[float, float, float, float]
 """Lowest and highest row, lowest and highest column, in pixels."""
 
 
-def segments(centre: float, side: float, within: slice) -> tuple[NDArray[np.intp], Array, Array]:
+def segments(centre: float, side: float, within: slice, parts: int = 1) -> tuple[NDArray[np.intp], Array, Array, Array]:
     """Cut a segment along one axis at the borders of pixels, and within them.
 
     Parameters
@@ -26,23 +26,30 @@ def segments(centre: float, side: float, within: slice) -> tuple[NDArray[np.intp
         Middle and length of the segment, in pixels; pixel n extends from n to n + 1. With length 0 it is one piece.
     within : slice
         Pixels whose pieces are returned; they do not depend on it.
+    parts : int
+        Half the number of pieces in each pixel.
 
     Returns
     -------
     pixel : ndarray of int (N,)
         The pixel of each piece.
-    middle, share : ndarray (N,)
-        Its middle, and its share of the length.
+    place : ndarray (N,)
+        Where it stands as a point: the points of a pixel have mean and variance of the segment in it.
+    first, last : ndarray (N,)
+        Its ends.
     """
     low, high = centre - 0.5 * side, centre + 0.5 * side
     pixel = np.arange(max(math.floor(low), within.start), min(math.floor(high) + 1, within.stop))
     if side == 0.0:
-        return pixel, np.full(pixel.size, centre), np.ones(pixel.size)
+        same = np.full(pixel.size, centre)
+        return pixel, same, same, same
     first, last = np.maximum(low, pixel), np.minimum(high, pixel + 1.0)
     pixel, first, last = (each[last > first] for each in (pixel, first, last))
-    step = (last - first) / PIECES_PER_PIXEL
-    middle = first[:, None] + (np.arange(PIECES_PER_PIXEL) + 0.5) * step[:, None]
-    return np.repeat(pixel, PIECES_PER_PIXEL), middle.ravel(), np.repeat(step / side, PIECES_PER_PIXEL)
+    half = (last - first)[:, None] / (2 * parts)
+    number = np.arange(2 * parts)
+    start = first[:, None] + number * half
+    off = np.where(number % 2 == 0, 1.0 - 2.0 * _NODE, 2.0 * _NODE)
+    return np.repeat(pixel, 2 * parts), (start + off * half).ravel(), start.ravel(), (start + half).ravel()
 
 
 def share_left(of: Rectangle, others: Sequence[Rectangle]) -> float:

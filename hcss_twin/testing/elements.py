@@ -253,7 +253,9 @@ def in_pixels(
             side = max(side, math.sqrt(covers))
         place = scene.project(*(np.array([value]) for value in (each.x_m, each.y_m, each.altitude_m)))
         pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(place, (rows, columns), strict=True)]
-        (y, up), (x, along) = (_by_pixel(pixel, share) for pixel, _, share in pieces)
+        (y, up), (x, along) = (
+            _by_pixel(each[0], (each[3] - each[2]) / side if side else np.ones(each[0].size)) for each in pieces
+        )
         if not y.size or not x.size:
             continue
         at_y, at_x = (every.ravel() for every in np.meshgrid(y, x, indexing="ij"))

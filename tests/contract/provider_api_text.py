@@ -23,7 +23,7 @@ SNAPSHOT = Path(__file__).parents[1] / "data" / f"provider-api-{providers.API_VE
 COMMAND = "python tests/contract/provider_api_text.py"
 
 GROUND = {
-    "hcss_twin.catalog": (catalog, ("Catalog",)),
+    "hcss_twin.catalog": (catalog, ("Catalog", "NetcdfFile")),
     "hcss_twin.errors": (
         errors,
         ("CatalogError", "HcssError", "Problem", "ProviderError", "ScenarioError", "choose_from"),

@@ -19,9 +19,9 @@ from wrong_arguments import WRONG, calls, outcomes
 def test_no_other_error_escapes_from_cheap_functions(tmp_path, monkeypatch):
     # results.json of the campaign has all functions, 30 values for each argument
     monkeypatch.chdir(tmp_path)
-    counts, escaped = outcomes(calls(tmp_path)[0])
+    counts, escaped = outcomes(calls(tmp_path)[0], {name: WRONG[name] for name in list(WRONG)[::4]})
     assert not escaped
-    assert sum(number for (_, outcome), number in counts.items() if outcome == "refused") > 500
+    assert sum(number for (_, outcome), number in counts.items() if outcome == "refused") > 130
     assert len(WRONG) == 30
 
 

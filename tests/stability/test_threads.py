@@ -18,11 +18,11 @@ def job(number):
     with hcss_twin.simulate(small_stratus(**only), f"{{threading.get_ident()}}-{{number}}.nc") as cube:
         return hashlib.sha256(cube.radiance.values.tobytes()).hexdigest()
 
-alone = [job(number) for number in range(8)]
-assert len(set(alone)) == 8
+alone = [job(number) for number in range(4)]
+assert len(set(alone)) == 4
 for threads in {threads}:
     with ThreadPoolExecutor(threads) as pool:
-        assert list(pool.map(job, range(8), timeout=600)) == alone
+        assert list(pool.map(job, 2 * [0, 1, 2, 3], timeout=600)) == 2 * alone
 print("same bits", flush=True)
 
 hcss_twin.simulate(small_stratus(), "c.nc").close()

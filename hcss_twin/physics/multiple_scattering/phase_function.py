@@ -51,6 +51,9 @@ HENYEY_GREENSTEIN_MOMENTS = 2
 _FAINT_TERM = 1e-3
 """Moments are complete if the last term of the series in the forward direction is below this."""
 
+_TOGETHER = 512
+"""Cosines whose polynomials fit in the processor's cache; of all wavenumbers they are one matrix product."""
+
 _FEW_MOMENTS = 32
 """This many moments may describe a smooth phase function completely."""
 
@@ -144,7 +147,11 @@ def phase_function(scattering_cosine: Array, moments: Array) -> Array:
 def _series(cosine: Array, moments: Array) -> Array:
     """Sum (V, P) of the Legendre series with moments (K, V)."""
     terms = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
-    return np.asarray(np.polynomial.legendre.legval(cosine, terms), dtype=np.float64)
+    result = np.empty((moments.shape[1], cosine.size))
+    for first in range(0, cosine.size, _TOGETHER):
+        some = slice(first, first + _TOGETHER)
+        result[:, some] = (np.polynomial.legendre.legvander(cosine[some], moments.shape[0] - 1) @ terms).T
+    return result
 
 
 def _end_early(moments: Array) -> NDArray[np.bool_]:

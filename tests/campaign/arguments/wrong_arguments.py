@@ -113,7 +113,7 @@ def _required(function):
     return [name for name, each in inspect.signature(function).parameters.items() if each.default is each.empty]
 
 
-def outcomes(functions):
+def outcomes(functions, values=WRONG):
     """Call each function with each wrong value for each argument.
 
     Returns
@@ -126,7 +126,7 @@ def outcomes(functions):
         for argument, parameter in inspect.signature(call).parameters.items():
             if parameter.kind is parameter.VAR_KEYWORD:
                 continue
-            for name, value in WRONG.items():
+            for name, value in values.items():
                 try:
                     with warnings.catch_warnings(), limited(30):
                         warnings.simplefilter("ignore")

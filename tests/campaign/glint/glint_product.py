@@ -71,7 +71,10 @@ class OnceReflectingSea:
         into, azimuth = 0.5 * (node + 1.0), (np.arange(FINE) + 0.5) * np.pi / FINE
         mean = sea_brdf_at(self._index, self._slope, mu[:, None, None], into[:, None], azimuth).mean(axis=-1)
         shape = np.stack(
-            [np.prod((into[:, None] - o) / (m - o), axis=1) for m, o in ((m, mu_nodes[mu_nodes != m]) for m in mu_nodes)]
+            [
+                np.prod((into[:, None] - o) / (m - o), axis=1)
+                for m, o in ((m, mu_nodes[mu_nodes != m]) for m in mu_nodes)
+            ]
         )
         return ((np.pi * mean * weight * into) @ shape.T)[..., None]
 

@@ -6,6 +6,8 @@ Opt. Soc. Am. 44, 838, 1954) and Fresnel's reflectance, reflecting once, which w
 Without shadows, facets reflect more than they receive at grazing angles.
 """
 
+# ruff: noqa: NPY002 -- compiled loops have only this generator
+
 from __future__ import annotations
 
 import math
@@ -83,8 +85,8 @@ def photons(
 ) -> tuple[float, float]:
     """Sum and sum of squares, over photons, of radiance over the irradiance on a horizontal plane, sr-1.
 
-    ``phase`` (A,) at scattering angles ``angle`` (A,), evenly spaced from 0 to pi, has the mean 1; ``drawn`` are cosines
-    at equal steps of probability. At each scattering and reflection the light toward the view is added.
+    ``phase`` (A,) at scattering angles ``angle`` (A,), evenly spaced from 0 to pi, has the mean 1; ``drawn`` are
+    cosines at equal steps of probability. At each scattering and reflection the light toward the view is added.
     """
     np.random.seed(seed)
     first, second = 0.0, 0.0
@@ -183,8 +185,8 @@ def discrete_ordinates(scene: GlintScene, matter: Matter, nodes: int = NODES) ->
 
     known: dict[tuple[int, int], np.ndarray] = {}
 
-    def mode(m: int):  # noqa: ANN202
-        def of(mu, mu_in):  # noqa: ANN001, ANN202
+    def mode(m: int):
+        def of(mu, mu_in):
             mu, mu_in = np.atleast_1d(mu), np.atleast_1d(np.abs(mu_in))
             key = (mu.size, mu_in.size)
             if key not in known:

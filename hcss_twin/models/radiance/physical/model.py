@@ -41,12 +41,12 @@ from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehea
 from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
+from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes, sunlit_modes, unlit_sea_modes
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
-from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes, sunlit_modes, unlit_sea_modes
 from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
-from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share
+from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun, TransmittanceProvider, View
 

@@ -12,7 +12,6 @@ from typing import Any
 from hcss_twin.models.parameters import AZIMUTH_MODES, STREAMS, SUN_STREAMS, PhysicalParameters
 from hcss_twin.models.radiance.physical.air import SUBLAYERS
 
-
 MORE_MIRROR_STREAMS = 8
 """With 14 streams at all levels, thin clouds over a sea under 3 to 17 m/s are within 5e-4 of discrete ordinates."""
 

@@ -34,6 +34,7 @@ from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, mirrored
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 
+
 class _PairedModes(ReflectionModes):
     """As :class:`ReflectionModes`, with ``between`` (M, P, V) between the P pairs of streams of ``np.triu_indices``."""
 
@@ -41,9 +42,7 @@ class _PairedModes(ReflectionModes):
         yield from _rows(self.between)
 
 
-def sunlight_between(
-    columns: SceneColumns, sea: ReflectionModes, mirror: Mirror | None = None
-) -> tuple[Array, Array]:
+def sunlight_between(columns: SceneColumns, sea: ReflectionModes, mirror: Mirror | None = None) -> tuple[Array, Array]:
     """Return the sunlight to add to the cloud and sea terms, both (S,), in columns with clouds.
 
     The sea term contains light that reaches the sea directly, the cloud term light that clouds scatter on the way down

@@ -2,13 +2,13 @@
 
 Light that clouds transmit along N streams has 2 N moments of the phase function; the peak beyond them travels with the
 beam. A glint is hardly wider than that peak, so that neighbouring numbers of streams agree by chance and are all wrong
-(by 2e-3 of the radiance under thin fog, wind 17 m/s, view 71 deg). Here the light that the sea reflects once is computed
-again along more streams, F, and the difference is added:
+(by 2e-3 of the radiance under thin fog, wind 17 m/s, view 71 deg). The light that the sea mirrors is computed again
+here along more streams, F, and the difference is added:
 
     sum over modes m of (2 - delta_m0) cos(m phi) D(view) (R + R B R) D(sun),    D = t + X
 
-with the modes of the sea's BRDF R, direct transmission t, and light X that clouds transmit diffusely. Scattering once or
-through small angles has a closed form for any number of moments
+with the modes of the sea's BRDF R, direct transmission t, and light X that clouds transmit diffusely. Scattering once
+or through small angles has a closed form for any number of moments
 (:mod:`hcss_twin.physics.multiple_scattering.forward_peak`); light scattered more often is smooth, and interpolated
 between the N streams. B is what clouds reflect down to the sea again: they scatter it forward where both directions are
 near the horizon. Light scattered once is summed over the F streams, what more orders add over the N streams, which
@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
 
 import numpy as np
@@ -213,12 +214,12 @@ class _Layer:
         return self.thickness * (1.0 - self.albedo * self.moments[count])
 
     def backward(self, mu: Array, mode: int) -> Array:
-        """Return a mode (F, F, U) of the phase function from directions (F,) that rise to those that fall, of bearings."""
+        """Return a mode (F, F, U), of bearings, of the phase function from directions (F,) upward to downward."""
         moments = self.moments[:, 0]  # those of any column
         count = moments.shape[0] - 1
         degree = np.arange(count)
         series = ((2 * degree + 1) * (-1.0) ** degree)[:, None] * (moments[:count] - moments[count])
-        values = normalised_legendre(mu, mode, count)
+        values = _legendre(tuple(mu.tolist()), mode, count)
         return ((values[:, :, None] * values[:, None]).reshape(count, -1).T @ series).reshape(mu.size, mu.size, -1)
 
     def between(self, mode: int, streams: int) -> Array:
@@ -227,6 +228,11 @@ class _Layer:
         first, second = np.triu_indices(streams)
         result[first, second] = result[second, first] = (-1.0) ** mode * self.reflection[mode]
         return result
+
+
+@lru_cache(maxsize=1024)
+def _legendre(mu: tuple[float, ...], mode: int, count: int) -> Array:
+    return normalised_legendre(np.array(mu), mode, count)
 
 
 def _weight(streams: Streams) -> Array:
@@ -268,7 +274,8 @@ def _reflected_once(
     scattered = direct[0] * np.sum(turns * weight * sea.view[:modes, :, None] * beams[:modes, 1], axis=(0, 1))
     scattered = scattered + np.sum(left * of_scattered, axis=(0, 1))
     glinting = direct[0] * direct[1] * glint + np.sum(left * of_direct, axis=(0, 1))
-    return np.stack((scattered, glinting)), sum(from_sea(0, sea.view)), of_direct + of_scattered  # type: ignore[return-value]
+    direct_view, scattered_view = from_sea(0, sea.view)
+    return np.stack((scattered, glinting)), direct_view + scattered_view, of_direct + of_scattered
 
 
 def _transmitted(layers: Sequence[_Layer], mu: float, fine: Streams, few: Streams, beams: Array) -> tuple[Array, Array]:
@@ -297,21 +304,22 @@ def _transmitted(layers: Sequence[_Layer], mu: float, fine: Streams, few: Stream
 
 def _once(layers: Sequence[_Layer], mu: float, at: Array, kept: int) -> Array:
     """Return moments (L, P, C, U) of light that one of the clouds scatters once by its truncated phase function."""
-    result, depths = 0.0, [each.scaled(kept) for each in layers]
+    depths = [each.scaled(kept) for each in layers]
+    result = np.zeros((kept, at.shape[0], *depths[0].shape))
     for number, layer in enumerate(layers):
         peak = layer.moments[kept]
         strength = layer.albedo * (layer.moments[:kept] - peak) / (1.0 - layer.albedo * peak)
         above, below = sum(depths[:number], np.zeros(())), sum(depths[number + 1 :], np.zeros(()))
         path = path_through(depths[number], at, mu) * np.exp(-above / mu - below / at)
-        result = result + strength[:, None] * path
-    return result  # type: ignore[return-value]
+        result += strength[:, None] * path
+    return result
 
 
 def _summed(series: Array, at: Array, mu: float, modes: int) -> Array:
     """Return the azimuth modes (M, P, C, U) of a kernel with moments (L, P, C, U)."""
     count, points = series.shape[:2]
     degree = 2.0 * np.arange(count) + 1.0
-    values = np.stack([normalised_legendre(np.append(at, mu), mode, count) for mode in range(modes)])
+    values = np.stack([_legendre((*at.tolist(), mu), mode, count) for mode in range(modes)])
     factors = values[:, :, :-1] * values[:, :, -1:] * (degree[:, None] / (4.0 * pi * at * mu))  # (M, L, P)
     flat = series.reshape(count, points, -1).transpose(1, 0, 2)
     result = factors.transpose(2, 0, 1) @ flat  # (P, M, C x U)

@@ -14,7 +14,6 @@ from hcss_pyxel.exposure import BETWEEN, Between, frame_weights
 from hcss_pyxel.files import frame_times_s
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
 from hcss_twin import open_cube
-from hcss_twin.core.arguments import checked
 from hcss_twin.errors import choose_from
 
 if TYPE_CHECKING:
@@ -27,7 +26,6 @@ UNITS = "W m-2 sr-1"
 WAVELENGTHS = ("central", "black-body")
 
 
-@checked
 def load_cube(
     detector: Detector,
     cube: str | os.PathLike[str],

@@ -13,7 +13,6 @@ from typing import Any
 from hcss_pyxel.files import complete_or_absent
 from hcss_pyxel.loader import load_cube
 from hcss_twin import open_cube
-from hcss_twin.core.netcdf import write_with_xarray
 from hcss_twin.errors import HcssError, choose_from
 
 LOADER = "hcss_pyxel.load_cube"
@@ -54,7 +53,7 @@ def run_pipeline(pipeline: Path, output: Path) -> dict[str, float]:
         raise HcssError(str(error)) from error
     held.attrs.update(_provenance(pipeline, calls))
     with complete_or_absent(output) as draft:
-        write_with_xarray(held, draft)
+        held.to_netcdf(draft, engine="netcdf4")
     return {f"{name} ({data.attrs.get('units', '')})": float(data.mean()) for name, data in held.data_vars.items()}
 
 
