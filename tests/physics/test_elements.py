@@ -84,8 +84,9 @@ def test_flux_and_centroid_of_a_source_are_those_of_its_square(side, x, y, zenit
     np.testing.assert_allclose((row, column), expected, atol=1e-4)
 
 
-@pytest.mark.parametrize("kelvin", [200.0, 900.0])
-@pytest.mark.parametrize(("area", "zenith"), [(100.0, 0.0), (150.0, 50.0), (2000.0, 0.0)])
+@pytest.mark.parametrize(
+    ("kelvin", "area", "zenith"), [(200.0, 100.0, 0.0), (900.0, 150.0, 50.0), (200.0, 2000.0, 0.0)]
+)
 def test_a_body_above_the_air_replaces_its_area_across_the_line_of_sight(kelvin, area, zenith):
     body = {"x": 3.0, "y": -7.5, "altitude": 2e5, "temperature": kelvin, "area": area}
     more, plan, _ = gained(body, clouds=THICK, **{"view.zenith": zenith})
@@ -105,7 +106,7 @@ def test_a_body_above_the_air_replaces_its_area_across_the_line_of_sight(kelvin,
     np.testing.assert_allclose(more, expected, atol=1e-5 * plain.max())
 
 
-@pytest.mark.parametrize(("apart", "left"), [(0.0, 0.0), (5.0, 0.5), (10.0, 1.0)])
+@pytest.mark.parametrize(("apart", "left"), [(0.0, 0.0), (5.0, 0.5)])
 def test_a_higher_body_hides_the_overlap_of_its_square_and_no_more(apart, left):
     low = {"x": 3.0, "y": 3.0, "altitude": 2e5, "temperature": 900.0, "area": 100.0}
     high = {"x": 3.0 + apart, "y": 3.0, "altitude": 3e5, "temperature": 400.0, "area": 100.0}

@@ -11,7 +11,7 @@ import cases
 import run
 
 
-@pytest.mark.parametrize("scene", [4, 8])
+@pytest.mark.parametrize("scene", [4, pytest.param(8, marks=pytest.mark.long)])
 def test_targets_have_flux_place_and_image_of_closed_forms(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(cases, "FRAMES", 2)
     rows = run.rows_of(scene, tmp_path)
