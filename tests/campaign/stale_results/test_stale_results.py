@@ -10,10 +10,7 @@ import pytest
 from layouts import cases, outcome
 
 RESULTS = list(csv.DictReader((Path(__file__).parent / "results.csv").read_text().splitlines()))
-SAMPLE = [
-    ("change", "same size and times", "module", ""),
-    ("accident", "array in the package", "installed", "moved"),
-]
+SAMPLE = [("change", "same size and times", "module", ""), ("accident", "array in the package", "installed", "moved")]
 PLUGIN = {
     "st_a.py": """
 from hcss_twin.registry import ProviderSpec, hookimpl
