@@ -218,15 +218,16 @@ class Physical:
         irradiance = received(inputs, directions, wavenumber)
         most, closed_form, unlit = self._numerics.turned_modes, self.closed_form, self._unlit_sea_modes
 
+        sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
+
         @cache
         def modes() -> tuple[ReflectionModes, Mirror] | None:  # stored in this object, so it must not refer to it
             if directions.sun is None or closed_form or most < 2:
                 return None
             along, mirror = unlit(wavenumber)
             own = inputs.sea, wavenumber, directions
-            return sunlit_modes(along, *own), sunlit_mirror(mirror, *own)
+            return sunlit_modes(along, *own), sunlit_mirror(mirror, *own, sea)
 
-        sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), inputs.sea, wavenumber, directions)
         scattered = scattered_above(inputs, directions, wavenumber)
         return _Scene(self._air(wavenumber), directions, sea, irradiance, modes, scattered)
 

@@ -104,17 +104,17 @@ def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirectio
     nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
     mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
-    hats = _hats(mu_in, directions.streams.mu)
+    onto = hats(mu_in, directions.streams.mu)
     result = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
     for row, mu in enumerate(directions.mu):
         into, turn = (each.ravel() for each in np.meshgrid(mu_in, azimuth, indexing="ij"))
         brdf = sea.brdf(wavenumber_cm1, np.full(into.size, mu), into, turn)
         mean = brdf.reshape(_COSINES, _AZIMUTHS, -1).mean(axis=1)
-        result[row] = hats.T @ (2.0 * np.pi * (mu_in * d_mu)[:, None] * mean)
+        result[row] = onto.T @ (2.0 * np.pi * (mu_in * d_mu)[:, None] * mean)
     return result
 
 
-def _hats(mu: Array, nodes: Array) -> Array:
+def hats(mu: Array, nodes: Array) -> Array:
     """Return linear interpolation weights (M, N) of ``mu`` between ascending or descending ``nodes``."""
     order = np.argsort(nodes)
     place = np.interp(mu, nodes[order], np.arange(nodes.size, dtype=np.float64))

@@ -32,6 +32,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes, expanded
+from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, hats
 from hcss_twin.physics.multiple_scattering.directions import Streams, gauss_streams, normalised_legendre
 from hcss_twin.physics.multiple_scattering.forward_peak import path_back, path_through
 from hcss_twin.providers import SeaModel
@@ -97,17 +98,26 @@ def unlit_mirror(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, 
     return Mirror(places, weights, ReflectionModes(view, none, between), folded, np.zeros(own.size))
 
 
-def sunlit_mirror(unlit: Mirror, sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections) -> Mirror:
-    """Return the mirror, completed for the sun of ``where``."""
+def sunlit_mirror(
+    unlit: Mirror, sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, surface: SeaSurface
+) -> Mirror:
+    """Return the mirror, completed for the sun of ``where`` and for light that only ``surface`` has.
+
+    That is diffuse light that facets reflect twice, which is not in the BRDF: it is smooth, and has mode 0 only.
+    """
     own, fine, few = wavenumber_cm1[unlit.places], unlit.streams.mu, where.streams.mu
     sun = expanded(sea, own, fine, np.full(fine.size, where.mu_sun), 2 * fine.size)
     mean = expanded(sea, own, few, np.full(few.size, where.mu_sun), 1)
     toward = (np.array([each]) for each in (where.mu[VIEW], where.mu_sun, where.relative_azimuth))
+    whole = surface.reflection[..., unlit.places] / _weight(where.streams)[:, None]
+    onto, view, between = hats(fine, few), unlit.fine.view.copy(), unlit.fine.between.copy()
+    view[0] += onto @ (whole[VIEW] - unlit.mean.view[0])
+    between[0] += np.einsum("fj,gk,jkv->fgv", onto, onto, whole[VIEW + 1 :] - unlit.mean.between[0], optimize=True)
     return Mirror(
         unlit.places,
         unlit.weights,
-        ReflectionModes(unlit.fine.view, sun, unlit.fine.between),
-        ReflectionModes(unlit.mean.view, mean, unlit.mean.between),
+        ReflectionModes(view, sun, between),
+        ReflectionModes(whole[None, VIEW], mean, whole[None, VIEW + 1 :]),
         sea.brdf(own, *toward)[0],
     )
 
@@ -188,7 +198,8 @@ def mirrored(
     after[0] += _again(layers, where, fine, *risen, all_orders=False)
     after[0] += _again(layers, where, where.streams, *(each[:, :, bright] for each in few), all_orders=True)
     result[:, bright] = (after - before[:, bright]) @ mirror.weights
-    return result.reshape(2, -1) * lit
+    added: Array = result.reshape(2, -1) * lit
+    return added
 
 
 @dataclass(frozen=True)
@@ -211,7 +222,8 @@ class _Layer:
 
     def scaled(self, count: int) -> Array:
         """Return the optical thickness (C, U) without the peak beyond ``count`` moments."""
-        return self.thickness * (1.0 - self.albedo * self.moments[count])
+        result: Array = self.thickness * (1.0 - self.albedo * self.moments[count])
+        return result
 
     def backward(self, mu: Array, mode: int) -> Array:
         """Return a mode (F, F, U), of bearings, of the phase function from directions (F,) upward to downward."""
@@ -220,7 +232,9 @@ class _Layer:
         degree = np.arange(count)
         series = ((2 * degree + 1) * (-1.0) ** degree)[:, None] * (moments[:count] - moments[count])
         values = _legendre(tuple(mu.tolist()), mode, count)
-        return ((values[:, :, None] * values[:, None]).reshape(count, -1).T @ series).reshape(mu.size, mu.size, -1)
+        pairs = (values[:, :, None] * values[:, None]).reshape(count, -1)
+        result: Array = (pairs.T @ series).reshape(mu.size, mu.size, -1)
+        return result
 
     def between(self, mode: int, streams: int) -> Array:
         """Return a mode (N, N, C, U) of the reflection of all orders, of bearings: light travels away from its own."""
@@ -249,7 +263,7 @@ def _polynomials(mu: Array, nodes: Array) -> Array:
 
 
 def _turns(where: ColumnDirections, modes: int) -> Array:
-    turns = 2.0 * np.cos(np.arange(modes) * where.relative_azimuth)
+    turns: Array = 2.0 * np.cos(np.arange(modes) * where.relative_azimuth)
     turns[0] = 1.0
     return turns
 
