@@ -138,9 +138,10 @@ class PlacedPoint:
         return found
 
 
-def higher_than(point: PlacedPoint, others: Sequence[PlacedPoint]) -> list[Rectangle]:
-    """Return the outlines of the bodies above an element."""
-    return [each.outline for each in others if each.area and each.point.altitude_m > point.point.altitude_m]
+def higher_than(point: PlacedPoint, ascending: Sequence[PlacedPoint]) -> list[Rectangle]:
+    """Return the outlines of the bodies above one of some elements; at the same altitude later ones hide earlier ones."""
+    first = next(place for place, each in enumerate(ascending, start=1) if each is point)
+    return [each.outline for each in ascending[first:] if each.area]
 
 
 def merged(pieces: Sequence[Share | Piece], weights: Array) -> Array:

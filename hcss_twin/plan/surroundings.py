@@ -223,7 +223,8 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     section, field = scenario.atmosphere.gases, "atmosphere.gases"
     given = section.given()
     if bound is not None:
-        _refuse_bound(scenario, bound, [f"{field}.{gas.upper()}" for gas in given], "gases")
+        asked = [*map(str.upper, given), *(["others"] if section.asks_for_year else [])]
+        _refuse_bound(scenario, bound, [f"{field}.{name}" for name in asked], "gases")
         return profile
     factors: dict[str, float] = {}
     for gas, amount in given.items():

@@ -27,6 +27,11 @@ class GasesSection(ScenarioSection):
         'scene\'s year; "profile": as in the profile (1986).',
     )
 
+    @property
+    def asks_for_year(self) -> bool:
+        """Whether the scenario states that other gases are those of its year."""
+        return self.others == "year" and "others" in self.model_fields_set
+
     def given(self) -> dict[str, float | str]:
         """Return the given amounts by the names of profiles."""
         amounts = {name: getattr(self, name) for name in type(self).model_fields if name != "others"}

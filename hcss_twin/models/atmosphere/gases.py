@@ -17,6 +17,9 @@ DOBSON_M2 = 2.6867e20
 
 MOLE_FRACTIONS = MappingProxyType({"ppm": 1e-6, "ppb": 1e-9})
 
+LARGEST_FACTOR = 100.0
+"""Largest factor on an amount in the profile, as for amounts that are given as a factor."""
+
 MEANS: Mapping[int, tuple[float, float, float]] = MappingProxyType(
     {
         1980: (338.91, 1600.0, 301.0),
@@ -61,7 +64,7 @@ def factor_of(profile: Profile, gas: str, amount: float | str) -> float:
     Raises
     ------
     CatalogError
-        If the profile lacks the gas.
+        If the profile lacks the gas, or has less than a hundredth of the amount.
     """
     if not isinstance(amount, str):
         return amount
@@ -69,9 +72,14 @@ def factor_of(profile: Profile, gas: str, amount: float | str) -> float:
     if ratio is None or ratio[0] <= 0.0:
         raise CatalogError(f"profile '{profile.name}' has no {gas.upper()} that could be scaled to {amount}")
     number, unit = amount.split()
-    if unit in MOLE_FRACTIONS:
-        return float(number) * MOLE_FRACTIONS[unit] / float(ratio[0])
-    return float(number) * DOBSON_M2 / column_m2(profile, gas)
+    has = float(ratio[0]) / MOLE_FRACTIONS[unit] if unit in MOLE_FRACTIONS else column_m2(profile, gas) / DOBSON_M2
+    factor = float(number) / has
+    if factor > LARGEST_FACTOR:
+        raise CatalogError(
+            f"{amount} is {factor:.3g} times the amount in profile '{profile.name}'; allowed: above 0 to "
+            f"{LARGEST_FACTOR * has:.4g} {unit}, {LARGEST_FACTOR:g} times that amount"
+        )
+    return factor
 
 
 def with_factors(profile: Profile, factors: Mapping[str, float]) -> Profile:

@@ -158,7 +158,7 @@ def _trajectory(section: OrbitSection, scenario: Scenario, catalog: Catalog) -> 
             return Geostationary(float(section.longitude or 0.0))
         case "tle":
             lines = section.lines or read_two_lines(catalog.file(str(section.file)))
-            return TwoLineElements(*lines, start, earth)
+            return TwoLineElements(lines[-2], lines[-1], start, earth)
         case "oem":
             return read_oem(catalog.file(str(section.file)), start, earth)
         case "table":

@@ -109,11 +109,11 @@ def examine(trajectory: Trajectory, first_s: float, last_s: float) -> tuple[str,
         between them are unknown, or with elements that say nothing about these times.
     """
     times = np.unique(np.linspace(first_s, last_s, _TIMES)).tolist()
+    notes: list[str] = []
+    if isinstance(trajectory, TwoLineElements):  # first, since SGP4 takes very old elements for those of a decayed orbit
+        notes += _age(trajectory, first_s, last_s)
     for time_s in times:
         _require_above_ground(trajectory, time_s)
-    notes: list[str] = []
-    if isinstance(trajectory, TwoLineElements):
-        notes += _age(trajectory, first_s, last_s)
     for table in _tables(trajectory):
         notes += _interpolation(table, first_s, last_s)
     return (*notes, *_dynamics(trajectory, times))
@@ -273,7 +273,7 @@ def examine_place(
     along = positions_m / np.linalg.norm(positions_m, axis=1, keepdims=True)
     steps_m = MEAN_EARTH_RADIUS_M * np.linalg.norm(np.diff(along, axis=0), axis=1)
     beyond = away - apart_m - 0.5 * float(np.max(steps_m, initial=0.0))
-    latitude, longitude = seen_deg[nearest].tolist()
+    latitude, longitude = float(seen_deg[nearest, 0]), (float(seen_deg[nearest, 1]) + 180.0) % 360.0 - 180.0
     text = (
         f"[place] {place_deg[0]:g} N {place_deg[1]:g} E is {1e-3 * away:.0f} km from the nearest pixel of all frames, "
         f"{latitude:.4g} N {longitude:.5g} E"

@@ -130,7 +130,9 @@ class OrbitSection(_ByProvider):
         None, description='circular: of the pass above that place; default "ascending".'
     )
     longitude: Angle | None = Field(None, ge=-180, le=360, description="geostationary: of the satellite, degrees east.")
-    lines: tuple[str, str] | None = Field(None, description="tle: the two lines of the elements.")
+    lines: tuple[str, ...] | None = Field(
+        None, min_length=2, max_length=3, description="tle: the two lines of the elements; a name may come first."
+    )
     file: str | None = Field(
         None, description="tle: file with two lines; oem: CCSDS message; table: CSV with time_s, x_m, y_m, z_m (ITRF)."
     )
