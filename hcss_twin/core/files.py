@@ -68,10 +68,10 @@ def atomic_write(path: Path, error: type[HcssError], form: str = "") -> Iterator
         with draft.open("rb+") as file:
             os.fsync(file.fileno())
         os.replace(draft, path)
-    except (OSError, RuntimeError, UnicodeError) as cause:  # UnicodeError: the file name is not UTF-8
+    except (OSError, RuntimeError, ValueError) as cause:  # ValueError: the name is not UTF-8, or has a null byte
         raise error(f"cannot write {path}: {getattr(cause, 'strerror', None) or cause}") from cause
     finally:
-        with contextlib.suppress(OSError):  # it was never written: no folder, or a read-only file system
+        with contextlib.suppress(OSError, ValueError):  # never written: no folder, a read-only file system, a null byte
             draft.unlink()
 
 

@@ -6,6 +6,7 @@ been opened twice and closed once (https://github.com/Unidata/netcdf4-python/iss
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import threading
@@ -104,6 +105,10 @@ class _Guarded:
     def __setattr__(self, name: str, value: Any) -> None:
         with netcdf_lock():
             setattr(self._held, name, value)
+
+    def __delattr__(self, name: str) -> None:
+        with netcdf_lock():
+            delattr(self._held, name)
 
     def __len__(self) -> int:
         with netcdf_lock():
@@ -240,7 +245,7 @@ class NetcdfFile(_Group):
 
     def isopen(self) -> bool:
         """Whether the file can be used."""
-        return self._close is not None
+        return self._close is not None and bool(self._held.isopen())
 
     def close(self) -> None:
         """Close the file, unless others still read it; a second call does nothing."""
@@ -270,7 +275,10 @@ class _Closed:
 
 
 class _Handles:
-    """Open files that are read, with the number of their users."""
+    """Open files that are read, with the number of their users.
+
+    A file that a user of this package has open with netCDF4 or xarray is read through that handle, which stays open.
+    """
 
     def __init__(self) -> None:
         self._open: dict[tuple[int, int], tuple[Any, int]] = {}
@@ -281,6 +289,10 @@ class _Handles:
 
         about = os.stat(path)
         file = about.st_dev, about.st_ino
+        if file not in self._open:
+            foreign = _opened_by_others(file)
+            if foreign is not None:
+                return foreign, lambda: None
         dataset, users = self._open[file] if file in self._open else (netCDF4.Dataset(os.fspath(path)), 0)
         self._open[file] = dataset, users + 1
         return dataset, partial(self._leave, file)
@@ -291,6 +303,26 @@ class _Handles:
             self._open[file] = dataset, users - 1
         else:
             dataset.close()
+
+
+def _opened_by_others(file: tuple[int, int]) -> Any:
+    """Return an open dataset of a file, by device and inode, that other code of this process has; None without."""
+    import netCDF4
+
+    if os.path.isdir("/proc/self/fd") and file not in map(_identity, os.scandir("/proc/self/fd")):
+        return None
+    for each in gc.get_objects():
+        if type(each) is netCDF4.Dataset and each.isopen() and _identity(each.filepath()) == file:
+            return each
+    return None
+
+
+def _identity(path: Any) -> tuple[int, int] | None:
+    try:
+        about = os.stat(path)
+    except (OSError, ValueError):  # closed meanwhile, or of another kind
+        return None
+    return about.st_dev, about.st_ino
 
 
 @cache
@@ -307,7 +339,7 @@ class _Reopened:
 
     def acquire(self, needs_lock: bool = True) -> NetcdfFile:
         with netcdf_lock():
-            if self._file is None:
+            if self._file is None or not self._file.isopen():
                 self._file = NetcdfFile(self._path, self._mode)
             return self._file
 

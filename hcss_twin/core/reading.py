@@ -48,6 +48,8 @@ def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
         raise
     except MemoryError as cause:
         raise error(f"cannot read {_name(path)}: it declares more values than fit into memory") from cause
+    except FileNotFoundError as cause:
+        raise error(f"cannot read {_name(path)}: there is no such file") from cause
     except Exception as cause:
         text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
         raise error(f"cannot read {_name(path)}: {what}: {shown_line(text)}") from cause

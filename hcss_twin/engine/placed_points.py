@@ -139,7 +139,7 @@ class PlacedPoint:
 
 
 def higher_than(point: PlacedPoint, ascending: Sequence[PlacedPoint]) -> list[Rectangle]:
-    """Return the outlines of the bodies above one of some elements; at the same altitude later ones hide earlier ones."""
+    """Return the outlines of the bodies above an element; at the same altitude later ones hide earlier ones."""
     first = next(place for place, each in enumerate(ascending, start=1) if each is point)
     return [each.outline for each in ascending[first:] if each.area]
 

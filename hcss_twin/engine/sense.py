@@ -278,10 +278,22 @@ def _names(sensor: BuiltSensor) -> str:
 
 
 def _measure(sensor: BuiltSensor, cube: CleanCube, name: str, index: int, read: Read) -> dict[str, Any]:
-    radiance, points = read(RADIANCE), None
+    radiance, points = _sound(read(RADIANCE), cube, name), None
     if cube.has_elements:
         radiance, points = points_apart(read, cube.inputs.corner, name)
     return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]), points)
+
+
+def _sound(radiance: Any, cube: CleanCube, name: str) -> Any:
+    """Return the radiance of a frame; raises CubeError if it is none."""
+    grid = cube.inputs.grid
+    wanted = len(cube.inputs.bands), grid.rows, grid.columns
+    if np.shape(radiance) != wanted:
+        raise CubeError(f"{name}: {RADIANCE}: a frame of shape {np.shape(radiance)}; allowed: (band, y, x) {wanted}")
+    missing = int(np.count_nonzero(~np.isfinite(radiance)))
+    if missing:
+        raise CubeError(f"{name}: {RADIANCE}: {missing} of {radiance.size} values of a frame are not finite")
+    return radiance
 
 
 def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Path | None) -> xr.Dataset:

@@ -255,7 +255,9 @@ def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterat
     yield from problems
     profile = atmosphere.get("profile")
     if profile is None and "profile_above" in atmosphere:
-        yield Problem("atmosphere.profile_above", "without atmosphere.profile; allowed: with the file that it completes")
+        yield Problem(
+            "atmosphere.profile_above", "without atmosphere.profile; allowed: with the file that it completes"
+        )
     if isinstance(profile, str) and not problems:
         yield from _file_problems("atmosphere.profile", partial(load_profiles, profile, catalog, above))
 

@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,14 +83,22 @@ CELSIUS_ZERO_K = 273.15
 _KELVIN = re.compile(r"(deg(rees?)?[ _]?)?(k|kelvins?)", re.IGNORECASE)
 _CELSIUS = re.compile(r"(\u00b0|deg(rees?)?[ _]?)?c(elsius)?|deg(rees?)?[ _]?celsius", re.IGNORECASE)
 
+_FAHRENHEIT = re.compile(r"(\u00b0|deg(rees?)?[ _]?)f(ahrenheit)?|fahrenheit", re.IGNORECASE)
+_PARTS_OF_KELVIN = MappingProxyType({"mK": 1e-3, "cK": 1e-2, "dK": 1e-1})
+
 
 def in_kelvin(image: SatelliteImage) -> SatelliteImage:
-    """Return an image of temperature in K, whose cold is cloud, if its unit is any spelling of kelvin or Celsius."""
+    """Return an image of temperature in K, whose cold is cloud, if its unit is one of temperature, in any spelling."""
     units = image.units.strip()
     if _KELVIN.fullmatch(units):
         return replace(image, units="K", bright_is_cloud=False)
     if _CELSIUS.fullmatch(units):
         return replace(image, values=image.values + CELSIUS_ZERO_K, units="K", bright_is_cloud=False)
+    if _FAHRENHEIT.fullmatch(units):
+        kelvin = (image.values - 32.0) / 1.8 + CELSIUS_ZERO_K
+        return replace(image, values=kelvin, units="K", bright_is_cloud=False)
+    if units in _PARTS_OF_KELVIN:
+        return replace(image, values=image.values * _PARTS_OF_KELVIN[units], units="K", bright_is_cloud=False)
     return image
 
 

@@ -110,7 +110,9 @@ def examine(trajectory: Trajectory, first_s: float, last_s: float) -> tuple[str,
     """
     times = np.unique(np.linspace(first_s, last_s, _TIMES)).tolist()
     notes: list[str] = []
-    if isinstance(trajectory, TwoLineElements):  # first, since SGP4 takes very old elements for those of a decayed orbit
+    if isinstance(
+        trajectory, TwoLineElements
+    ):  # first, since SGP4 takes very old elements for those of a decayed orbit
         notes += _age(trajectory, first_s, last_s)
     for time_s in times:
         _require_above_ground(trajectory, time_s)
