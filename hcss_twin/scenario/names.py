@@ -254,7 +254,7 @@ def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterat
     problems = list(_file_problems("atmosphere.profile_above", partial(load_profile, above, catalog)))
     yield from problems
     profile = atmosphere.get("profile")
-    if profile is None and "profile_above" in atmosphere:
+    if profile is None and above != STANDARD:
         yield Problem(
             "atmosphere.profile_above", "without atmosphere.profile; allowed: with the file that it completes"
         )

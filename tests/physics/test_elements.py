@@ -114,6 +114,13 @@ def test_a_higher_body_hides_the_overlap_of_its_square_and_no_more(apart, left):
     np.testing.assert_allclose(both, left * one + other, rtol=1e-5)
 
 
+@pytest.mark.parametrize("kelvin", [150.0, 700.0])
+def test_equal_bodies_at_one_place_and_altitude_are_as_bright_as_one(kelvin):
+    body = {"x": 3.0, "y": 3.0, "temperature": kelvin, "area": 300.0}
+    one, three = (gained(*count * [body])[0].sum(axis=(1, 2)) for count in (1, 3))
+    np.testing.assert_allclose(three, one, rtol=1e-5)
+
+
 def test_clouds_weaken_a_source_at_its_own_point_whatever_it_is_spread_over():
     clouds = {**THICK, "coverage": 0.5, "coverage_mode": "field"}
     plan = planned({"intensity": 0.0}, clouds=clouds, **{"image.samples_per_pixel": 2, "image.pixel_size": 200.0})

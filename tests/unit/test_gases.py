@@ -67,6 +67,13 @@ def test_the_gases_of_a_users_file_are_kept(tmp_path):
     assert "CO2" not in told["atmosphere.gases"]
 
 
+@pytest.mark.parametrize("amounts", [{"CO2": "5e6 ppm"}, {"CH4": "2e9 ppb"}, {"O3": "1e9 DU"}])
+def test_amounts_of_more_than_a_hundred_times_the_profile_are_refused_with_the_largest(amounts):
+    [(gas, amount)] = amounts.items()
+    with pytest.raises(ScenarioError, match=rf"atmosphere.gases.{gas}: {amount} is .* allowed: above 0 to "):
+        surroundings(Scenario.from_toml(CLEAR, {"atmosphere.gases": amounts}), CATALOG, None)
+
+
 def test_a_factor_is_a_factor():
     assert factor_of(STANDARD, "co2", 1.5) == 1.5
 

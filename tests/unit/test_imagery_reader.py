@@ -10,6 +10,7 @@ import pytest
 from PIL import Image as Picture
 
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.image import SatelliteImage, in_kelvin
 from hcss_twin.models.clouds.imagery.reader import read_image
 
 VALUES = np.arange(12.0).reshape(3, 4)
@@ -110,6 +111,15 @@ def test_cloud_is_dark_where_the_scene_is_seen_by_its_own_heat(tmp_path, units, 
 )
 def test_temperatures_make_cold_the_cloud(tmp_path, attributes, bright):
     assert read_image(_netcdf(tmp_path / "a.nc", **attributes)).bright_is_cloud is bright
+
+
+@pytest.mark.parametrize(
+    ("units", "values"), [("degF", [[62.33, 8.33], [26.33, 44.33]]), ("mK", [[290e3, 260e3], [270e3, 280e3]])]
+)
+def test_units_of_temperature_are_converted_to_kelvin(tmp_path, units, values):
+    image = in_kelvin(SatelliteImage(np.array(values), None, True, units, "t", "t"))
+    assert (image.units, image.bright_is_cloud) == ("K", False)
+    np.testing.assert_allclose(image.values, [[290.0, 260.0], [270.0, 280.0]], atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -136,7 +136,7 @@ def test_a_scenario_with_a_platform_survives_json_and_overrides():
             {**ALTITUDE, "focal_length": "1 mm", "detector_pitch": "1 cm"},
             {},
             "platform.detector_pitch",
-            ["pixels of 8e+06 m", "up to 100000 m"],
+            ["pixels of 8e+06 m", "to 100000 m"],
         ),
         (
             {**ALTITUDE, "mode": "staring"},

@@ -56,6 +56,14 @@ def test_right_orbits_are_read_and_not_questioned(campaign, tmp_path):
         assert notes == (), given.name
 
 
+def test_elements_of_another_century_are_too_old_before_they_have_decayed():
+    [first, second] = LINES
+    first = f"{first[:18]}57{first[20:68]}"
+    first += str(sum(int(each) if each.isdigit() else each == "-" for each in first) % 10)
+    with pytest.raises(PayloadError, match="days older than the frames"):
+        examine(TwoLineElements(first, second, START), 0.0, 60.0)
+
+
 def test_wrong_orbits_are_refused_or_noted(campaign, tmp_path):
     silent = []
     for given in campaign.bad():
