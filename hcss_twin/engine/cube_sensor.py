@@ -91,9 +91,10 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         raise CubeError(f"{name} is already a sensor cube; a clean cube is needed")
     if "radiance" not in dataset:
         raise CubeError(f"{name} has no radiance, which a sensor needs; request it in the scenario")
-    scenario = Recorded.of(dict(dataset.attrs), name).scenario
+    recorded = Recorded.of(dict(dataset.attrs), name)
     bands = bands_of(dataset, name, base)
     try:
+        scenario = _with_integration_times(recorded)
         interval_s = float(scenario["frames"]["interval"])
         start = np.datetime64(_utc(scenario["time"]), "ns")
         seed = int(scenario["seed"])
@@ -119,6 +120,16 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     if cube.has_elements:
         require_points(dataset.variables, name)
     return cube
+
+
+def _with_integration_times(recorded: Recorded) -> dict[str, Any]:
+    """Return the scenario of a cube, with the integration times that sections of plugins took from its sensor."""
+    scenario, key = dict(recorded.scenario), ".integration_time"
+    for item in json.loads(recorded.attributes.get("hcss_filled_in", "[]")):
+        if item["field"].endswith(key):
+            section = item["field"].removesuffix(key)
+            scenario[section] = {**scenario[section], key[1:]: float(item["value"].removesuffix(" s"))}
+    return scenario
 
 
 def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[SpectralBand]:

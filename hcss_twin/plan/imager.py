@@ -33,7 +33,8 @@ Imager: TypeAlias = Any
 
 ``rows``, ``columns``, ``points`` (along a pixel, which is their mean), ``pixel_size_m`` (typical), ``view`` (typical),
 ``views`` (all directions, :class:`Views`: tables are made between its edges; with ``suns(view)``, those of a view's
-place at some frames, places have suns of their own), ``climate`` (:class:`Climate` or None), ``notes`` (for the plan);
+place at some frames, places have suns of their own), ``climate`` (:class:`Climate` or None), ``notes`` and
+``filled_in`` (for the plan);
 ``variables(requested)`` of the cube; ``require_supported(plan)``, which raises what frames cannot show;
 ``layout(plan)``, an :class:`~hcss_twin.cube.header.ImageLayout`; ``views_of_pixels(time_s, rows, columns)``, exact, for
 the certificate; ``solve(solved, columns, accuracy)``, which returns the values of the columns of a certificate's pixel

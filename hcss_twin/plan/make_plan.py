@@ -170,7 +170,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         computed=computed,
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
-        filled_in=assembly.filled_in,
+        filled_in=(*assembly.filled_in, *(() if imager is None else imager.filled_in)),
         notes=(
             *_notes(scenario, assembly, computed, waves is not None, sunlight),
             *analysis.notes,

@@ -82,7 +82,7 @@ class Plan:
     faint_sunlight : float or None
         Largest share of sunlight in any band if it is omitted by day; else None.
     sensor : BuiltSensor or None
-        Sensor of the sensor cube; the clean cube does not depend on it.
+        Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with an imager.
     views : ViewAxis or None
         None if the view of the image centre is used for all pixels.
     surfaces : PlannedSurfaces or None

@@ -57,6 +57,18 @@ def examine_geometry(data: Mapping[str, Any], stages: Sequence[Stage], binned: f
     return tuple(notes)
 
 
+def smear_time_s(parameters: Mapping[str, Any]) -> float | None:
+    """Return the integration time in which motion smears what a stage measures; None if there is none.
+
+    There is none without an integration time, with ``smear = false``, and with ``exposures`` of the stage's own, which
+    are the scene at as many instants.
+    """
+    time_s, exposures = parameters.get("integration_time"), parameters.get("exposures")
+    if not isinstance(time_s, int | float) or not parameters.get("smear", True) or (exposures or 1) != 1:
+        return None
+    return float(time_s) if time_s > 0 else None
+
+
 def _field(stage: Stage, name: str) -> str:
     return f"{stage.field}.parameters.{name}"
 
@@ -111,11 +123,14 @@ def _integration_time(stage: Stage, data: Mapping[str, Any]) -> Iterator[Problem
     field = _field(stage, "integration_time")
     for section, keys in _sections(data):
         other = keys.get("integration_time")
-        if other and _contradicts(time_s, float(other), float(other)):
+        if other is None or (other == 0 and smear_time_s(stage.parameters) is None):
+            continue
+        if _contradicts(time_s, float(other), float(other)):
+            without = "" if other else f", or without {section}.integration_time, or smear = false"
             yield Problem(
                 field,
                 f"{_stated(stage, 'integration_time')} s, and {section}.integration_time {other:g} s; allowed: keys "
-                f"that agree within {100 * AGREEMENT:g} %",
+                f"that agree within {100 * AGREEMENT:g} %{without}",
             )
     frames = data.get("frames", {})
     interval = frames.get("interval") if frames.get("count", 1) > 1 else None

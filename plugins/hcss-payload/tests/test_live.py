@@ -212,7 +212,11 @@ def test_what_live_frames_cannot_show_is_refused_by_name():
         twin.prepare(orbit, track, 0.0, 31.0)
     with pytest.raises(PayloadError, match="hold several cells of the coarsest octave"):
         LiveTwin(scene("cumulus"), of_orbit(4, 3000.0)[0]).prepare(orbit, track, 0.0, 1.0)
-    with LiveTwin(scene(), camera).prepare(orbit, track, 0.0, 1.0) as live:
+    with twin.prepare(orbit, Nadir(orbit), 0.0, 1.0, integration_s=0.09) as live:
+        (smear,) = set(live.omissions) - set(twin.omissions)
+        # The ground below moves at 6.7 to 7 km/s.
+        moved = float(smear.why.partition("by up to ")[2].split()[0])
+        assert (smear.what, moved) == ("smear of the scene", pytest.approx(0.09 * 6.85e3 / 300.0, rel=0.04))
         with pytest.raises(PayloadError, match="time_s: 2 s; allowed: 0 to 1 s"):
             live.frame(2.0)
         with pytest.raises(PayloadError, match=r"out: float64 \(2, 16, 16\); allowed: contiguous float32"):

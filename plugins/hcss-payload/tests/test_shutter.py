@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from camera_scenes import PASS, scenario
 from hcss_payload import Camera, Circular, Jitter, PayloadError, PushBroom, Track, pose_at
+from hcss_payload.imager import make_imager
 from hcss_payload.rays import geographic, meet
 from hcss_payload.shutter import Shutter, instants_for, smear_px
 
 import hcss_twin
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_plane
 
@@ -26,7 +28,9 @@ def test_every_row_and_column_of_points_has_all_instants():
     which = shutter.which(8)
     for lines in (which, which.T):
         assert all(np.array_equal(np.bincount(line), np.full(4, 2)) for line in lines)
-    assert shutter.times_s(1.0) == pytest.approx([0.9625, 0.9875, 1.0125, 1.0375])
+    times = shutter.times_s(1.0)
+    assert np.diff(times) == pytest.approx(np.full(3, np.diff(times)[0]))
+    assert (np.mean(times), np.var(times)) == pytest.approx((1.0, 0.1**2 / 12.0))
 
 
 def test_smear_is_the_ground_speed_over_the_pixel():
@@ -56,6 +60,56 @@ def test_linear_motion_smears_by_its_sinc():
     ratio = np.sqrt(power[1][low] / power[0][low])
     assert ratio == pytest.approx(np.sinc(frequency[low] * moved), abs=0.08)
     assert smeared.mean() == pytest.approx(sharp.mean(), rel=2e-3)
+
+
+def test_background_and_target_smear_alike_within_the_integration_time_of_the_sensor():
+    camera, attitude = Camera(64, 48, 0.15, 1.5e-5), PushBroom(ORBIT, roll_deg=-20.0)
+    pose = pose_at(0.0, ORBIT, attitude)
+    seen = geographic(meet(pose.position_m, pose.to_earth(camera.directions(np.float64(31.2), np.float64(23.6)))))
+    x, y = (float(each) for each in to_plane(seen[0], seen[1], 30.0, 150.0))
+    parts = {
+        "camera": CAMERA | {"points": 8},
+        "elements": [{"parameters": {"tracks": [{"x": x, "y": y, "altitude": 0.0, "intensity": 1e6}]}}],
+        "output": {"certificate": 0, "variables": ["radiance", "element_radiance"]},
+    }
+
+    def parted(*sensor):
+        cube = hcss_twin.simulate(scenario(PASS, STILL, parts, *sensor))
+        radiance, added = (cube[name].values[0, 0].astype(float) for name in ("radiance", "element_radiance"))
+        return radiance - added, added, "camera.integration_time" in cube.attrs["hcss_filled_in"]
+
+    def measured(time_s):
+        return {"sensor": {"parameters": {"integration_time": time_s}}}
+
+    sharp, _, filled_in = parted(measured(1e-3))  # 0.09 pixels
+    assert not filled_in
+    background, target, filled_in = parted(measured(0.022))
+    assert filled_in
+    moved = smear_px(camera, *(pose_at(time_s, ORBIT, attitude) for time_s in (-0.011, 0.011)))
+    assert 1.5 < moved < 2.5
+    # The line of weights that turns the sharp image into the other one.
+    shifts = np.arange(-5, 6)
+    shifted = np.stack([sharp[5 + shift : 59 + shift].ravel() for shift in shifts], axis=1) - sharp.mean()
+    weight = np.linalg.lstsq(shifted, background[5:59].ravel() - sharp.mean(), rcond=None)[0]
+    assert weight.sum() == pytest.approx(1.0, abs=1e-3)
+    assert weight @ shifts**2 - (weight @ shifts) ** 2 == pytest.approx(moved**2 / 12.0, abs=0.015)
+    rows = np.indices(target.shape)[0]
+    middle = np.sum(target * rows) / target.sum()
+    spread = np.sum(target * (rows - middle) ** 2) / target.sum()
+    assert spread == pytest.approx(moved**2 / 12.0 + 1.0 / 12.0, abs=0.03)
+
+
+def test_an_integration_time_of_the_camera_that_the_sensor_contradicts_is_refused_by_name():
+    def given(smear, **camera):
+        sensor = {"parameters": {"integration_time": 0.022, "smear": smear}}
+        return scenario(PASS, STILL, {"camera": camera, "sensor": sensor})
+
+    for camera in ({}, {"integration_time": 0.0}):
+        assert make_imager(given(False, **camera), Catalog()).filled_in == ()
+    (filled,) = make_imager(given(True), Catalog()).filled_in
+    assert (filled.field, filled.value) == ("camera.integration_time", "0.022 s")
+    with pytest.raises(ScenarioError, match=r"integration_time: 0\.022 s, and camera\.integration_time 0 s; allowed"):
+        hcss_twin.make_plan(given(True, integration_time=0.0))
 
 
 def test_rows_of_a_rolling_shutter_see_what_their_own_pose_sees():

@@ -25,6 +25,10 @@ from hcss_twin import Scenario
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, Problem, ScenarioError, choose_from
 from hcss_twin.core.plugins import FAILURES, describe
+from hcss_twin.plan.sensor_geometry import smear_time_s
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.sensor import SensorSection, choose_sensor
 from hcss_twin.scenario.viewing import AGREEMENT
 
 ORBITS, ATTITUDES = "hcss_payload.orbits", "hcss_payload.attitudes"
@@ -48,6 +52,8 @@ class Payload:
         As ``camera.integration_time`` and ``camera.line_time``.
     climate : str
         As ``camera.climate``.
+    integration_from : str or None
+        Key of the sensor whose value the integration time is; None: it is stated.
     """
 
     camera: Camera
@@ -59,6 +65,7 @@ class Payload:
     integration_s: float = 0.0
     line_s: float = 0.0
     climate: str = "place"
+    integration_from: str | None = None
 
     def pose(self, time_s: float) -> Pose:
         """Return the pose at a time."""
@@ -90,6 +97,8 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
+    followed = (None, None) if scenario.sensor is None else _integration_of(scenario.sensor, catalog)
+    integration_s, integration_from = followed if camera.integration_time is None else (camera.integration_time, None)
     return Payload(
         optics,
         trajectory,
@@ -97,9 +106,10 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
         shaken,
         camera.points,
         camera.beyond,
-        camera.integration_time,
+        integration_s or 0.0,
         camera.line_time,
         camera.climate,
+        integration_from,
     )
 
 
@@ -124,10 +134,23 @@ def _named(section: str, make: Callable[[], _T], file: str | None = None) -> _T:
         raise ScenarioError([Problem(name, message if known else text)]) from error
 
 
+def _integration_of(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | tuple[None, None]:
+    """Return the integration time in which motion smears what a sensor measures, and its key."""
+    registry = Registry.discover()
+    for index, stage in enumerate(sensor.stages or (sensor,)):
+        choice = choose_sensor(stage, catalog)
+        model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
+        defaults = {} if model is None else {name: each.default for name, each in model.model_fields.items()}
+        time_s = smear_time_s({**defaults, **choice.parameters})
+        if time_s is not None:
+            return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
+    return None, None
+
+
 def _require_time(camera: CameraSection, scenario: Scenario) -> None:
     """Raise a :class:`ScenarioError` if a frame takes longer than the time to the next one."""
     interval_s = scenario.frames.interval
-    taken = {"integration_time": camera.integration_time, "line_time": abs(camera.line_time) * (camera.rows - 1)}
+    taken = {"integration_time": camera.integration_time or 0.0, "line_time": abs(camera.line_time) * (camera.rows - 1)}
     for name, time_s in taken.items():
         if scenario.frames.count > 1 and time_s > interval_s * (1.0 + AGREEMENT):
             given = f"{getattr(camera, name):g} s: a frame takes {time_s:g} s, and frames.interval is {interval_s:g} s"

@@ -19,7 +19,6 @@ from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
 from hcss_payload.examination import examine, examine_place
 from hcss_payload.limb import Limb
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
-from hcss_payload.pose import pose_at
 from hcss_payload.ray_clouds import RayClouds, require_in_reach
 from hcss_payload.ray_elements import RayElementStage
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
@@ -28,7 +27,7 @@ from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_payload.rays import geographic
 from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.sampled_pass import FIELD, sample_pass
-from hcss_payload.shutter import Exposure, Shutter, exposure_of, instants_for, smear_px
+from hcss_payload.shutter import LEAST_SMEAR_PX, Exposure, Shutter, exposure_of, instants_for, largest_smear_px
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
@@ -39,6 +38,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.windows import Window
 from hcss_twin.providers import View
 
@@ -58,11 +58,6 @@ NOTES = (
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
 _SMEARLESS = "views, and the clouds before small elements, are those of its middle"
-
-_STILL = (
-    "camera: integration_time is 0: the scene does not smear, whatever the integration time of [sensor]; small "
-    "elements smear over that of the sensor"
-)
 
 LIMB_NOTE = (
     "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
@@ -128,6 +123,8 @@ class CameraImager:
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
         self._last: tuple[float, FrameGeometry] | None = None
         self._limb: Limb | None = None
+        self.notes: tuple[str, ...] = ()
+        self.filled_in: tuple[FilledIn, ...] = ()
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
         with _named():
@@ -157,12 +154,12 @@ class CameraImager:
         own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
         instants = self._shutter.instants
         self.points = -(-(payload.points or own) // instants) * instants
-        self.notes: tuple[str, ...] = (
+        self.notes = (
             *NOTES,
+            *self.notes,
             *doubts,
             *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
-            *(() if scenario.sensor is None or payload.integration_s else (_STILL,)),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
             f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
@@ -191,19 +188,25 @@ class CameraImager:
 
     def _shutter_over(self, times_s: Array) -> Shutter:
         """Return the shutter with the instants that the largest smear of the pass needs."""
-        payload, half = self._payload, 0.5 * self._payload.integration_s
-        if half == 0.0:
+        payload, follows = self._payload, self._payload.integration_from
+        if payload.integration_s == 0.0:
             return Shutter(line_s=payload.line_s)
         with _named():
-            # With jitter the ends of single exposures say little: what it moves in that time is added.
-            nominal = [
-                [pose_at(time + off, payload.trajectory, payload.attitude) for off in (-half, half)]
-                for time in times_s.tolist()
-            ]
-            smear = max(smear_px(self.camera, *poses) for poses in nominal)
-            if payload.jitter is not None:
-                smear += payload.jitter.moved_rad(2.0 * half) / self.camera.pixel_rad
-            return Shutter(2.0 * half, payload.line_s, instants_for(smear))
+            smear = largest_smear_px(
+                self.camera, payload.trajectory, payload.attitude, payload.jitter, times_s, payload.integration_s
+            )
+            instants = instants_for(smear, follows or "camera.integration_time")
+        if follows is None:
+            return Shutter(payload.integration_s, payload.line_s, instants)
+        if instants == 1:  # small elements smear in the sensor
+            self.notes = (
+                f"camera: the scene moves by {smear:.2g} pixels within {follows}, and does not smear (below "
+                f"{LEAST_SMEAR_PX:g} pixels); small elements do",
+            )
+            return Shutter(line_s=payload.line_s)
+        why = f"that of {follows}, in which the scene moves by up to {smear:.2g} pixels"
+        self.filled_in = (FilledIn("camera.integration_time", f"{payload.integration_s:g} s", why),)
+        return Shutter(payload.integration_s, payload.line_s, instants)
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""

@@ -50,8 +50,12 @@ class CameraSection(ScenarioSection):
     mounting: Quaternion = Field(
         (0.0, 0.0, 0.0, 1.0), description="Quaternion x, y, z, w that turns vectors of the camera into the body's."
     )
-    integration_time: Duration = Field(
-        0.0, ge=0, le=100, description="Time over which pixels see the moving scene, around that of the frame, s."
+    integration_time: Duration | None = Field(
+        None,
+        ge=0,
+        le=100,
+        description="Time over which pixels see the moving scene, around that of the frame, s; default: that of "
+        "[sensor], if motion smears what it measures.",
     )
     line_time: Duration = Field(
         0.0,

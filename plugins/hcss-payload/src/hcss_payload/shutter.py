@@ -15,13 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from hcss_payload.attitude import Attitude
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
-from hcss_payload.pose import Pose
+from hcss_payload.jitter import Jitter
+from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import meet
+from hcss_payload.trajectory import Trajectory
 from hcss_twin.core.arrays import Array
 
 PoseAt = Callable[[float], Pose]
+
+LEAST_SMEAR_PX = 0.1
+"""Smear below which the scene stands still: the contrast between neighbouring pixels would change by 0.4 %."""
 
 MOST_INSTANTS = 16
 """Largest number of instants: half as many pixels of smear."""
@@ -79,8 +85,14 @@ class Shutter:
     instants: int = 1
 
     def times_s(self, time_s: float) -> list[float]:
-        """Return the instants of a frame, in the middles of equal parts of the integration time."""
-        return [time_s + ((number + 0.5) / self.instants - 0.5) * self.integration_s for number in range(self.instants)]
+        """Return the instants of a frame, evenly spaced, with the variance of the integration time T, T^2 / 12.
+
+        In the middles of equal parts, N instants would have 1 - 1 / N^2 of it.
+        """
+        if self.instants == 1:
+            return [time_s]
+        step = self.integration_s / math.sqrt(self.instants**2 - 1.0)
+        return [time_s + (number - 0.5 * (self.instants - 1)) * step for number in range(self.instants)]
 
     def lines(self, time_s: float, camera: Camera, pose_at: PoseAt) -> LinePoses | None:
         """Return the poses of the lines of an instant; None if all lines see the same instant."""
@@ -132,18 +144,42 @@ def smear_px(camera: Camera, before: Pose, after: Pose) -> float:
     return float(np.nanmax(moved)) if np.any(np.isfinite(moved)) else 0.0
 
 
-def instants_for(smear: float) -> int:
+def largest_smear_px(
+    camera: Camera,
+    trajectory: Trajectory,
+    attitude: Attitude,
+    jitter: Jitter | None,
+    times_s: Array,
+    integration_s: float,
+) -> float:
+    """Return how far the ground moves through the image within an integration time at most, at times (N,) of a pass.
+
+    With jitter the ends of single exposures say little: what it moves in that time is added.
+    """
+    if integration_s == 0.0:
+        return 0.0
+    half, middle = 0.5 * integration_s, 0.5 * float(times_s[0] + times_s[-1])
+    # Tables of positions and attitudes may end with the pass.
+    first, last = min(float(times_s[0]) + half, middle), max(float(times_s[-1]) - half, middle)
+    moved = [
+        smear_px(camera, *(pose_at(time + off, trajectory, attitude) for off in (-half, half)))
+        for time in np.clip(times_s, first, last).tolist()
+    ]
+    return max(moved) + (0.0 if jitter is None else jitter.moved_rad(integration_s) / camera.pixel_rad)
+
+
+def instants_for(smear: float, field: str = "camera.integration_time") -> int:
     """Return how many instants a smear (pixels) needs.
 
     Raises
     ------
     PayloadError
-        If they are too many.
+        If they are too many; names the field.
     """
-    count = max(1, math.ceil(_PER_PIXEL * smear))
+    count = 1 if smear < LEAST_SMEAR_PX else max(2, math.ceil(_PER_PIXEL * smear))
     if count > MOST_INSTANTS:
         raise PayloadError(
-            f"camera.integration_time: smears by {smear:.3g} pixels; allowed: up to {MOST_INSTANTS / _PER_PIXEL:g}, "
-            "with a shorter time, or an attitude that follows the ground"
+            f"{field}: smears by {smear:.3g} pixels; allowed: up to {MOST_INSTANTS / _PER_PIXEL:g}, "
+            "with a shorter time, an attitude that follows the ground, or without smear (smear = false of a sensor)"
         )
     return count

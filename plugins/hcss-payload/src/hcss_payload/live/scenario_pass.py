@@ -43,4 +43,13 @@ def live_pass(
     payload = payload_of(scenario, Catalog(base=scenario.base))
     twin = LiveTwin(scene_of(scenario), payload.camera, threads, fineness)
     last = float(twin.plan.frame_times_s[-1]) if end_s is None else end_s
-    return twin.prepare(payload.trajectory, payload.attitude, start_s, last, payload.jitter, target, highest_target_m)
+    return twin.prepare(
+        payload.trajectory,
+        payload.attitude,
+        start_s,
+        last,
+        payload.jitter,
+        target,
+        highest_target_m,
+        payload.integration_s or None,
+    )

@@ -16,7 +16,7 @@ from hcss_twin.models.sensor.noise import key_of
 from hcss_twin.models.sensor.point_spread import LEAST
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor_geometry import examine_geometry
+from hcss_twin.plan.sensor_geometry import examine_geometry, smear_time_s
 from hcss_twin.plan.sensor_stages import build_stages
 from hcss_twin.providers import Grid, Points, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands
@@ -37,8 +37,7 @@ TICKS_PER_S = 1e6
 class LiveSensor:
     """The sensor of a scenario behind the pixels of a camera.
 
-    Targets smear by their motion in the image. The scene behind them does not: smear is that of a platform over the
-    ground, whose speed is 0 here.
+    Targets smear by their motion in the image. The scene behind them does not, which passes state as an omission.
 
     Parameters
     ----------
@@ -49,6 +48,8 @@ class LiveSensor:
     ----------
     scene : ndarray of float32 (B, rows, columns)
         Where the radiance that it measures is written.
+    smear_time_s : float
+        Integration time in which motion smears; 0 if it does not.
     blur_left_out : float
         Largest root of the sum of squares of what the weights of the blur change by, of all bands: the error of the
         radiance along one axis, relative to the contrast, if neighbours are independent; less for clouds.
@@ -84,6 +85,7 @@ class LiveSensor:
         cut = {name: shortened(each, BLUR_LEFT_OUT) for name, each in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
         self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
+        self.smear_time_s = smear_time_s(stages[0].parameters) or 0.0
         self._seed = plan.scenario.seed
         self._kernels = [Kernels.of(weights) for weights in sensor.blur.weights.values()]
         self.scene = np.zeros((len(plan.bands), camera.rows, camera.columns), np.float32)

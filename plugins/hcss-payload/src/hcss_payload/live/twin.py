@@ -29,11 +29,13 @@ from hcss_payload.live.supported import require_supported
 from hcss_payload.live.target import TOP_M, PointTarget, SeenTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import geographic
+from hcss_payload.shutter import LEAST_SMEAR_PX, largest_smear_px
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.clouds import layer_seed
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import Points, View
@@ -89,7 +91,9 @@ class LiveTwin:
         require_within("fineness", fineness, 1.0, 16.0)
         plan = make_plan(scenario)
         require_supported(plan)
-        self.omissions = () if plan.texture is None else (texture_of_sea(plan.assembly, _ONE_TEMPERATURE),)
+        self.omissions: tuple[Omission, ...] = ()
+        if plan.texture is not None:
+            self.omissions = (texture_of_sea(plan.assembly, _ONE_TEMPERATURE),)
         self.plan = replace(plan, texture=None, omissions=(*plan.omissions, *self.omissions))
         self.camera, self.threads, self.fineness = camera, threads, fineness
 
@@ -102,6 +106,7 @@ class LiveTwin:
         jitter: Jitter | None = None,
         target: PointTarget | Sequence[PointTarget] | None = None,
         highest_target_m: float | None = None,
+        integration_s: float | None = None,
     ) -> PreparedPass:
         """Compile the tables of a pass, and make the sky below its start.
 
@@ -119,6 +124,8 @@ class LiveTwin:
         highest_target_m : float, optional
             Altitude up to which frames may have targets that are decided on at run time; by default none but those
             with altitude and colour of ``target``.
+        integration_s : float, optional
+            Integration time whose smear is omitted; by default that of the sensor.
 
         Raises
         ------
@@ -132,7 +139,9 @@ class LiveTwin:
                 "the scenario"
             )
         targets = [] if target is None else [target] if isinstance(target, PointTarget) else list(target)
-        return PreparedPass(self, trajectory, attitude, start_s, end_s, jitter, targets, highest_target_m)
+        return PreparedPass(
+            self, trajectory, attitude, start_s, end_s, jitter, targets, highest_target_m, integration_s
+        )
 
 
 class PreparedPass:
@@ -143,7 +152,7 @@ class PreparedPass:
     Attributes
     ----------
     omissions : tuple of Omission
-        Those of the twin.
+        Those of the twin, and the smear of the scene, with its size in pixels.
     errors : dict of str to float
         Measured in preparation: ``tables`` relative, between the tables along the pass; ``place_m`` of the plane.
     notes : tuple of str
@@ -162,6 +171,7 @@ class PreparedPass:
         jitter: Jitter | None,
         targets: Sequence[PointTarget],
         highest_target_m: float | None,
+        integration_s: float | None,
     ) -> None:
         plan, camera = twin.plan, twin.camera
         self._plan, self._camera, self._threads = plan, camera, twin.threads
@@ -208,6 +218,11 @@ class PreparedPass:
         self.sky.require(footprints[0])
         self.sky.stalls = 0
         self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
+        if integration_s is None:
+            integration_s = 0.0 if self._sensor is None else self._sensor.smear_time_s
+        smear = largest_smear_px(camera, trajectory, attitude, jitter, times, integration_s)
+        if smear >= LEAST_SMEAR_PX:
+            self.omissions += (_smear_of_scene(smear, integration_s, self._sensor is not None),)
         self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="live") if self._threads > 1 else None
         blocks = self._nodes.shape[0] - 1
         count = min(blocks, 1 if self._pool is None else _STRIPS_PER_THREAD * self._threads)
@@ -372,3 +387,10 @@ class PreparedPass:
 def _shortest(camera: Camera, poses: list[Pose]) -> float:
     """Return about the smallest width of a pixel on the ground, m: at the altitude of the camera."""
     return camera.pixel_rad * min(float(np.linalg.norm(pose.position_m)) - SEMI_MAJOR_AXIS_M for pose in poses)
+
+
+def _smear_of_scene(pixels: float, integration_s: float, sensor: bool) -> Omission:
+    """Return the omission of the motion of the scene within the integration time."""
+    why = f"live frames are instantaneous, and the ground moves by up to {pixels:.3g} pixels within {integration_s:g} s"
+    smeared = "; the sensor smears targets by their own motion" if sensor else ""
+    return Omission("smear of the scene", why + smeared, None, needs="a cube, whose scene smears")
