@@ -64,9 +64,14 @@ def sunlit_modes(
     return replace(unlit, sun=sun)
 
 
-def expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int) -> Array:
-    """Return the modes (M, P, V), from 0 on, of a sea BRDF for pairs of directions (P,)."""
-    azimuths = max(_LEAST_AZIMUTHS, modes + _MORE_AZIMUTHS)
+def expanded(
+    sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int, resolved: int | None = None
+) -> Array:
+    """Return the modes (M, P, V), from 0 on, of a sea BRDF for pairs of directions (P,).
+
+    With ``resolved``, they are those of as many modes: near the horizon, azimuths do not resolve glints.
+    """
+    azimuths = max(_LEAST_AZIMUTHS, (resolved or modes) + _MORE_AZIMUTHS)
     azimuth = (np.arange(azimuths) + 0.5) * np.pi / azimuths
     cosine = np.cos(np.arange(modes)[:, None] * azimuth) / azimuths
     many = mu_out.size

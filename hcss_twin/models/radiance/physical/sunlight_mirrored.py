@@ -43,6 +43,9 @@ SPACING_CM1 = 40.0
 DARK = 1e-4
 """Columns where the sea adds less than this share to the sunlight that the clouds reflect are left as they are."""
 
+DENSE = 48
+"""Streams over which the BRDF is integrated to find what facets reflect twice."""
+
 BACK_MODES = 32
 """Most modes of light that the sea mirrors twice."""
 
@@ -60,6 +63,8 @@ class Mirror:
         Modes from 0 on, along F streams.
     mean : ReflectionModes
         Mode 0 along the N streams of the columns, folded from the F streams onto the second ones.
+    exact : ReflectionModes
+        The same, folded from many streams.
     direct : ndarray (U,)
         BRDF of the glint, sr-1.
     """
@@ -68,6 +73,7 @@ class Mirror:
     weights: Array
     fine: ReflectionModes
     mean: ReflectionModes
+    exact: ReflectionModes
     direct: Array
 
     @property
@@ -79,23 +85,25 @@ class Mirror:
 def unlit_mirror(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, streams: int) -> Mirror:
     """Return the mirror of a sea with as many ``streams``, without a sun: its light is 0."""
     places = _spaced(wavenumber_cm1)
-    own, fine, few = wavenumber_cm1[places], gauss_streams(streams).mu, where.streams.mu
+    own, fine = wavenumber_cm1[places], gauss_streams(streams).mu
     first, second = np.triu_indices(streams)
     pairs = expanded(sea, own, fine[first], fine[second], 2 * streams)
     between = np.empty((2 * streams, streams, streams, own.size))
     between[:, first, second] = between[:, second, first] = pairs
     view = expanded(sea, own, np.full(streams, where.mu[VIEW]), fine, 2 * streams)
-    out, into = (each.ravel() for each in np.meshgrid(few, fine, indexing="ij"))
-    mean = expanded(sea, own, out, into, 1).reshape(few.size, streams, -1)
-    onto = (_weight(gauss_streams(streams))[:, None] * _polynomials(fine, few)) / _weight(where.streams)
-    none = np.zeros_like(view)
-    folded = ReflectionModes(
-        np.einsum("fv,fn->nv", view[0], onto)[None],
-        np.zeros((1, few.size, own.size)),
-        np.einsum("jfv,fn->jnv", mean, onto)[None],
-    )
     weights = np.stack([np.interp(wavenumber_cm1, own, row) for row in np.eye(own.size)])
-    return Mirror(places, weights, ReflectionModes(view, none, between), folded, np.zeros(own.size))
+    mean, exact = (_folded(sea, own, where, count) for count in (streams, DENSE))
+    return Mirror(places, weights, ReflectionModes(view, np.zeros_like(view), between), mean, exact, np.zeros(own.size))
+
+
+def _folded(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, count: int) -> ReflectionModes:
+    """Return mode 0 along the streams of ``where``, folded onto the second ones from more streams, without a sun."""
+    many, few = gauss_streams(count), where.streams.mu
+    out, into = (each.ravel() for each in np.meshgrid((where.mu[VIEW], *few), many.mu, indexing="ij"))
+    mean = expanded(sea, wavenumber_cm1, out, into, 1, 2 * count).reshape(1 + few.size, count, -1)
+    onto = (_weight(many)[:, None] * _polynomials(many.mu, few)) / _weight(where.streams)
+    folded = np.einsum("jfv,fn->jnv", mean, onto)
+    return ReflectionModes(folded[:1], np.zeros_like(folded[:1]), folded[None, 1:])
 
 
 def sunlit_mirror(
@@ -109,15 +117,17 @@ def sunlit_mirror(
     sun = expanded(sea, own, fine, np.full(fine.size, where.mu_sun), 2 * fine.size)
     mean = expanded(sea, own, few, np.full(few.size, where.mu_sun), 1)
     toward = (np.array([each]) for each in (where.mu[VIEW], where.mu_sun, where.relative_azimuth))
-    whole = surface.reflection[..., unlit.places] / _weight(where.streams)[:, None]
+    twice = surface.reflection[..., unlit.places] / _weight(where.streams)[:, None]
+    twice -= np.concatenate((unlit.exact.view, unlit.exact.between[0]))
     onto, view, between = hats(fine, few), unlit.fine.view.copy(), unlit.fine.between.copy()
-    view[0] += onto @ (whole[VIEW] - unlit.mean.view[0])
-    between[0] += np.einsum("fj,gk,jkv->fgv", onto, onto, whole[VIEW + 1 :] - unlit.mean.between[0], optimize=True)
+    view[0] += onto @ twice[VIEW]
+    between[0] += np.einsum("fj,gk,jkv->fgv", onto, onto, twice[VIEW + 1 :], optimize=True)
     return Mirror(
         unlit.places,
         unlit.weights,
         ReflectionModes(view, sun, between),
-        ReflectionModes(whole[None, VIEW], mean, whole[None, VIEW + 1 :]),
+        ReflectionModes(unlit.mean.view + twice[VIEW], mean, unlit.mean.between + twice[VIEW + 1 :]),
+        unlit.exact,
         sea.brdf(own, *toward)[0],
     )
 
