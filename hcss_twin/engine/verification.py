@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
 from hcss_twin.core.reading import reads
@@ -34,6 +36,7 @@ from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.simulate import cube_header
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.imager import Imager, planned_imager
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor
@@ -171,7 +174,8 @@ def verify_cube(
         if not scenario.sections:  # an imager's size is compared with its cube
             outcome = replace(outcome, layout=_other_size(size, scenario))
         if not outcome.layout:
-            plan = make_plan(scenario, keeps_results=False, shelf=shelf)
+            imager = partial(_imager_then, recorded.attributes)
+            plan = make_plan(scenario, keeps_results=False, shelf=shelf, imager=imager)
             if SENSOR_ATTRIBUTE in recorded.attributes:
                 plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
             outcome = _compare(outcome, plan, recorded, axes, frames, progress)
@@ -246,13 +250,26 @@ def _compare(
 
 def _sensor_then(plan: Plan, attributes: Mapping[str, Any]) -> BuiltSensor:
     """Return the sensor of a sensor cube's plan, with the surrounding scene if the original measurement had it."""
-    try:
-        from_scene = json.loads(attributes[SENSOR_ATTRIBUTE]).get("measured_from") == "scene"
-    except (ValueError, TypeError, AttributeError) as error:
-        raise CubeError(f"the global attribute {SENSOR_ATTRIBUTE} is malformed: {error}") from error
+    from_scene = _from_scene(attributes)
     if plan.sensor is None:
         raise CubeError("it was measured by a sensor, but its scenario has none")
     return plan.sensor if from_scene else alone(plan.sensor)
+
+
+def _from_scene(attributes: Mapping[str, Any]) -> bool:
+    """Return whether a sensor cube is of a run, not of a finished clean cube."""
+    try:
+        return bool(json.loads(attributes[SENSOR_ATTRIBUTE]).get("measured_from") == "scene")
+    except (ValueError, TypeError, AttributeError) as error:
+        raise CubeError(f"the global attribute {SENSOR_ATTRIBUTE} is malformed: {error}") from error
+
+
+def _imager_then(attributes: Mapping[str, Any], scenario: Scenario, catalog: Catalog) -> Imager | None:
+    """Return the imager of a cube; that of a finished clean cube knew nothing of a sensor that measured it later."""
+    later = SENSOR_ATTRIBUTE in attributes and not _from_scene(attributes)
+    if later and ".integration_time" not in str(attributes.get("hcss_filled_in", "")):
+        scenario = scenario.model_copy(update={"sensor": None})
+    return planned_imager(scenario, catalog)
 
 
 def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:
