@@ -203,14 +203,18 @@ def _depths(values: Array, value: float, tolerance: float) -> tuple[int, int, in
 def _border(values: Array) -> float | None:
     """Return the value of a border of at least two rows or columns; None without one."""
     for corner in (values[0, 0], values[-1, -1], values[0, -1], values[-1, 0]):
-        if max(_depths(values, float(corner), _tolerance(values))) >= 2:
+        if max(_depths(values, float(corner), _tolerance(values, float(corner)))) >= 2:
             return float(corner)
     return None
 
 
-def _tolerance(values: Array) -> float:
-    """Return by how much pixels of one colour differ: two levels in compressed pictures."""
-    return 2.0 if float(np.nanmin(values)) >= 0.0 and 64.0 < float(np.nanmax(values)) <= 255.0 else 0.0
+def _tolerance(values: Array, edge: float) -> float:
+    """Return by how much pixels of a border differ: black and white ones by two levels in compressed pictures.
+
+    Other colours must be exact: a smooth sea differs as little.
+    """
+    of_picture = float(np.nanmin(values)) >= 0.0 and 64.0 < float(np.nanmax(values)) <= 255.0
+    return 2.0 if of_picture and not 2.0 < edge < 253.0 else 0.0
 
 
 def _without_border(values: Array) -> list[str]:
@@ -218,7 +222,7 @@ def _without_border(values: Array) -> list[str]:
     edge = _border(values)
     if edge is None:
         return []
-    tolerance = _tolerance(values)
+    tolerance = _tolerance(values, edge)
     top, bottom, left, right = _depths(values, edge, tolerance)
     rows, columns = values.shape
     inner = values[top : rows - bottom, left : columns - right]
