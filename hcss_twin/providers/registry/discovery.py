@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
 from hcss_twin.core.plugins import OWN_DISTRIBUTION, Origin, Remark
-from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, API_VERSIONS, Kind, ProviderSpec
 from hcss_twin.version import __version__
+
+if TYPE_CHECKING:
+    from hcss_twin.core.result_cache import ResultCache  # imports numpy
 
 
 @dataclass(frozen=True)
