@@ -64,7 +64,8 @@ def narrow_model(plan, row, column):
     ],
 )
 def test_a_pixel_has_the_radiance_of_a_narrow_scene_at_its_view(changes, models, name):
-    plan = plan_of({"sea.temperature": 290.0, "sea.wind_speed": 8.0, **changes}, models, name)
+    flat = {"sea.temperature": 290.0, "sea.temperature_texture": 0, "sea.wind_speed": 8.0}
+    plan = plan_of({**flat, **changes}, models, name)
     assert plan.views is not None
     accuracy = plan.accuracy.relative
     frame = next(stream(plan, compile_tables(plan)))
