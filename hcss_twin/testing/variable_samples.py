@@ -35,6 +35,10 @@ _PIXELS: Mapping[str, tuple[float, float, str]] = {
     "element_share": (0, 1, "float32"),
     "element_source": (1, 5, "float32"),
     "element_altitude": (0, 9000, "float32"),
+    "element_row": (0, 8, "float32"),
+    "element_column": (0, 8, "float32"),
+    "element_row_rate": (-5, 5, "float32"),
+    "element_column_rate": (-5, 5, "float32"),
     "latitude": (34, 36, "float64"),
     "longitude": (149, 151, "float64"),
     "view_zenith": (10, 50, "float64"),
@@ -65,16 +69,22 @@ def sample_fields(inputs: VariableInputs, seed: int = 1) -> dict[str, NDArray[An
     fields = {name: random.uniform(low, high, shape).astype(dtype) for name, (low, high, dtype) in _PIXELS.items()}
     black_body = sample_element_inputs(count).black_body
     cold, warm = (black_body(kelvin)[:, None, None] for kelvin in (_COLDEST_K, _WARMEST_K))
-    for name in ("radiance", "element_radiance", *(f"radiance_{term}" for term in _TERMS)):
+    for name in ("radiance", "element_radiance", "element_point_radiance", *(f"radiance_{term}" for term in _TERMS)):
         share = random.random((count, *shape))
         fields[name] = (cold + (warm - cold) * share).astype(np.float32)
-    of_bands = {"brightness_temperature": (_COLDEST_K, _WARMEST_K), "cloud_optical_thickness": (0.5, 30.0)}
+    of_bands = {
+        "brightness_temperature": (_COLDEST_K, _WARMEST_K),
+        "cloud_optical_thickness": (0.5, 30.0),
+        "element_transmittance": (0.0, 1.0),
+    }
     fields |= {name: random.uniform(*ends, (count, *shape)).astype(np.float32) for name, ends in of_bands.items()}
     fields["cloud_layer_thickness"] = fields["cloud_thickness"][None].copy()
     clear = random.random(shape) < 1.0 / 3.0
     fields["cloud_mask"] = (~clear).astype(np.uint8)
-    fields["element_source"][fields["element"] == 0] = np.nan
-    fields["element_altitude"][fields["element"] == 0] = np.nan
+    none = fields["element"] == 0
+    missing = [name for name in fields if name.startswith("element_") and not name.endswith(("share", "radiance"))]
+    for name in missing:
+        fields[name][..., none] = np.nan
     for names, value in ((_CLOUDY, 0.0), (_TOPS, np.nan)):
         for name in names:
             fields[name][..., clear] = value

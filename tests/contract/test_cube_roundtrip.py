@@ -172,7 +172,9 @@ def test_an_array_against_its_spec_is_refused_by_name_and_nothing_is_left(tmp_pa
 
 def test_missing_is_allowed_in_every_pixel_where_the_spec_says_so(tmp_path):
     header = example_header(variables=tuple(spec for spec in VARIABLES if spec.may_be_missing))
-    empty = {spec.name: np.full((5, 7), np.nan, dtype=np.float32) for spec in header.variables}
+    bands = (len(header.bands),)
+    shapes = {spec.name: (bands if "band" in spec.dims else ()) + (5, 7) for spec in header.variables}
+    empty = {name: np.full(shape, np.nan, dtype=np.float32) for name, shape in shapes.items()}
     with CubeWriter(tmp_path / "c.nc", header) as writer:
         for index in range(3):
             writer.write_frame(index, empty)
