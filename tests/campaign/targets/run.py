@@ -19,8 +19,8 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-import target_cases as cases  # noqa: E402
 import closed_forms  # noqa: E402
+import target_cases as cases  # noqa: E402
 
 RESULTS, SCENES = HERE / "results.csv", 50
 
