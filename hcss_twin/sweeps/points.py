@@ -313,6 +313,7 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
     try:
         with _date(task.date):
             plan = make_plan(task.scenario, shelf=cache, between=task.between)
+            path.unlink(missing_ok=True)  # a damaged cube of this sweep, which is no user's file
             run(plan, path, report=certificates.append, from_curves=task.from_curves)
         failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
         size, digest = path.stat().st_size, sha256_of(path)

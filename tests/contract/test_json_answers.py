@@ -60,7 +60,8 @@ def test_the_cloud_database_is_a_list(tmp_path, monkeypatch):
 def test_a_cleared_cache_is_counted(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
     (tmp_path / "tables").mkdir()
-    (tmp_path / "tables" / "a.npz").write_bytes(b"1234")
+    (tmp_path / "tables" / f"{64 * 'a'}.npz").write_bytes(b"1234")
+    (tmp_path / "tables" / "mine.npz").write_bytes(b"of the user")
     nothing = {"files": 0, "bytes": 0}
     assert answer("cache", "clear", "tables", "--json") == {"removed": {"tables": {"files": 1, "bytes": 4}}}
     assert answer("cache", "clear", "--json") == {"removed": dict.fromkeys(KINDS, nothing)}

@@ -13,6 +13,7 @@ import hcss_twin.sweeps.points
 from hcss_twin import CubeError, Scenario, SweepError, open_cube, open_sweep, simulate, sweep
 from hcss_twin.core import cache
 from hcss_twin.core.environment import versions
+from hcss_twin.core.files import draft_of
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
 from hcss_twin.sweeps import points
@@ -247,7 +248,7 @@ def test_an_interrupt_leaves_whole_cubes_and_an_index_that_is_gone_on_with(tmp_p
     over = {"seed": {"count": 6}}
     with pytest.raises(KeyboardInterrupt):
         swept(folder, over)
-    (folder / ".point-0003.nc.12345678.partial").write_bytes(b"half")
+    draft_of(folder / "point-0003.nc").write_bytes(b"half")
     index = json.loads((folder / "index.json").read_text())
     assert [point["state"] for point in index["points"]] == ["done"] * 3 + ["pending"] * 3
     failing.clear()
@@ -304,7 +305,7 @@ def test_a_dataset_replaces_nothing_but_itself(tmp_path, computed, name):
     folder = tmp_path / "sweep"
     (tmp_path / "index.json").write_text("precious")
     folder.mkdir()
-    with pytest.raises(SweepError, match=r"is not the dataset of this sweep|it is a folder|no folder|another file"):
+    with pytest.raises(SweepError, match=r"is not the dataset|it is a folder|no folder|another file|is NetCDF, not"):
         swept(folder, {"seed": [1]}, dataset=tmp_path / name)
     assert not computed[0]
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")

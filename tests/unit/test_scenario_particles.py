@@ -92,7 +92,7 @@ def refusal(overrides, scenario="stratus"):
         ("effective_radius", "12 m", "'m' is not a unit of particle radius"),
         ("effective_variance", 0.5, "allowed: >= 0.01 and <= 0.4; closest valid choice is 0.4"),
         ("effective_variance", "0.1", "'0.1' is not a number"),
-        ("water_content", "300 kg/m3", "= 300000 is out of range; allowed: > 0 and <= 100"),
+        ("water_content", "300 kg/m3", "= 300000 is out of range; allowed: >= 1e-06 and <= 100"),
         ("water_content", "0.3 g", "'g' is not a unit of water content"),
         ("material", "wader", "closest is 'water'"),
         ("effectiv_radius", 3.0, "closest is 'effective_radius'"),
