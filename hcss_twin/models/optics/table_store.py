@@ -18,6 +18,7 @@ from hcss_twin.core.cache import OPTICS, cache_root, cached_file, in_use
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.models.optics.bulk import BulkTable
 
@@ -69,9 +70,7 @@ def write(table: BulkTable, path: Path, **attributes: str) -> None:
     CatalogError
         If the file cannot be written.
     """
-    import netCDF4
-
-    with atomic_write(path, CatalogError, "NetCDF") as draft, netCDF4.Dataset(draft, "w") as dataset:
+    with atomic_write(path, CatalogError) as draft, NetcdfFile(draft, "w") as dataset:
         dataset.format, dataset.format_version, dataset.key = FORMAT, VERSION, table.key
         dataset.setncatts(attributes)
         for name, kind in _GROUPS:

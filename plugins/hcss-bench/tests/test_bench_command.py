@@ -106,7 +106,7 @@ def test_existing_files_are_refused_before_anything_is_measured(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--plot", "front.gif"], ".svg"),
+        (["--plot", "front.gif"], "closest is front.png"),
         (["--accuracy", "1"], "allowed: 1e-06 to 0.1"),
         (["--accuracy", "0.1 C"], "closest is 'K'"),
         (["--accuracy", "1 %"], "twice"),
@@ -118,7 +118,7 @@ def test_wrong_options_are_named(tmp_path, monkeypatch, arguments, told):
     monkeypatch.chdir(tmp_path)
     done = bench(*arguments)
     assert done.exit_code != 0
-    assert told in done.output
+    assert told in f"{done.output}{done.exception}"
 
 
 def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(monkeypatch):
