@@ -82,7 +82,7 @@ def test_existing_files_are_kept_unless_forced(paths):
         assert "--force" in done.output
         assert kept.read_text() == "mine"
         kept.unlink()
-    page.write_text("mine")
+    page.write_text("<p>mine</p>")
     assert reproduce("table-3", "-o", page, "--force").exit_code == 0
     assert "Table III" in page.read_text()
 
