@@ -311,6 +311,7 @@ def _opened_by_others(file: tuple[int, int]) -> Any:
 
     if os.path.isdir("/proc/self/fd") and file not in map(_identity, os.scandir("/proc/self/fd")):
         return None
+    gc.unfreeze()  # hcss, and others before a fork, hide all objects from the search
     for each in gc.get_objects():
         if type(each) is netCDF4.Dataset and each.isopen() and _identity(each.filepath()) == file:
             return each
