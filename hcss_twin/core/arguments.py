@@ -89,7 +89,8 @@ def _fits(value: Any, hint: Any) -> bool:
     if hint is None or hint is type(None):
         return value is None
     if origin in (typing.Union, types.UnionType):
-        return any(_fits(value, each) for each in inner)
+        names_file = isinstance(value, str) and any(typing.get_origin(each) is os.PathLike for each in inner)
+        return not (names_file and "\0" in value) and any(_fits(value, each) for each in inner)
     if origin is typing.Literal:
         return any(type(value) is type(each) for each in inner)  # the function knows the closest choice
     if origin is typing.Annotated:
@@ -113,7 +114,7 @@ def _is_of(value: Any, kind: Any) -> bool:
     """Whether a value is of a class, or can take its place."""
     if kind in (int, float):
         number = numbers.Integral if kind is int else numbers.Real
-        return not isinstance(value, bool) and isinstance(value, number) and (kind is int or _is_finite(value))
+        return not isinstance(value, bool) and isinstance(value, number) and _is_finite(value)
     if kind is bool:
         return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")
     if _is_array(kind):
