@@ -89,7 +89,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if hint is None or hint is type(None):
         return value is None
     if origin in (typing.Union, types.UnionType):
-        names_file = isinstance(value, str) and any(typing.get_origin(each) is os.PathLike for each in inner)
+        names_file = isinstance(value, str) and any(map(_is_path, inner))
         return not (names_file and "\0" in value) and any(_fits(value, each) for each in inner)
     if origin is typing.Literal:
         return any(type(value) is type(each) for each in inner)  # the function knows the closest choice
@@ -135,6 +135,11 @@ def _is_sequence(value: Any) -> bool:
     if _is_array(type(value)):
         return bool(value.ndim == 1)
     return isinstance(value, collections.abc.Sequence) and not isinstance(value, str | bytes)
+
+
+def _is_path(hint: Any) -> bool:
+    kind = typing.get_origin(hint) or hint
+    return isinstance(kind, type) and issubclass(kind, os.PathLike)
 
 
 def _is_array(kind: Any) -> bool:
