@@ -166,7 +166,7 @@ DEAR = {
     "surrogate": {"method": "coverage"},
     "imagery": {"method": "coverage", "reinterpret_pixel_size": True},
 }
-LIKE_OTHERS = {"rough-sea", "bulk", "physical", "physical-two-stream"}
+LIKE_OTHERS = {"imagery", "rough-sea", "bulk", "physical", "physical-two-stream"}
 
 
 # test_registry_builtins.py holds all of them to the same laws; the command reaches those of a kind in one way.

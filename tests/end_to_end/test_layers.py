@@ -113,8 +113,13 @@ def test_tables_of_two_layers_agree_with_the_reference_path(case, accuracy):
     assert_tables_agree_with_the_reference_path({"accuracy": accuracy, **CASES[case]})
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("time", ["2024-04-20T12:30:00+10:00", "2024-04-20T00:30:00+10:00"])
+@pytest.mark.parametrize(
+    "time",
+    [
+        pytest.param("2024-04-20T12:30:00+10:00", marks=pytest.mark.long),
+        pytest.param("2024-04-20T00:30:00+10:00", marks=pytest.mark.campaign),
+    ],
+)
 def test_tables_of_two_layers_of_the_default_models_agree_with_the_reference_path(time):
     assert_tables_agree_with_the_reference_path({**OWN, "accuracy": 1e-2, "time": time})
 

@@ -192,9 +192,9 @@ def test_help_names_the_budget_of_the_search():
     [
         ("OR_ABI-L2-CMIPM2-M3C01*.nc", (), 45, 0.05),
         pytest.param("OR_ABI-L2-CMIPM2-M3C03*.nc", (), 45, 0.05, marks=pytest.mark.campaign),
-        ("OR_ABI-L1b-RadC-M3C08*.nc", (), 45, 0.05),
+        pytest.param("OR_ABI-L1b-RadC-M3C08*.nc", (), 45, 0.05, marks=pytest.mark.campaign),
         ("Miriam*.jpg", ("--pixel-size", "2 km"), 45, 0.05),
-        ("*Cloud_Top_Height.nc", (), 180, 0.07),
+        pytest.param("*Cloud_Top_Height.nc", (), 180, 0.07, marks=pytest.mark.campaign),
         ("*Cloud_Top_Height.nc", ("--method", "otsu", "--missing", "clear"), 90, 0.05),
     ],
 )

@@ -378,8 +378,8 @@ def test_the_draw_that_is_not_valid_is_named_with_its_value(tmp_path):
 
 @pytest.mark.long
 def test_the_spread_is_that_of_independent_scenes_within_sampling_error(posterior):
-    """24 scenes made one by one by ``simulate``, with draws of their own."""
-    count, key = 24, "sea.temperature"
+    """12 scenes made one by one by ``simulate``, with draws of their own."""
+    count, key = 12, "sea.temperature"
     scenes = SMALL | {"frames.count": 1, "bands": ["lwir"]}
     made = hcss_twin.propagate(
         "stratus", draws=count, posterior=posterior, uncertain={key: "uniform:289:293"}, overrides=scenes

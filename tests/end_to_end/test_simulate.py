@@ -51,13 +51,8 @@ def test_shipped_scenarios_run(name):
 
 
 # The recorded results of tests/bits have a band or two of each.
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.long if name in {"cirrus", "cumulus"} else pytest.mark.campaign)
-        for name in [*SHIPPED, "cirrus-over-cumulus"]
-    ],
-)
+@pytest.mark.campaign
+@pytest.mark.parametrize("name", [*SHIPPED, "cirrus-over-cumulus"])
 def test_shipped_scenarios_run_with_their_own_models(name):
     assert_runs(name, DEFAULT | COARSE)
 

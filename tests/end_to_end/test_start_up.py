@@ -108,8 +108,9 @@ with announce_compilation(print):
     assert python(again, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("way", ["command", "function"])
+@pytest.mark.parametrize(
+    "way", [pytest.param("command", marks=pytest.mark.long), pytest.param("function", marks=pytest.mark.campaign)]
+)
 def test_the_first_run_on_a_machine_says_that_it_compiles_and_the_next_does_not(tmp_path, way):
     kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     code = MODULES, "run", "stratus", *SMALL, "--force"

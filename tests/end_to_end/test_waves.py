@@ -228,7 +228,7 @@ def test_slopes_can_be_had_without_radiance(frame):
     assert all(np.array_equal(values, frame[name]) for name, values in alone.items())
 
 
-@pytest.mark.parametrize("azimuth", [20.0, pytest.param(109.5, marks=pytest.mark.long)])
+@pytest.mark.parametrize("azimuth", [20.0, pytest.param(109.5, marks=pytest.mark.campaign)])
 def test_frames_between_the_tables_agree_with_tables_of_their_own(azimuth):
     """The glint moves with the sun, and with the sun across the view from one side of it to the other."""
     changes = {"frames.count": 3, "frames.interval": 40.0, "bands": ["mwir-3.7"], "view.azimuth": azimuth}

@@ -60,7 +60,7 @@ def narrow_model(plan, row, column):
         pytest.param(
             {"view.zenith": 45.0, "view.azimuth": 250.0, "accuracy": 1e-3}, CHEAP, "cumulus", marks=pytest.mark.long
         ),
-        pytest.param(PHYSICAL, {}, "stratus", marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {}, "stratus", marks=pytest.mark.campaign),
     ],
 )
 def test_a_pixel_has_the_radiance_of_a_narrow_scene_at_its_view(changes, models, name):
