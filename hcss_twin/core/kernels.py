@@ -70,11 +70,13 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        private = hasattr(FunctionCache, "_load_overload") and hasattr(environment, "_rebuild_env")
-        if not private:  # a version of numba with another cache
-            return njit(cache=True, nogil=True, **options)(function)
         dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
-        dispatcher._cache = _KernelCache(function)
+        private = hasattr(FunctionCache, "_load_overload") and hasattr(environment, "_rebuild_env")
+        with suppress(RuntimeError):  # no folder may be written: each process compiles
+            if private:
+                dispatcher._cache = _KernelCache(function)
+            else:  # a version of numba with another cache
+                dispatcher.enable_caching()
         return dispatcher
 
     return compiled

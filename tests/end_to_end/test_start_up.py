@@ -108,6 +108,12 @@ with announce_compilation(print):
     assert python(again, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
 
 
+def test_kernels_run_where_no_folder_may_be_written(tmp_path):
+    """As for a service without a home, whose installation belongs to somebody else."""
+    code = "import numpy as np; from hcss_twin.plan.windows import pixel_sums; print(pixel_sums(np.ones((2, 2)), 2))"
+    assert python(code, cwd=tmp_path, NUMBA_CACHE_LOCATOR_CLASSES="IPythonCacheLocator").stdout == "[[4.]]\n"
+
+
 @pytest.mark.parametrize(
     "way", [pytest.param("command", marks=pytest.mark.long), pytest.param("function", marks=pytest.mark.campaign)]
 )
