@@ -357,15 +357,6 @@ def _run(stop: Stop) -> None:
 
         click.echo(f"error: {out_of_memory(error)}", err=True)
         sys.exit(EXIT_FAILED)
-    except RuntimeError as error:
-        if "no locator available" not in str(error):  # message of numba
-            raise
-        click.echo(
-            "error: cannot store compiled kernels beside the package or in the user's cache folder; set the "
-            "environment variable NUMBA_CACHE_DIR to a writable folder",
-            err=True,
-        )
-        sys.exit(EXIT_FAILED)
 
 
 if __name__ == "__main__":

@@ -34,6 +34,10 @@ def _loaded(distribution: str) -> str:
 
 
 COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
+COMPILING_EACH_TIME = (
+    "compiling kernels (up to half a minute), in each process, because no folder for them may be written; set "
+    "NUMBA_CACHE_DIR to one that may ..."
+)
 
 
 @contextmanager
@@ -49,10 +53,11 @@ def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
         announced = False
 
         def on_start(self, event: Any) -> None:
-            module = event.data["dispatcher"].py_func.__module__
+            dispatcher = event.data["dispatcher"]
+            module = dispatcher.py_func.__module__
             if not self.announced and module.partition(".")[0] == __name__.partition(".")[0]:
                 self.announced = True
-                report(COMPILING)
+                report(COMPILING if dispatcher.stats.cache_path else COMPILING_EACH_TIME)
 
         def on_end(self, event: Any) -> None:
             pass
