@@ -147,12 +147,16 @@ def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[S
     try:
         given = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
         known = {band.name: band for band in (spectral_band(each, catalog) for each in given)}
-        return [known[str(each)] for each in dataset["band"].to_numpy()]
     except (KeyError, TypeError, ValueError) as error:
         raise _contradicted(name, error) from error
+    names = [str(each) for each in dataset["band"].to_numpy()]
+    others = [each for each in names if each not in known]
+    if others:
+        raise _contradicted(name, f"band_name: '{others[0]}'; allowed: {', '.join(known)}")
+    return [known[each] for each in names]
 
 
-def _contradicted(name: str, error: Exception) -> CubeError:
+def _contradicted(name: str, error: object) -> CubeError:
     return CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) does not match this cube: {error}")
 
 

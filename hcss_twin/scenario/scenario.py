@@ -327,7 +327,7 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
     for folder in folders:
         with suppress(CatalogError):
             return catalog.find(str(source), folder, ".toml")
-    what = "a folder" if is_folder else "a pipe, socket or device" if path.exists() else "no such file"
+    what = "a folder" if is_folder else "a pipe, socket or device" if str(source) and path.exists() else "no such file"
     choices = choose_from(str(source), {name for each in folders for name in catalog.names(each, ".toml")})
     shipped = " or ".join(each.removesuffix("s") for each in folders)
     raise _bad_file(f"{what}, and no shipped {shipped} of that name; {choices}", str(source))

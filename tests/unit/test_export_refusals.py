@@ -212,7 +212,7 @@ def test_the_figure_of_the_earth_is_that_of_the_grid_mapping(figure, expected):
 
 
 def test_another_projection_is_refused():
-    with pytest.raises(CubeError, match="grid mapping 'mercator'"):
+    with pytest.raises(CubeError, match="grid_mapping_name: 'mercator'"):
         local_plane({"grid_mapping_name": "mercator"})
     with pytest.raises(CubeError, match="the grid mapping lacks 'semi_major_axis'"):
         local_plane(

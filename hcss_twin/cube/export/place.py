@@ -105,17 +105,20 @@ def local_plane(attributes: Mapping[str, Any]) -> LocalPlane:
     """
     name = attributes.get("grid_mapping_name")
     if name != "azimuthal_equidistant":
-        raise CubeError(f"grid mapping '{name}'; a cube has 'azimuthal_equidistant'")
-    try:
-        radius = attributes.get("earth_radius")
-        return LocalPlane(
-            float(attributes["latitude_of_projection_origin"]),
-            float(attributes["longitude_of_projection_origin"]),
-            float(attributes["semi_major_axis"] if radius is None else radius),
-            float(attributes["inverse_flattening"]) if radius is None else 0.0,
-        )
-    except KeyError as missing:
-        raise CubeError(f"the grid mapping lacks {missing}") from missing
+        raise CubeError(f"grid_mapping_name: '{name}'; allowed: 'azimuthal_equidistant'")
+
+    def number(key: str) -> float:
+        try:
+            return float(attributes[key])
+        except KeyError:
+            raise CubeError(f"the grid mapping lacks '{key}'") from None
+        except (TypeError, ValueError):
+            raise CubeError(f"{key}: {attributes[key]!r} in the grid mapping; allowed: a number") from None
+
+    origin = number("latitude_of_projection_origin"), number("longitude_of_projection_origin")
+    if "earth_radius" in attributes:
+        return LocalPlane(*origin, number("earth_radius"), 0.0)
+    return LocalPlane(*origin, number("semi_major_axis"), number("inverse_flattening"))
 
 
 def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) -> tuple[float, float]:

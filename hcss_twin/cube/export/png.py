@@ -76,6 +76,9 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
             span = _range(image)
             if span is None:
                 continue
+            if np.any(np.isinf(span)):
+                where = image_name(frame, selection.planes[index])
+                raise CubeError(f"{selection.variable}, {where}: a value is infinite, which PNG cannot store")
             if limits is not None and not limits[0] <= span[0] <= span[1] <= limits[1]:
                 raise CubeError(
                     f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {span[0]:g} to "
@@ -150,8 +153,6 @@ def _range(image: NDArray[Any]) -> tuple[float, float] | None:
     low, high = np.fmin.reduce(image, axis=None), np.fmax.reduce(image, axis=None)
     if np.isnan(low):
         return None
-    if np.isinf(low) or np.isinf(high):
-        raise CubeError("a value is infinite, which PNG cannot store")
     return float(low), float(high)
 
 
