@@ -31,6 +31,9 @@ SUFFIX = ".nc"
 NOT_STATED = "not stated"
 """Text for facts that neither the image nor the user gives."""
 
+WHOLE = "whole image"
+"""Text for the part of an image that is all of it."""
+
 FORMAT, FORMAT_VERSION = "hcss-cloud-entry", 1
 
 _CLEAR, _CLOUD, _MISSING = 0, 1, 2
@@ -89,6 +92,8 @@ class EntryFacts:
         Method of each estimate, or why there is none.
     created, created_with : str
         Time of the import, and version of this package.
+    crop : str
+        First row, first column, rows and columns of the part of the image; entries of earlier versions lack it.
     """
 
     source_file: str
@@ -125,6 +130,7 @@ class EntryFacts:
     box_counting_method: str = NOT_STATED
     created: str = NOT_STATED
     created_with: str = NOT_STATED
+    crop: str = WHOLE
 
 
 @dataclass(frozen=True)
@@ -249,7 +255,8 @@ def _facts(path: Path, file: Any) -> EntryFacts:
     values: dict[str, Any] = {}
     for field in dataclasses.fields(EntryFacts):
         try:
-            values[field.name] = parse[str(field.type)](getattr(file, field.name))
+            stated = getattr(file, field.name, WHOLE) if field.name == "crop" else getattr(file, field.name)
+            values[field.name] = parse[str(field.type)](stated)
         except (AttributeError, ValueError, TypeError, KeyError) as error:
             raise CatalogError(f"{path}: attribute '{field.name}' is missing or malformed: {error}") from error
     facts = EntryFacts(**values)
