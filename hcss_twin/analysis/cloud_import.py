@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.measures.box_counting import box_counting_dimension
 from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, variogram_dimension
 from hcss_twin.core.errors import CatalogError, ImageError
-from hcss_twin.models.clouds.database import NOT_STATED, WHOLE, CloudEntry, EntryFacts
+from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     bright_is_cloud,
@@ -85,8 +85,11 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     options = options or ImportOptions()
     _check(path, options)
     image = read_image(path, options.variable)
+    part = ""
     if options.crop is not None:
         image = cropped(path, image, options.crop)
+        row, column, rows, columns = options.crop
+        part = f", rows {row} to {row + rows - 1} and columns {column} to {column + columns - 1}"
     size = _pixel_size(path, image, options)
     # The generator counts rows from the south, image files count them from the north.
     level = cloudiness_level(image, options.cloud_is)[::-1]
@@ -116,7 +119,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     boxes = _dimension(lambda: box_counting_dimension(grey))
     sign = 1.0 if bright else -1.0
     facts = EntryFacts(
-        source_file=path.name,
+        source_file=path.name + part,
         source_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         variable=image.variable or NOT_STATED,
         band=options.band or image.band or NOT_STATED,
@@ -148,7 +151,6 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         box_counting_dimension=boxes.dimension,
         box_counting_error=boxes.standard_error,
         box_counting_method=boxes.method,
-        crop=WHOLE if options.crop is None else "{0}, {1}, {2}, {3}".format(*options.crop),
         created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         created_with=f"hcss-twin {__version__}",
     )
@@ -160,9 +162,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     return CloudEntry(grey, segments.labels, missing, _shown(level), facts, notes)
 
 
-def _changed_by_cleaning(
-    cloudy: NDArray[np.bool_], coverage: float, missing: NDArray[np.bool_]
-) -> tuple[str, ...]:
+def _changed_by_cleaning(cloudy: NDArray[np.bool_], coverage: float, missing: NDArray[np.bool_]) -> tuple[str, ...]:
     """Return a note on the coverage before and after cleaning, if they differ."""
     before = np.count_nonzero(cloudy) / np.count_nonzero(~missing)
     if before == coverage:

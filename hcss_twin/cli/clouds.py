@@ -112,8 +112,8 @@ def _diameter(name: str, noun: str, default: int) -> Any:
 @cloud_options("otsu")
 @_diameter("close", "closing", 1)
 @_diameter("open", "opening", 1)
-@click.option("--fill-holes/--no-fill-holes", default=False, help="Fill holes in clouds.")
-@click.option("--largest-hole", default=100, type=click.IntRange(1), help="Largest hole to fill, pixels.")
+@click.option("--fill-holes/--no-fill-holes", default=None, help="Fill holes in clouds, of up to 100 pixels.")
+@click.option("--largest-hole", type=click.IntRange(1), help="Largest hole to fill, pixels; default: none.")
 @click.option("--min-area", default=1, type=click.IntRange(1), help="Smallest cloud, pixels.")
 @click.option("--band", help="Spectral band; default: from the file.")
 @click.option("--observed", help="Time of observation; default: from the file.")
@@ -128,8 +128,8 @@ def import_command(
     name: str | None,
     closing: int,
     opening: int,
-    fill_holes: bool,
-    largest_hole: int,
+    fill_holes: bool | None,
+    largest_hole: int | None,
     min_area: int,
     folder: Path,
     force: bool,
@@ -165,6 +165,8 @@ def import_command(
         raise click.UsageError("--coverage: allowed with --method coverage only")
     if options["window_pixels"] is not None and options["method"] != "local":
         raise click.UsageError("--window: allowed with --method local only")
+    if largest_hole is not None and fill_holes is False:
+        raise click.UsageError("--largest-hole: allowed without --no-fill-holes only")
     try:
         name = valid_entry_name(name or image.stem)
     except CatalogError as error:
@@ -174,7 +176,7 @@ def import_command(
     if folder.is_dir():
         require_writable([path], force, "give another --name", form="NetCDF")
         require_writable([picture], force, "give another --name", form="PNG")
-    cleaning = Cleaning(closing, opening, largest_hole if fill_holes else 0, min_area)
+    cleaning = Cleaning(closing, opening, largest_hole or (100 if fill_holes else 0), min_area)
     entry = import_image(image, ImportOptions(cleaning=cleaning, window=options.pop("window_pixels"), **options))
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -305,14 +307,11 @@ def _as_dict(facts: Any) -> dict[str, Any]:
 
 def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:
     """Format an entry as lines of text."""
-    from hcss_twin.models.clouds.database import WHOLE
-
     nominal = ", nominal: below the satellite" if facts.pixel_size_is_nominal else ""
     thresholds = f"{facts.threshold_lowest:.6g}"
     if facts.threshold_highest != facts.threshold_lowest:
         thresholds += f" to {facts.threshold_highest:.6g}"
     units = "" if facts.units in ("not stated", "1") else f" {facts.units}"
-    part = "" if facts.crop == WHOLE else f"; part {facts.crop} (row, column, rows, columns) of {facts.source_file}"
     comparison = "above" if facts.cloud_is == "bright" else "below"
     return [
         f"coverage           {facts.coverage:.4f}, {facts.clouds} clouds of {facts.min_area} pixels or more",
@@ -321,12 +320,13 @@ def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:
         f"                   {_dimension(facts.box_counting_dimension, facts.box_counting_error)}"
         f"  ({facts.box_counting_method}; of the whole scene)",
         f"image              {shape[0]} x {shape[1]} pixels of {facts.pixel_size_m:.6g} m "
-        f"(from the {facts.pixel_size_from}{nominal}){part}",
+        f"(from the {facts.pixel_size_from}{nominal})",
         f"cloud              {comparison} {thresholds}{units} (method {facts.method})",
         f"cleaning           closing {facts.closing}, opening {facts.opening}, {facts.holes_filled} holes of up to "
         f"{facts.largest_hole} pixels filled ({facts.hole_pixels} pixels), {facts.clouds_dropped} clouds dropped, "
         f"{facts.missing_pixels} pixels missing",
         f"band, time         {facts.band}; {facts.observed}",
+        f"file               {facts.source_file}",
         f"source, licence    {facts.source}; {facts.licence}",
     ]
 

@@ -197,7 +197,8 @@ def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
 )
 def test_real_images_become_plausible_entries(here, pattern, options, coverage, clouds):
     image = sample_file(f"images/{pattern}")
-    answer = json.loads(hcss("import", image, "--name", "real", "--json", *options).output)
+    cleaning = ("--close", 3, "--fill-holes", "--min-area", 9)
+    answer = json.loads(hcss("import", image, "--name", "real", "--json", *cleaning, *options).output)
     assert coverage[0] < answer["coverage"] < coverage[1]
     assert clouds[0] <= answer["clouds"] <= clouds[1]
     assert 2.0 < answer["fractal_dimension"] < 3.0

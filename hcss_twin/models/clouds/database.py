@@ -31,9 +31,6 @@ SUFFIX = ".nc"
 NOT_STATED = "not stated"
 """Text for facts that neither the image nor the user gives."""
 
-WHOLE = "whole image"
-"""Text for the part of an image that is all of it."""
-
 FORMAT, FORMAT_VERSION = "hcss-cloud-entry", 1
 
 _CLEAR, _CLOUD, _MISSING = 0, 1, 2
@@ -57,7 +54,7 @@ class EntryFacts:
     Attributes
     ----------
     source_file, source_sha256 : str
-        Name and hash of the image file.
+        Name of the image file, with the part of it that was imported, and hash of the file.
     variable, band, observed, source, licence : str
         Plane of the file, spectral band, time of observation, origin, and terms of use.
     pixel_size_m : float
@@ -92,8 +89,6 @@ class EntryFacts:
         Method of each estimate, or why there is none.
     created, created_with : str
         Time of the import, and version of this package.
-    crop : str
-        First row, first column, rows and columns of the part of the image; entries of earlier versions lack it.
     """
 
     source_file: str
@@ -130,7 +125,6 @@ class EntryFacts:
     box_counting_method: str = NOT_STATED
     created: str = NOT_STATED
     created_with: str = NOT_STATED
-    crop: str = WHOLE
 
 
 @dataclass(frozen=True)
@@ -255,8 +249,7 @@ def _facts(path: Path, file: Any) -> EntryFacts:
     values: dict[str, Any] = {}
     for field in dataclasses.fields(EntryFacts):
         try:
-            stated = getattr(file, field.name, WHOLE) if field.name == "crop" else getattr(file, field.name)
-            values[field.name] = parse[str(field.type)](stated)
+            values[field.name] = parse[str(field.type)](getattr(file, field.name))
         except (AttributeError, ValueError, TypeError, KeyError) as error:
             raise CatalogError(f"{path}: attribute '{field.name}' is missing or malformed: {error}") from error
     facts = EntryFacts(**values)

@@ -77,7 +77,7 @@ class Sample:
             )
         path = self.folder / self.file
         if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != self.sha256:
-            raise CatalogError(f"{path}: not the image that '{self.title}' is a part of; install another {self.package}")
+            raise CatalogError(f"{path}: not the image that '{self.title}' is a part of; update {self.package}")
         return path
 
 

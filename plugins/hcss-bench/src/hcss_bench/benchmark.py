@@ -15,7 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from hcss_bench.reference import MODELS, REFERENCE_STEPS, Reference, changed, column_radiance, reference_of, table_radiance
+from hcss_bench.reference import (
+    MODELS,
+    REFERENCE_STEPS,
+    Reference,
+    changed,
+    column_radiance,
+    reference_of,
+    table_radiance,
+)
 from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import private_cache
@@ -265,7 +273,7 @@ def _say_of(say: Callable[[str], None], prefix: str, text: str) -> None:
 
 def _steps(accuracies: tuple[float | str, ...], rounds: int) -> int:
     """Number of steps of :func:`measured`."""
-    return 2 + rounds * (len(accuracies) + 1)
+    return 2 + rounds * (len(accuracies) + 1) + len(accuracies)
 
 
 def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: Callable[[str], None]) -> Plan:
@@ -322,7 +330,7 @@ def measured(
     for number in range(rounds):
         raw = []
         for accuracy in accuracies:
-            what = "new tables, stages, whole run, certificate" if number == 0 else "stages and whole run"
+            what = "new tables, stages and whole run" if number == 0 else "stages and whole run"
             say(f"round {number + 1} of {rounds}, accuracy {_text(accuracy)}: {what}")
             # Tables and certificates take longest and are the same in every round, so they are made once.
             time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
@@ -331,6 +339,7 @@ def measured(
                 run = make_plan(_at(scenario, accuracy, 0))
                 looked_up = table_radiance(run, tables_of(run), columns)
                 by_band[accuracy] = {} if looked_up is None else reference.errors(looked_up)
+                say(f"round 1 of {rounds}, accuracy {_text(accuracy)}: certificate")
                 checked = _at(scenario, accuracy, pixels)
                 checks[accuracy] = time_certificate(times, _name(accuracy), checked)
         # The number of bytes is the same at all accuracies, and disk speed varies.

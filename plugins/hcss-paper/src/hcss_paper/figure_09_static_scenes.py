@@ -115,10 +115,7 @@ def figure_9(seed: int) -> Reproduction:
         holds="The statements of the text about the scenes hold for other clouds of the same coverage.",
         fails="A statement of the text about the scenes does not hold for other clouds of the same coverage.",
         missing="The satellite images (Qilu-2, New Technology) are not published, so the pictures cannot be compared.",
-        chosen=(
-            *in_words(f"clouds: {in_place_of_images(Catalog())}"),
-            *radiance_inputs(*BANDS),
-        ),
+        chosen=(*in_words(f"clouds: {in_place_of_images(Catalog())}"), *radiance_inputs(*BANDS)),
         notes=(
             "Cloud heights are those of type simulated (Table III), each cloud top at air temperature. Means of "
             f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; "

@@ -71,8 +71,8 @@ def in_place_of_images(catalog: Catalog) -> str:
         )
     titles = " and ".join(f"{name} ({sample(name, catalog).title})" for name in MEASURED.values())
     return (
-        f"two parts of a measured MODIS image of 2 km, {titles}, in place of the satellite images; both were chosen for "
-        "their coverage at Otsu's threshold, and thickness is linear in the grey level (eq 7)"
+        f"two parts of a measured MODIS image of 2 km, {titles}, in place of the satellite images; both were "
+        "chosen for their coverage at Otsu's threshold, and thickness is linear in the grey level (eq 7)"
     )
 
 

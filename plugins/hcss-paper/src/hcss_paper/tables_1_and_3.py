@@ -15,7 +15,6 @@ _OF_IMAGES = 0.005
 """Half of the last printed digit."""
 
 
-
 def table_1(seed: int) -> Reproduction:
     """Compare the printed bands and coverages with those of a simulated scene."""
     catalog = Catalog()
