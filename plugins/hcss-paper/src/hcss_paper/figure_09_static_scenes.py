@@ -126,7 +126,7 @@ def figure_9(seed: int) -> Reproduction:
         ),
         drawings=(
             Drawing(
-                "Clouds of scenarios 1, 3, 5 and 2, 4, 6: the images they are taken from",
+                "Clouds of scenarios 1, 3, 5 (left) and 2, 4, 6 (right), in place of the satellite images",
                 _side_by_side(grey),
                 "Two grey pictures side by side, cloud bright.",
             ),
