@@ -142,7 +142,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
            dims=BAND_FRAME, standard_name="atmosphere_optical_thickness_due_to_cloud", lowest=0.0),
     _truth("cloud_top_altitude", "m", "altitude of the cloud top",
            "Altitude of the top of the highest cloud above the sea, mean over the cloudy points; its base is lower by "
-           "the thickness in its layer; missing where clear.", standard_name="cloud_top_altitude", lowest=0.0, may_be_missing=True),
+           "the thickness in its layer; missing where clear.",
+           standard_name="cloud_top_altitude", lowest=0.0, may_be_missing=True),
     _truth("cloud_top_temperature", "K", "temperature at the cloud top",
            "Temperature at the top of the highest cloud, mean over the cloudy points; missing where clear.",
            standard_name="air_temperature_at_cloud_top", attributes=_ON_SCALE, lowest=0.0, may_be_missing=True),

@@ -141,8 +141,8 @@ def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
 
 AXIS_Z = (
     "axis z of the 4-D field (a column is one slab)",
-    "the field is computed at one z, where its law in x, y and t is the same: exact in these; clouds have the thickness "
-    "of eq 7 and no shape in height",
+    "the field is computed at one z, where its law in x, y and t is the same: exact in these; clouds have the "
+    "thickness of eq 7 and no shape in height",
 )
 """What replaces the axis z of eq 3."""
 

@@ -278,7 +278,7 @@ def _steps(accuracies: tuple[float | str, ...], rounds: int) -> int:
 
 def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: Callable[[str], None]) -> Plan:
     """Make the plans of all accuracies, so that an unsupported one is rejected before any measurement."""
-    plans = []
+    plans: list[Plan] = []
     for accuracy in accuracies:
         say(f"plan at accuracy {_text(accuracy)}" + ("" if plans else ", compiling kernels"))
         plans.append(make_plan(_at(scenario, accuracy, 0)))
