@@ -202,3 +202,27 @@ def test_real_images_become_plausible_entries(here, pattern, options, coverage, 
     assert coverage[0] < answer["coverage"] < coverage[1]
     assert clouds[0] <= answer["clouds"] <= clouds[1]
     assert 2.0 < answer["fractal_dimension"] < 3.0
+
+
+def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_says_what_to_install(here, monkeypatch):
+    monkeypatch.setattr("hcss_twin.models.clouds.samples.find_spec", lambda package: None)
+    listed = json.loads(hcss("clouds", "import", "--sample", "--json").output)
+    assert {each["installed"] for each in listed} == {False}
+    assert all(each["licence"] and each["source"] for each in listed)
+    assert hcss("clouds", "import", "--sample").output.count("pip install 'hcss-twin[samples]'") == len(listed)
+    with pytest.raises(CatalogError, match=r"not installed: pip install 'hcss-twin\[samples\]'"):
+        hcss("clouds", "import", "--sample", listed[0]["name"])
+    with pytest.raises(CatalogError, match="closest is 'modis-cumulus'"):
+        hcss("clouds", "import", "--sample", "modis-cumuls")
+    for arguments in ((), ("sea.png", "--sample", "modis-cumulus")):
+        assert hcss("clouds", "import", *arguments).exit_code == 2
+    assert not (here / "clouds").exists()
+
+
+def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(here):
+    arguments = ("import", "sea.png", "--pixel-size", "500", "--json")
+    answer = json.loads(hcss(*arguments, "--crop", 40, 60, 50, 60).output)
+    assert (answer["clouds"], answer["source_file"]) == (1, "sea.png, rows 40 to 89 and columns 60 to 119")
+    assert read_entry(Path(answer["entry"])).grey.shape == (50, 60)
+    with pytest.raises(CatalogError, match="within the 120 rows and 150 columns"):
+        hcss(*arguments, "--name", "b", "--crop", 100, 0, 50, 60)
