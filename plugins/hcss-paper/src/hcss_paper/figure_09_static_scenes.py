@@ -207,6 +207,6 @@ def _drawn(stacks: list[tuple[str, NDArray[np.float32]]], views_deg: list[float]
     for number, (row, (label, images)) in enumerate(zip(axes, stacks, strict=True)):
         limits = (float(np.quantile(images, 0.002)), float(np.quantile(images, 0.998)))
         for axis, image, view in zip(row, images, views_deg, strict=True):
-            image_panel(axis, image, f"{view:g}°" if number == 0 else "", limits, most=100)
+            image_panel(axis, image, f"{view:g}°" if number == 0 else "", limits, most=80)
         row[0].set_ylabel(label, rotation=0, labelpad=12)
     return figure
