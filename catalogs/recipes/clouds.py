@@ -20,7 +20,6 @@ import numpy as np
 from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.models.clouds.coverage import cloud_fraction_value
 from hcss_twin.models.clouds.database import SUFFIX, write_entry
-from hcss_twin.models.clouds.segmentation import Cleaning
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
@@ -35,8 +34,6 @@ ENTRIES = {
     "made-stratus": ("stratus", 0.70, 256, 50.0, 6),
 }
 """Cloud type, coverage, pixels along a side, pixel size in metres, seed."""
-
-UNTOUCHED = Cleaning(closing=1, opening=1, largest_hole=0, min_area=1)
 
 
 def make(name: str) -> None:
@@ -57,7 +54,6 @@ def make(name: str) -> None:
             method="coverage",
             coverage=coverage,
             cloud_is="bright",
-            cleaning=UNTOUCHED,
             pixel_size_m=pixel_m,
             band="none: cloud fraction value of eq 5",
             source=f"hcss_twin, fractal clouds of type {kind}, seed {seed} (catalogs/recipes/clouds.py)",

@@ -59,7 +59,12 @@ def lines(generated: str) -> Iterator[str]:
         ("hcss fit", fit_command),
         ("hcss reproduce", reproduce),
     ]
+    listed: dict[int, str] = {}
     for words, command in sorted([*commands(), *of_plugins], key=itemgetter(0)):
+        if id(command) in listed:
+            yield f"## `{words}`\n\nThe same command as `{listed[id(command)]}`.\n"
+            continue
+        listed[id(command)] = words
         usage = " ".join(command.collect_usage_pieces(click.Context(command, info_name=words)))
         yield f"## `{words}`\n\n`{words} {usage}`\n\n{inspect.cleandoc(command.help or '')}\n"
         options = [each for each in command.params if isinstance(each, click.Option) and each.help not in _SHARED]

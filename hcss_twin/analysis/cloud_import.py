@@ -26,7 +26,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     lost_cloud,
     relative_grey,
 )
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.image import SatelliteImage, cropped
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.segmentation import Cleaning, segment
 from hcss_twin.version import __version__
@@ -54,9 +54,11 @@ class ImportOptions:
         Which values are cloud.
     cleaning : Cleaning
         Sizes of the closing, the opening, the largest filled hole and the smallest cloud.
+    crop : tuple of int or None
+        First row, first column, rows and columns of the part to import, counted as stored; None: the whole image.
     pixel_size_m : float or None
         Overrides the pixel size in the file; required if the file has none.
-    band, source, licence : str or None
+    band, observed, source, licence : str or None
         Override the metadata in the file.
     """
 
@@ -66,8 +68,10 @@ class ImportOptions:
     coverage: float | None = None
     cloud_is: CloudIs = "auto"
     cleaning: Cleaning = field(default_factory=Cleaning)
+    crop: tuple[int, int, int, int] | None = None
     pixel_size_m: float | None = None
     band: str | None = None
+    observed: str | None = None
     source: str | None = None
     licence: str | None = None
 
@@ -81,6 +85,11 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     options = options or ImportOptions()
     _check(path, options)
     image = read_image(path, options.variable)
+    part = ""
+    if options.crop is not None:
+        image = cropped(path, image, options.crop)
+        row, column, rows, columns = options.crop
+        part = f", rows {row} to {row + rows - 1} and columns {column} to {column + columns - 1}"
     size = _pixel_size(path, image, options)
     # The generator counts rows from the south, image files count them from the north.
     level = cloudiness_level(image, options.cloud_is)[::-1]
@@ -110,11 +119,11 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     boxes = _dimension(lambda: box_counting_dimension(grey))
     sign = 1.0 if bright else -1.0
     facts = EntryFacts(
-        source_file=path.name,
+        source_file=path.name + part,
         source_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         variable=image.variable or NOT_STATED,
         band=options.band or image.band or NOT_STATED,
-        observed=image.date or NOT_STATED,
+        observed=options.observed or image.date or NOT_STATED,
         source=options.source or NOT_STATED,
         licence=options.licence or (f"stated in the file: {image.rights}" if image.rights else NOT_STATED),
         pixel_size_m=size,
@@ -145,8 +154,20 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         created_with=f"hcss-twin {__version__}",
     )
-    notes = (*described(image, options.cloud_is), *lost_cloud(image, level, mask, options.cloud_is))
+    notes = (
+        *described(image, options.cloud_is),
+        *lost_cloud(image, level, mask, options.cloud_is),
+        *_changed_by_cleaning(cloudy & ~missing, facts.coverage, missing),
+    )
     return CloudEntry(grey, segments.labels, missing, _shown(level), facts, notes)
+
+
+def _changed_by_cleaning(cloudy: NDArray[np.bool_], coverage: float, missing: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Return a note on the coverage before and after cleaning, if they differ."""
+    before = np.count_nonzero(cloudy) / np.count_nonzero(~missing)
+    if before == coverage:
+        return ()
+    return (f"Cleaning of the mask changes the coverage from {before:.4f} to {coverage:.4f}.",)
 
 
 def _check(path: Path, options: ImportOptions) -> None:

@@ -93,27 +93,43 @@ def _diameter(name: str, noun: str, default: int) -> Any:
 
 
 @click.command("import")
-@click.argument("image", type=EXISTING_FILE)
-@click.option("--name", help="Name of the entry; default: that of the file.")
+@click.argument("image", type=EXISTING_FILE, required=False)
+@click.option(
+    "--sample",
+    is_flag=False,
+    flag_value="",
+    metavar="[NAME]",
+    help="Measured image of the extra samples, in place of IMAGE; without NAME: list them.",
+)
+@click.option("--name", help="Name of the entry; default: that of the file or sample.")
+@click.option(
+    "--crop",
+    nargs=4,
+    type=click.IntRange(0),
+    metavar="ROW COLUMN ROWS COLUMNS",
+    help="Part to import: first row and column as stored, and size; default: the whole image.",
+)
 @cloud_options("otsu")
-@_diameter("close", "closing", 3)
+@_diameter("close", "closing", 1)
 @_diameter("open", "opening", 1)
-@click.option("--fill-holes/--no-fill-holes", default=True, help="Fill holes in clouds.")
-@click.option("--largest-hole", default=100, type=click.IntRange(1), help="Largest hole to fill, pixels.")
-@click.option("--min-area", default=9, type=click.IntRange(1), help="Smallest cloud, pixels.")
+@click.option("--fill-holes/--no-fill-holes", default=None, help="Fill holes in clouds, of up to 100 pixels.")
+@click.option("--largest-hole", type=click.IntRange(1), help="Largest hole to fill, pixels; default: none.")
+@click.option("--min-area", default=1, type=click.IntRange(1), help="Smallest cloud, pixels.")
 @click.option("--band", help="Spectral band; default: from the file.")
+@click.option("--observed", help="Time of observation; default: from the file.")
 @click.option("--source", help="Source of the image.")
 @click.option("--licence", help="Licence of the image; default: from the file.")
 @click.option("--to", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
 @force_option
 @json_option
 def import_command(
-    image: Path,
+    image: Path | None,
+    sample: str | None,
     name: str | None,
     closing: int,
     opening: int,
-    fill_holes: bool,
-    largest_hole: int,
+    fill_holes: bool | None,
+    largest_hole: int | None,
     min_area: int,
     folder: Path,
     force: bool,
@@ -125,6 +141,19 @@ def import_command(
     IMAGE is NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. The command writes the entry NAME.nc and a picture
     NAME.png of the detected clouds; check it before you use the entry.
     """
+    if (image is None) is (sample is None):
+        raise click.UsageError("neither or both of IMAGE and --sample given; allowed: one of them")
+    if sample == "":
+        _list_samples(as_json)
+        return
+    if sample is not None:
+        from hcss_twin.core.catalog import Catalog
+        from hcss_twin.models.clouds.samples import sample as measured
+
+        found = measured(sample, Catalog())
+        image, name = found.path(), name or sample
+        options |= {key: value for key, value in found.stated.items() if options[key] is None}
+    assert image is not None
     from hcss_twin.analysis.cloud_import import ImportOptions, import_image
     from hcss_twin.models.clouds.database import SUFFIX, valid_entry_name, write_entry
     from hcss_twin.models.clouds.segmentation import Cleaning
@@ -136,6 +165,8 @@ def import_command(
         raise click.UsageError("--coverage: allowed with --method coverage only")
     if options["window_pixels"] is not None and options["method"] != "local":
         raise click.UsageError("--window: allowed with --method local only")
+    if largest_hole is not None and fill_holes is False:
+        raise click.UsageError("--largest-hole: allowed without --no-fill-holes only")
     try:
         name = valid_entry_name(name or image.stem)
     except CatalogError as error:
@@ -145,7 +176,7 @@ def import_command(
     if folder.is_dir():
         require_writable([path], force, "give another --name", form="NetCDF")
         require_writable([picture], force, "give another --name", form="PNG")
-    cleaning = Cleaning(closing, opening, largest_hole if fill_holes else 0, min_area)
+    cleaning = Cleaning(closing, opening, largest_hole or (100 if fill_holes else 0), min_area)
     entry = import_image(image, ImportOptions(cleaning=cleaning, window=options.pop("window_pixels"), **options))
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -160,6 +191,25 @@ def import_command(
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), *entry.notes, f"{path}  {picture}"]))
 
 
+def _list_samples(as_json: bool) -> None:
+    from hcss_twin.core.catalog import Catalog
+    from hcss_twin.models.clouds.samples import FOLDER as EXTRA
+    from hcss_twin.models.clouds.samples import samples
+
+    known = samples(Catalog())
+    if as_json:
+        listed = [
+            {"name": name, "installed": each.folder is not None, **_as_dict(each)} for name, each in known.items()
+        ]
+        click.echo(json.dumps(listed))
+        return
+    for name, each in known.items():
+        click.echo(f"{name}\n  {each.title}; {each.crop[2]} x {each.crop[3]} pixels; {each.band}; {each.observed}")
+        click.echo(f"  {each.source}; {each.licence}")
+        if each.folder is None:
+            click.echo(f"  not installed: pip install 'hcss-twin[{EXTRA}]'")
+
+
 @click.group(invoke_without_command=True)
 @json_option
 @click.pass_context
@@ -168,6 +218,8 @@ def clouds(context: click.Context, as_json: bool) -> None:
     if context.invoked_subcommand is None:
         context.invoke(clouds_list, as_json=as_json)
 
+
+clouds.add_command(import_command)
 
 _folder_option = click.option(
     "--from", "folder", type=FOLDER, help="Folder of the entries; default: clouds, and the shipped entries."
@@ -274,6 +326,7 @@ def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:
         f"{facts.largest_hole} pixels filled ({facts.hole_pixels} pixels), {facts.clouds_dropped} clouds dropped, "
         f"{facts.missing_pixels} pixels missing",
         f"band, time         {facts.band}; {facts.observed}",
+        f"file               {facts.source_file}",
         f"source, licence    {facts.source}; {facts.licence}",
     ]
 

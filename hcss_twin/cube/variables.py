@@ -130,7 +130,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
            "cloudy, and with the sun below the horizon.",
            dtype="uint8", needs="shadows", attributes=flags("not_shadowed shadowed"), lowest=0.0, highest=1.0),
     _truth("cloud_thickness", "m", "geometric thickness of the cloud",
-           "Vertical extent of the cloud, summed over layers, mean over the footprint with its clear part.",
+           "Vertical extent of the cloud, summed over layers, mean over the footprint with its clear part. In each "
+           "layer a point has one slab of cloud without gaps.",
            lowest=0.0),
     _truth("cloud_layer_thickness", "m", "geometric thickness of the cloud in each layer",
            "Vertical extent of the cloud of one layer, mean over the footprint with its clear part; layers from the "
@@ -140,8 +141,9 @@ VARIABLES: tuple[VariableSpec, ...] = (
            "summed over layers, mean over the footprint with its clear part.",
            dims=BAND_FRAME, standard_name="atmosphere_optical_thickness_due_to_cloud", lowest=0.0),
     _truth("cloud_top_altitude", "m", "altitude of the cloud top",
-           "Altitude of the top of the highest cloud above the sea, mean over the cloudy points; missing where "
-           "clear.", standard_name="cloud_top_altitude", lowest=0.0, may_be_missing=True),
+           "Altitude of the top of the highest cloud above the sea, mean over the cloudy points; its base is lower by "
+           "the thickness in its layer; missing where clear.",
+           standard_name="cloud_top_altitude", lowest=0.0, may_be_missing=True),
     _truth("cloud_top_temperature", "K", "temperature at the cloud top",
            "Temperature at the top of the highest cloud, mean over the cloudy points; missing where clear.",
            standard_name="air_temperature_at_cloud_top", attributes=_ON_SCALE, lowest=0.0, may_be_missing=True),

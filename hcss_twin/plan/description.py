@@ -41,6 +41,7 @@ def describe(plan: Plan) -> dict[str, Any]:
                 "name": layer.name,
                 "base_m": layer.base_m,
                 "top_m": layer.top_m,
+                "anchor": layer.anchor,
                 "coverage": layer.coverage,
                 "coverage_mode": layer.coverage_mode,
                 "particles": describe_particles(layer),

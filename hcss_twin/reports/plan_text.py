@@ -114,8 +114,7 @@ def _clouds(plan: Plan) -> Rows:
         if of_image is not None:
             coverage = f"{of_image:.3g}, that of the image"
         thickness = f"{layer.thickness_min_m:g} to {layer.thickness_max_m:g} m thick"
-        altitude = f"{layer.base_m:g}..{layer.top_m:g} m"
-        yield "clouds", f"{layer.name}: coverage {coverage}, {altitude}, {thickness}; {_named(entry)}"
+        yield "clouds", f"{layer.name}: coverage {coverage}, {_extent(layer, plan)}, {thickness}; {_named(entry)}"
         if plan.needs_radiance or any("optical" in spec.name for spec in plan.variables):
             yield "particles", _particles(layer, plan)
     motion = plan.scenario.motion
@@ -139,6 +138,15 @@ def _particles(layer: CloudLayer, plan: Plan) -> str:
         f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3, extinction "
         f"{about['large_particle_extinction_m1']:.3g} m-1; {temperature}"
     )
+
+
+def _extent(layer: CloudLayer, plan: Plan) -> str:
+    """Return where the base and the top of each column are."""
+    if plan.tops is not None:
+        return f"tops {plan.tops.nodes_m[0]:g} to {plan.tops.nodes_m[-1]:g} m"
+    if layer.anchor == "base":
+        return f"base {layer.base_m:g} m, tops to {layer.top_m:g} m"
+    return f"top {layer.top_m:g} m, bases to {layer.base_m:g} m"
 
 
 def _radiation(plan: Plan) -> Rows:

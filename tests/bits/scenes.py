@@ -108,7 +108,8 @@ def imagery_single_clouds(folder: Path) -> Results:
     """An image made into an entry of the cloud database, whose clouds are scattered over a push-broom scene."""
     np.save(folder / "sea.npy", cloud_image())
     with inside(folder):
-        imported = json.loads(hcss("import", "sea.npy", "--pixel-size", "500", "--json"))
+        cleaning = ("--close", "3", "--fill-holes", "--min-area", "9")
+        imported = json.loads(hcss("import", "sea.npy", "--pixel-size", "500", "--json", *cleaning))
         clouds = {"type": "cumulus", "coverage": 0.4, "coverage_mode": "field", "generator": "imagery"}
         clouds["parameters"] = {"entry": "sea", "placement": "single-clouds"}
         values = {"image.pixel_size": 500.0, "motion": {"platform_speed": 2000.0, "wind_speed": 0.0}}

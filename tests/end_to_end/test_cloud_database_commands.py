@@ -36,9 +36,10 @@ def here(tmp_path, monkeypatch):
 
 
 def test_import_writes_an_entry_and_a_picture_and_says_what_it_found(here):
-    done = hcss("import", "sea.png", "--pixel-size", "0.5 km", "--licence", "CC0", "--source", "drawn")
+    done = hcss("import", "sea.png", "--pixel-size", "0.5 km", "--licence", "CC0", "--source", "drawn", "--min-area", 9)
     assert done.exit_code == 0, done.output
     assert "4 clouds of 9 pixels or more" in done.output
+    assert "Cleaning of the mask changes the coverage from 0.0834 to " in done.output
     assert "pixels of 500 m (from the user)" in done.output
     assert "drawn; CC0" in done.output
     assert sorted(path.name for path in (here / "clouds").iterdir()) == ["sea.nc", "sea.png"]
@@ -52,7 +53,7 @@ def test_import_writes_an_entry_and_a_picture_and_says_what_it_found(here):
 def test_the_answer_in_json_is_what_the_entry_says(here):
     answer = json.loads(hcss("import", "sea.png", "--pixel-size", "500", "--name", "a", "--json").output)
     entry = read_entry(Path(answer["entry"]))
-    assert answer["clouds"] == 4
+    assert answer["clouds"] == 5
     assert answer["coverage"] == entry.mask.mean()
     assert answer["licence"] == "not stated"
     listed = json.loads(hcss("clouds", "list", "--json").output)
@@ -196,7 +197,32 @@ def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
 )
 def test_real_images_become_plausible_entries(here, pattern, options, coverage, clouds):
     image = sample_file(f"images/{pattern}")
-    answer = json.loads(hcss("import", image, "--name", "real", "--json", *options).output)
+    cleaning = ("--close", 3, "--fill-holes", "--min-area", 9)
+    answer = json.loads(hcss("import", image, "--name", "real", "--json", *cleaning, *options).output)
     assert coverage[0] < answer["coverage"] < coverage[1]
     assert clouds[0] <= answer["clouds"] <= clouds[1]
     assert 2.0 < answer["fractal_dimension"] < 3.0
+
+
+def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_says_what_to_install(here, monkeypatch):
+    monkeypatch.setattr("hcss_twin.models.clouds.samples.find_spec", lambda package: None)
+    listed = json.loads(hcss("clouds", "import", "--sample", "--json").output)
+    assert {each["installed"] for each in listed} == {False}
+    assert all(each["licence"] and each["source"] for each in listed)
+    assert hcss("clouds", "import", "--sample").output.count("pip install 'hcss-twin[samples]'") == len(listed)
+    with pytest.raises(CatalogError, match=r"not installed: pip install 'hcss-twin\[samples\]'"):
+        hcss("clouds", "import", "--sample", listed[0]["name"])
+    with pytest.raises(CatalogError, match="closest is 'modis-cumulus'"):
+        hcss("clouds", "import", "--sample", "modis-cumuls")
+    for arguments in ((), ("sea.png", "--sample", "modis-cumulus")):
+        assert hcss("clouds", "import", *arguments).exit_code == 2
+    assert not (here / "clouds").exists()
+
+
+def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(here):
+    arguments = ("import", "sea.png", "--pixel-size", "500", "--json")
+    answer = json.loads(hcss(*arguments, "--crop", 40, 60, 50, 60).output)
+    assert (answer["clouds"], answer["source_file"]) == (1, "sea.png, rows 40 to 89 and columns 60 to 119")
+    assert read_entry(Path(answer["entry"])).grey.shape == (50, 60)
+    with pytest.raises(CatalogError, match="within the 120 rows and 150 columns"):
+        hcss(*arguments, "--name", "b", "--crop", 100, 0, 50, 60)

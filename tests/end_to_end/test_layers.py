@@ -190,7 +190,7 @@ def test_a_layer_is_named_as_the_file_has_it_whatever_its_altitude():
 def test_plan_and_provenance_name_both_layers(both):
     plan = make_plan(scenario(CIRRUS, CUMULUS))
     assert [layer["name"] for layer in describe(plan)["layers"]] == ["cumulus", "cirrus"]
-    assert "cirrus: coverage 0.6 of the sky on average, 6000..10000 m, 50 to 4000 m thick" in plan_text(plan)
+    assert "cirrus: coverage 0.6 of the sky on average, base 6000 m, tops to 10000 m, 50 to 4000 m" in plan_text(plan)
     assert set(json.loads(both.attrs["hcss_providers"])) >= {"clouds[0]", "clouds[1]"}
     assert "cirrus over cumulus clouds" in both.attrs["summary"]
     assert plan.uncompressed_bytes == 2 * 48 * 64 * (BANDS * 4 + 1)

@@ -46,7 +46,8 @@ def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
     assert row(text, "image") == "8 rows x 8 columns of 20 m (0.16 x 0.16 km), moving east at 1000 m/s"
     assert row(text, "view") == "zenith 20 deg, azimuth 18.72 deg"
     assert row(text, "sun").startswith("zenith 24.389..")
-    assert row(text, "clouds") == "stratus: coverage 0.3 of the sky on average, 33..1000 m, 10 to 967 m thick; fractal"
+    heights = "base 33 m, tops to 1000 m, 10 to 967 m thick"
+    assert row(text, "clouds") == f"stratus: coverage 0.3 of the sky on average, {heights}; fractal"
     assert row(text, "particles").endswith("270 K")
     assert row(text, "wind") == "moves clouds at 7 m/s from 270 deg; shapes change in 1800 s"
     assert row(text, "sea") == "291.4 K, wind 10 m/s from 270 deg, statistical waves; cox-munk"

@@ -54,7 +54,7 @@ class EntryFacts:
     Attributes
     ----------
     source_file, source_sha256 : str
-        Name and hash of the image file.
+        Name of the image file, with the part of it that was imported, and hash of the file.
     variable, band, observed, source, licence : str
         Plane of the file, spectral band, time of observation, origin, and terms of use.
     pixel_size_m : float

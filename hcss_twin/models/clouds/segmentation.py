@@ -16,7 +16,7 @@ _CLEAR = ndimage.generate_binary_structure(2, 1)
 
 @dataclass(frozen=True)
 class Cleaning:
-    """Parameters, in pixels, for cleaning a thresholded mask.
+    """Parameters, in pixels, for cleaning a thresholded mask. By default it stays that of the image.
 
     Attributes
     ----------
@@ -28,10 +28,10 @@ class Cleaning:
         Area of the smallest cloud that is retained.
     """
 
-    closing: int = 3
+    closing: int = 1
     opening: int = 1
-    largest_hole: int = 100
-    min_area: int = 9
+    largest_hole: int = 0
+    min_area: int = 1
 
     def __post_init__(self) -> None:
         for name in ("closing", "opening"):

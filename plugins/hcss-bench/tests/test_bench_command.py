@@ -150,7 +150,11 @@ def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr
     lines = rows(done.stdout)
     assert lines["requested accuracy"] == ["1e-03", "0.5 K*"]
     assert "* the scenario's own accuracy" in done.stdout.splitlines()
-    told = done.stderr.splitlines()
+    first, *told = done.stderr.splitlines()
+    assert "2 frames of 20 x 30 pixels, 1 bands" in first
+    assert "accuracies 0.001, 0.5 K; 1 round; errors of 2 pixels" in first
+    steps = [re.search(r"step (\d+) of (\d+): ", line).groups() for line in told]
+    assert steps == [(str(number), str(len(told))) for number in range(1, len(told) + 1)]
     assert any("round 1 of 1, accuracy 0.5 K" in line for line in told)
     assert not any("round" in line and "accuracy 0.5 K:" in line for line in done.stdout.splitlines())
 

@@ -96,7 +96,7 @@ class FractalClouds:
     point and eq 5 gives a uniform p. The lattice cells are 16 km / L along x and y and ``evolution_time_s`` in time,
     all divided by gamma^k. Each octave has its own lattice with a random offset. The z axis of the 4-D field of eq 3 is
     omitted: for independent nodes and unit-variance weights, a slice at fixed z has exactly the distribution of the 3-D
-    field.
+    field. The field therefore does not shape clouds in height: each column is one slab from its base to its top.
 
     The origin of the sky is the image centre at time 0. Pixel (i, j) at time t lies at
     x = (j + 1/2 - columns/2) a + (v_platform - v_x) t and y = (i + 1/2 - rows/2) a - v_y t (eq 4), with a the pixel

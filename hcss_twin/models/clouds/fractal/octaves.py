@@ -139,9 +139,17 @@ def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
     return (*(octave for octave in octaves if octave not in white), merged)
 
 
+AXIS_Z = (
+    "axis z of the 4-D field (a column is one slab)",
+    "the field is computed at one z, where its law in x, y and t is the same: exact in these; clouds have the "
+    "thickness of eq 7 and no shape in height",
+)
+"""What replaces the axis z of eq 3."""
+
+
 def describe_skipped(separate: tuple[Octave, ...], merged: tuple[Octave, ...]) -> tuple[tuple[str, str], ...]:
     """List the differences from eqs 2-4 as printed, as pairs (what, why)."""
-    skipped = [("axis z of the 4-D field", "a fixed z slice has the same law as the 3-D field: exact")]
+    skipped = [AXIS_Z]
     if all(octave.t.step == 0.0 for octave in separate):
         skipped.append(("time axis", "evolution_time is infinite: shapes are frozen, one time plane: exact"))
     else:

@@ -9,12 +9,21 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hcss_bench.reference import MODELS, Reference, changed, column_radiance, reference_of, table_radiance
+from hcss_bench.reference import (
+    MODELS,
+    REFERENCE_STEPS,
+    Reference,
+    changed,
+    column_radiance,
+    reference_of,
+    table_radiance,
+)
 from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import private_cache
@@ -222,27 +231,58 @@ def bench(
     ScenarioError
         If the scenario is invalid, computes no radiance, or does not support one of the accuracies.
     """
-    say = tell or (lambda text: None)
     models = {scenario.radiance.model: scenario}
     if every_model:
         models = {name: changed(scenario, overrides) for name, overrides in MODELS.items()}
     asked = asked_for(scenario, accuracies)
+    say = _numbered(tell or (lambda text: None), len(asked) + REFERENCE_STEPS + len(models) * _steps(asked, rounds))
     with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name, private_cache(Path(name) / "cache"):
-        say("planning the scene and compiling kernels")
-        plan = _checked_plan(scenario, asked)
-        say(f"computing the reference of {pixels} pixels")
-        reference = reference_of(scenario, random_columns(plan, pixels), reference_level)
-        found = {}
-        for model, each in models.items():
-            if every_model:
-                say(model)
-            found[model] = measured(each, asked, rounds, reference, Path(name), say)
-        return found
+        plan = _checked_plan(scenario, asked, say)
+        columns = random_columns(plan, pixels)
+        reference = reference_of(scenario, columns, reference_level, lambda text: say(f"reference, {text}"))
+        return {
+            model: measured(
+                each, asked, rounds, reference, Path(name), partial(_say_of, say, f"{model}: " if every_model else "")
+            )
+            for model, each in models.items()
+        }
 
 
-def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...]) -> Plan:
+def bench_text_before(
+    scenario: Scenario, accuracies: Sequence[float | str] | None, rounds: int, pixels: int, every_model: bool
+) -> str:
+    """Return what :func:`bench` is about to measure, for a user who waits for it."""
+    asked = asked_for(scenario, accuracies)
+    image = scenario.image
+    return (
+        f"{scenario.origin}: {scenario.frames.count} frames of {image.rows} x {image.columns} pixels, "
+        f"{len(scenario.bands)} bands; radiance {', '.join(MODELS) if every_model else scenario.radiance.model}; "
+        f"accuracies {', '.join(map(_text, asked))}; {rounds} round{'s' * (rounds > 1)}; errors of {pixels} pixels"
+    )
+
+
+def _numbered(tell: Callable[[str], None], total: int) -> Callable[[str], None]:
+    """Return a function that tells the next of ``total`` steps with its number."""
+    number = count(1)
+    return lambda text: tell(f"step {next(number)} of {total}: {text}")
+
+
+def _say_of(say: Callable[[str], None], prefix: str, text: str) -> None:
+    say(prefix + text)
+
+
+def _steps(accuracies: tuple[float | str, ...], rounds: int) -> int:
+    """Number of steps of :func:`measured`."""
+    return 2 + rounds * (len(accuracies) + 1) + len(accuracies)
+
+
+def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: Callable[[str], None]) -> Plan:
     """Make the plans of all accuracies, so that an unsupported one is rejected before any measurement."""
-    plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
+    plans: list[Plan] = []
+    for accuracy in accuracies:
+        say(f"plan at accuracy {_text(accuracy)}" + ("" if plans else ", compiling kernels"))
+        plans.append(make_plan(_at(scenario, accuracy, 0)))
+    plan = plans[0]
     if not plan.needs_radiance:
         message = "none of these needs radiance, so there is nothing to measure; add radiance"
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
@@ -279,6 +319,7 @@ def measured(
     """Measure a scenario at all accuracies and by brute force, relative to a reference; as for :func:`bench`."""
     times, columns = Rounds(), reference.columns
     pixels = columns.shape[0]
+    say("first run, which is not timed")
     plan = make_plan(_at(scenario, accuracies[0], 0))
     time_stages(Rounds(), "", plan.scenario, folder, True)
     say("integrating some pixels, at all wavenumbers and at fewer")
@@ -289,7 +330,7 @@ def measured(
     for number in range(rounds):
         raw = []
         for accuracy in accuracies:
-            what = "new tables, stages, whole run, certificate" if number == 0 else "stages and whole run"
+            what = "new tables, stages and whole run" if number == 0 else "stages and whole run"
             say(f"round {number + 1} of {rounds}, accuracy {_text(accuracy)}: {what}")
             # Tables and certificates take longest and are the same in every round, so they are made once.
             time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
@@ -298,6 +339,7 @@ def measured(
                 run = make_plan(_at(scenario, accuracy, 0))
                 looked_up = table_radiance(run, tables_of(run), columns)
                 by_band[accuracy] = {} if looked_up is None else reference.errors(looked_up)
+                say(f"round 1 of {rounds}, accuracy {_text(accuracy)}: certificate")
                 checked = _at(scenario, accuracy, pixels)
                 checks[accuracy] = time_certificate(times, _name(accuracy), checked)
         # The number of bytes is the same at all accuracies, and disk speed varies.

@@ -88,6 +88,7 @@ def bench(
         raise click.BadParameter("the same accuracy is given twice", param_hint="--accuracy")
     loaded = load(scenario, assignments)
     from hcss_bench.benchmark import bench as measure
+    from hcss_bench.benchmark import bench_text_before
     from hcss_bench.text import bench_text, draw_bench
 
     start = time.monotonic()
@@ -95,6 +96,7 @@ def bench(
     def announce(text: str) -> None:
         click.echo(f"{time.monotonic() - start:5.0f} s  {text}", err=True)
 
+    announce(bench_text_before(loaded, accuracies or None, rounds, pixels, every_model))
     found = measure(loaded, accuracies or None, rounds, pixels, folder, announce, every_model, reference_level)
     text = json.dumps({model: each.as_dict() for model, each in found.items()}, indent=1)
     click.echo(text if printed else "\n\n".join(map(bench_text, found.values())))

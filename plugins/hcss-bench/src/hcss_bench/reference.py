@@ -7,7 +7,7 @@ compared with the same numbers.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,15 +93,22 @@ class Reference:
         return dict(zip(self.bands, largest.tolist(), strict=True))
 
 
-def reference_of(scenario: Scenario, columns: Array, level: int | None = None) -> Reference:
+REFERENCE_STEPS = 4
+"""Number of steps that :func:`reference_of` tells."""
+
+
+def reference_of(
+    scenario: Scenario, columns: Array, level: int | None = None, say: Callable[[str], None] = lambda text: None
+) -> Reference:
     """Compute the reference for the columns (N, L) of a scene.
 
     As in the certificate: spectra at all wavenumbers and a coarse numerical level, plus their change to the level
     asked for, by default the finest (64 streams), at wavenumbers chosen for these columns. A finer spectral grid and a
     higher closure order multiply the result by a factor of a coarse level: it differs from 1 by some 1e-4, and that
     of the streams by some 1e-2, so that their product is accurate to some 1e-6.
-    Atmosphere, sea and particles are those of the scenario.
+    Atmosphere, sea and particles are those of the scenario. ``say`` is called with each step.
     """
+    say(f"plans, and effect of a finer spectral grid on {columns.shape[0]} pixels")
     plan = make_plan(changed(scenario, PHYSICAL), keeps_results=False)
     last = plan.assembly.model.declares.numerical_levels - 1
     level = last if level is None else min(level, last)
@@ -113,13 +120,14 @@ def reference_of(scenario: Scenario, columns: Array, level: int | None = None) -
     )
     factor = column_radiance(most, _finer(plan), columns) / column_radiance(lowest, grid, columns)
     assembly, sun, coarse = plan.assembly, plan.sun_at(float(plan.frame_times_s[0])), min(COARSE_LEVEL, level)
+    say("all wavenumbers")
     known = reference_spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, columns, sun, COLUMNS_AT_ONCE)
     radiance = np.sum(known, axis=1) @ grid.weights_cm1.T
     nodes = choose_nodes(grid, known, NODES_TOLERANCE)
-    changes = [
-        np.sum(level_change(assembly, each, grid, nodes, known, columns, sun)[1], axis=1)
-        for each in (level, max(level - 1, 0))
-    ]
+    changes = []
+    for each in (level, max(level - 1, 0)):
+        say(f"numerical level {each}")
+        changes.append(np.sum(level_change(assembly, each, grid, nodes, known, columns, sun)[1], axis=1))
     radiance += changes[0]
     text = (
         f"physical at numerical level {level} of {last} ({nodes.wavenumber_cm1.size} of {grid.wavenumber_cm1.size} "

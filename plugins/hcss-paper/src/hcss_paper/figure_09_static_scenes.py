@@ -23,15 +23,13 @@ from hcss_paper.figure_base import (
 )
 from hcss_paper.inputs import in_words, printed_row, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_paper.static_clouds import StaticClouds, in_place_of_images, static_clouds
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
-SIDE_PIXELS = 400
-ENTRIES = {"New Technology": "made-scene-30", "Qilu-2": "made-scene-47"}
-"""Entries of the shipped cloud database in place of the satellite images."""
 
 SATELLITES = {"New Technology": 0.30, "Qilu-2": 0.47}
 """Coverage of the two images according to Table I."""
@@ -80,29 +78,25 @@ class Stack:
         return np.abs(core / sea - 1.0)
 
 
-def stack(model: Model, entry: str, views_deg: list[float]) -> Stack:
-    """Simulate the clouds of an entry of the shipped cloud database at each view angle, in the three bands."""
+def stack(model: Model, clouds: StaticClouds, views_deg: list[float]) -> Stack:
+    """Simulate clouds at each view angle, in the three bands."""
     found: dict[str, list[NDArray[np.float32]]] = {band: [] for band in BANDS}
-    scene = {
-        "image": {"rows": SIDE_PIXELS, "columns": SIDE_PIXELS, "pixel_size": 20.0},
-        "motion": {"platform_speed": 0.0, "wind_speed": 0.0},
-        "clouds.generator": "imagery",
-        "clouds.parameters": {"entry": entry},
-    }
     for view in views_deg:
-        images = radiance_by_band("simulated", model, {**scene, "view.zenith": view})
+        images = radiance_by_band("simulated", model, {**clouds.scene, "view.zenith": view})
         for band in BANDS:
             found[band].append(images[band][0].astype(np.float32))
-    mask = simulated("simulated", model, {**scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
+    mask = simulated("simulated", model, {**clouds.scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
     return Stack(mask > 0, {band: np.stack(images) for band, images in found.items()})
 
 
 def figure_9(seed: int) -> Reproduction:
     """Return the six scenes at view zenith angles of 0 to 70 degrees."""
-    del seed  # the clouds are those of the database
+    del seed  # the clouds are those of images, or of the database
     views = [float(view) for view in published()["view_zenith_deg"]]
-    stacks = {name: stack("as-printed", ENTRIES[name], views) for name in SATELLITES}
-    corrected = stack("physical", ENTRIES[PHYSICAL_SATELLITE], views)
+    with static_clouds() as clouds:
+        stacks = {name: stack("as-printed", clouds[name], views) for name in SATELLITES}
+        corrected = stack("physical", clouds[PHYSICAL_SATELLITE], views)
+        grey = {name: each.entry.image[::-1] for name, each in clouds.items()}
     rows = []
     for number, (band, satellite) in enumerate(SCENARIOS, start=1):
         name = f"Scenario{number}"
@@ -121,13 +115,7 @@ def figure_9(seed: int) -> Reproduction:
         holds="The statements of the text about the scenes hold for other clouds of the same coverage.",
         fails="A statement of the text about the scenes does not hold for other clouds of the same coverage.",
         missing="The satellite images (Qilu-2, New Technology) are not published, so the pictures cannot be compared.",
-        chosen=(
-            *in_words(
-                "clouds: two entries of the shipped database, made by the generator with type simulated and the "
-                "coverages of Table I, 400 x 400 pixels of 20 m, in place of the satellite images"
-            ),
-            *radiance_inputs(*BANDS),
-        ),
+        chosen=(*in_words(f"clouds: {in_place_of_images(Catalog())}"), *radiance_inputs(*BANDS)),
         notes=(
             "Cloud heights are those of type simulated (Table III), each cloud top at air temperature. Means of "
             f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; "
@@ -137,6 +125,11 @@ def figure_9(seed: int) -> Reproduction:
             PHYSICAL_NOTE,
         ),
         drawings=(
+            Drawing(
+                "Clouds of scenarios 1, 3, 5 (left) and 2, 4, 6 (right), in place of the satellite images",
+                _side_by_side(grey),
+                "Two grey pictures side by side, cloud bright.",
+            ),
             Drawing(
                 "Static scenes, as-printed; each row has its own grey scale",
                 _drawn([(f"({n})", stacks[sat].radiance[band]) for n, (band, sat) in enumerate(SCENARIOS, 1)], views),
@@ -201,12 +194,19 @@ def _number(value: Any) -> float | None:
     return None if value is None else float(value)
 
 
+def _side_by_side(images: dict[str, NDArray[np.uint8]]) -> Figure:
+    figure = blank(7.0, 3.6)
+    for axis, (name, image) in zip(figure.subplots(1, len(images)), images.items(), strict=True):
+        image_panel(axis, image, f"in place of {name}")
+    return figure
+
+
 def _drawn(stacks: list[tuple[str, NDArray[np.float32]]], views_deg: list[float]) -> Figure:
     figure = blank(10.0, 1.33 * len(stacks) + 0.2)
     axes = figure.subplots(len(stacks), len(views_deg))
     for number, (row, (label, images)) in enumerate(zip(axes, stacks, strict=True)):
         limits = (float(np.quantile(images, 0.002)), float(np.quantile(images, 0.998)))
         for axis, image, view in zip(row, images, views_deg, strict=True):
-            image_panel(axis, image, f"{view:g}°" if number == 0 else "", limits, most=100)
+            image_panel(axis, image, f"{view:g}°" if number == 0 else "", limits, most=80)
         row[0].set_ylabel(label, rotation=0, labelpad=12)
     return figure

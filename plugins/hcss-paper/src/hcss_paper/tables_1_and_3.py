@@ -5,6 +5,7 @@ from __future__ import annotations
 from hcss_paper.inputs import published
 from hcss_paper.reproduction import Check, Reproduction, Row, judged
 from hcss_paper.scene import BANDS
+from hcss_paper.static_clouds import in_place_of_images, static_clouds
 from hcss_paper.tables_8_and_9 import cloud_mask
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.scenario.bands import spectral_band
@@ -18,7 +19,9 @@ def table_1(seed: int) -> Reproduction:
     bands = {spectral_band(name, catalog).name: spectral_band(name, catalog) for name in BANDS.values()}
     limits = {tuple(map(float, text.split("-"))): name for text, name in BANDS.items()}
     rows, cover_errors = [], []
-    for number, _, (low, high), coverage in published()["table_1"]["rows"]:
+    with static_clouds() as clouds:
+        covers = {f"{name} Satellite": each.coverage for name, each in clouds.items()}
+    for number, satellite, (low, high), coverage in published()["table_1"]["rows"]:
         band = bands[limits[low, high]]
         found = float(cloud_mask("simulated", coverage, seed).mean())
         cover_errors.append(abs(found - coverage))
@@ -26,7 +29,7 @@ def table_1(seed: int) -> Reproduction:
         rows += [
             Row(f"{label}, shortest wavelength", "um", low, band.lower_um),
             Row(f"{label}, longest wavelength", "um", high, band.upper_um),
-            Row(f"{label}, coverage", "1", coverage, found),
+            Row(f"{label}, coverage", "1", coverage, covers[satellite]),
         ]
     same = all(row.difference == 0.0 for row in rows if row.unit == "um")
     checks = (
@@ -43,8 +46,8 @@ def table_1(seed: int) -> Reproduction:
         holds="These are inputs: the bands are in the catalog, and a scene has exactly the requested coverage.",
         fails="A band or a coverage differs from the table.",
         notes=(
-            "The two satellite images are not published. Coverages are those of clouds of type simulated; "
-            "`hcss import` extracts clouds from your own images.",
+            f"The two satellite images are not published. Coverages are those of {in_place_of_images(catalog)}. "
+            "`hcss clouds import` extracts clouds from your own images.",
             "The radiance of Table II does not follow from these coverages, but from the effective covers of "
             "opaque cloud listed there.",
         ),
