@@ -1,12 +1,14 @@
 """The figures of the HCSS paper, as ``hcss reproduce`` computes them: checks hold, and fail where a law is broken."""
 
 import dataclasses
+from functools import wraps
 from importlib import import_module
 from io import BytesIO
 
 import numpy as np
 import pytest
 from hcss_paper import (
+    cubes,
     figure_03_sea_spectrum,
     figure_04_fractal_fields,
     figure_05_cloud_volume,
@@ -61,7 +63,7 @@ def _no_corrected_physics(monkeypatch):
         "radiance": {"model": "as-printed", "parameters": {"cloud_sun_scale": 0.0}},
     }
     monkeypatch.setitem(figure_base._PARTS, "physical", parts)
-    monkeypatch.setitem(figure_base._ACCURACY, "as-printed", 1e-2)
+    monkeypatch.setitem(cubes.ACCURACY, "as-printed", 1e-2)
 
 
 def computed(name, seed=1, **options):
@@ -84,6 +86,7 @@ def once_for_both_models(make):
     """What makes images of a model, for the printed one only; the other model has the same ones."""
     kept = {}
 
+    @wraps(make)
     def made(model, *arguments):
         key = repr(arguments)
         if key not in kept:
@@ -293,6 +296,20 @@ class TestPushBroom:
         frames = np.stack([scenery[:, place : place + 320] for place in (0, step, 2 * step)])
         _, check = figure_12_push_broom.motion("band", frames)
         assert check.holds is holds
+
+
+def test_figure_13_compares_the_means_of_its_images_with_table_7(monkeypatch):
+    monkeypatch.setattr(figure_13_coverage, "images", once_for_both_models(figure_13_coverage.images))
+    found = figure_13_coverage.figure_13(1, size=40)
+    compared = [row for row in found.rows if "radiance" in row.label]
+    assert [row.published for row in compared] == [0.648, 0.638, 0.624, 0.606, 0.604]
+    assert found.verdict == FITTED
+    # Opaque clouds at the heights of type simulated, as before: their radiance falls too fast with coverage.
+    opaque = {"clouds.base": 333.0, "clouds.top": 6000.0, "clouds.water_content": 0.44}
+    make = figure_base.simulated
+    monkeypatch.setattr(figure_13_coverage, "simulated", lambda name, model, own: make(name, model, {**own, **opaque}))
+    monkeypatch.setattr(figure_13_coverage, "images", once_for_both_models(figure_13_coverage.images.__wrapped__))
+    assert figure_13_coverage.figure_13(1, size=40).verdict == MISSING
 
 
 def test_coverages_and_their_radiance_are_checked():

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
+from hcss_paper.cubes import scene_inputs
 from hcss_paper.figure_base import (
     BANDS,
     PHYSICAL_NOTE,
@@ -18,10 +19,9 @@ from hcss_paper.figure_base import (
     blank,
     image_panel,
     radiance_by_band,
-    radiance_inputs,
     simulated,
 )
-from hcss_paper.inputs import in_words, printed_row, published
+from hcss_paper.inputs import assumed, in_words, printed_row, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin.core.arrays import Array
 
@@ -90,10 +90,10 @@ def stack(model: Model, entry: str, views_deg: list[float]) -> Stack:
         "clouds.parameters": {"entry": entry},
     }
     for view in views_deg:
-        images = radiance_by_band("simulated", model, {**scene, "view.zenith": view})
+        images = radiance_by_band("baseline", model, {**scene, "view.zenith": view})
         for band in BANDS:
             found[band].append(images[band][0].astype(np.float32))
-    mask = simulated("simulated", model, {**scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
+    mask = simulated("baseline", model, {**scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
     return Stack(mask > 0, {band: np.stack(images) for band, images in found.items()})
 
 
@@ -126,12 +126,12 @@ def figure_9(seed: int) -> Reproduction:
                 "clouds: two entries of the shipped database, made by the generator with type simulated and the "
                 "coverages of Table I, 400 x 400 pixels of 20 m, in place of the satellite images"
             ),
-            *radiance_inputs(*BANDS),
+            *scene_inputs(),
+            *assumed(["short-wave glint scale"]),
         ),
         notes=(
-            "Cloud heights are those of type simulated (Table III), each cloud top at air temperature. Means of "
-            f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; "
-            "table-2 has a closer fit with one cloud top and an effective cover.",
+            "The scene is that of table-2. Means of these images are within "
+            f"{100 * _largest_share(rows):.2g} % of Table II, whose clouds are unknown.",
             "With the corrected physics clouds reflect sunlight: in 2.7-3.0 um they are darker than the glint, and "
             "brighter than the sea beyond 60 deg.",
             PHYSICAL_NOTE,

@@ -138,6 +138,7 @@ def checks_of(images: dict[float, Array], allowed: float) -> list[Check]:
             Check(
                 f"{size:g} m against block means of 5 m: largest relative difference {off:.1e}, at most {allowed:g}",
                 off <= allowed,
+                "section IV-C",
             )
         )
     spreads = [float(images[size].std()) for size in sorted(images)]

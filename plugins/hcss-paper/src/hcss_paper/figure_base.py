@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_paper.cubes import ACCURACY
 from hcss_paper.inputs import AssumedInput, assumed, fitted, in_words
+from hcss_paper.scene import PHYSICAL, Model
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.scenario.scenario import Scenario
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Model = Literal["as-printed", "physical"]
 
 SHORT_WAVE = "swir-2.7-3.0"
 BANDS = {SHORT_WAVE: "2.7-3.0 um", "mwir": "3.0-5.0 um", "lwir": "8.0-14.0 um"}
@@ -29,15 +29,8 @@ _PARTS: Mapping[Model, Mapping[str, Any]] = {
         "optics": {"provider": "mie", "parameters": {"phase_function": "henyey-greenstein"}},
         "sea.model": "cox-munk",
     },
-    "physical": {
-        "radiance": {"model": "physical", "parameters": {}},
-        "optics": {"provider": "bulk", "parameters": {}},
-        "sea.model": "rough-sea",
-    },
+    "physical": PHYSICAL,
 }
-
-_ACCURACY: Mapping[Model, float] = {"as-printed": 1e-3, "physical": 1e-2}
-"""Relative: as much as is visible in a picture, to save time."""
 
 PHYSICAL_NOTE = (
     "Physical: the same scene with the corrected physics, with the full glint and with sunlight on the clouds, to 1 % "
@@ -63,9 +56,10 @@ def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenar
     """
     common: dict[str, Any] = {
         "frames.count": 1,
-        "accuracy": _ACCURACY[model],
+        "accuracy": ACCURACY[model],
         "output.certificate": 0,
         "sea.temperature": fitted("sea temperature"),
+        "sea.temperature_texture": 0.0,  # the paper's sea has one temperature
         "atmosphere.coefficients": "lowtran7",
         **_PARTS[model],
     }
