@@ -6,9 +6,9 @@
     python docs/figures/radiance_modes.py --write    # puts them into docs/development/radiance.md
     python docs/figures/radiance_modes.py --check    # fails where the page differs by more than 2 percent
 
-Geometry, atmosphere and wind are those of the shipped scenario ``baseline``. The clouds are opaque, with the top at 6 km
-and the profile's temperature, the sea has 291.4 K, and the as-printed model has eqs 16 and 18 unscaled: the scenario's
-fits to the paper's tables would hide differences.
+Geometry, atmosphere and wind are those of the shipped scenario ``baseline``. The clouds are opaque, with the top at
+6 km and the profile's temperature, the sea has 291.4 K, and the as-printed model has eqs 16 and 18 unscaled: the
+scenario's fits to the paper's tables would hide differences.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def table(found: dict[str, Any]) -> str:
         "|---|---|---|---|---|",
         *(_total(name, list(items)) for name, items in _by_verdict(found)),
         "",
-        "| item | verdict | largest difference | of the mixture | numbers, inputs, choices | why it is not reproducible |",
+        "| item | verdict | largest difference | of the mixture | numbers, inputs, choices | why not reproducible |",
         "|---|---|---|---|---|---|",
     ]
     for name, each in found.items():

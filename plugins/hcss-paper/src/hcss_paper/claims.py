@@ -58,7 +58,7 @@ def headline(seed: int) -> Reproduction:
         rows,
         checks,
         holds="All three numbers follow from the tables. The notes explain what they measure.",
-        fails="The claimed numbers follow from the printed rows, but not all from the cubes, which are off by 4 % at most: "
+        fails="The claimed numbers follow from the printed rows, but not all from the cubes, which differ by 4 %: "
         f"{'; '.join(check.statement for check in checks if not check.holds)}.",
         inputs=inputs,
         notes=(
