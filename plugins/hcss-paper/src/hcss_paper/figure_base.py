@@ -39,10 +39,10 @@ PHYSICAL_NOTE = (
 
 
 def radiance_inputs(*bands: str) -> tuple[AssumedInput, ...]:
-    """Return the inputs of every radiance image in these bands, for a reproduction."""
-    scales = [_glint_name(band) for band in bands]
+    """Return the inputs of radiance images of other scenes than ``baseline`` in these bands, for a reproduction."""
+    scales = [_glint_name(band, _MIXTURE) for band in bands]
     return (
-        *assumed(["sea temperature", *dict.fromkeys(scales)]),
+        *assumed([f"sea temperature{_MIXTURE}", *dict.fromkeys(scales)]),
         *in_words(
             "wind 10 m/s, and no sunlight on the cloud in as-printed: inputs of scenario baseline, fixed in the fits"
         ),
@@ -52,19 +52,20 @@ def radiance_inputs(*bands: str) -> tuple[AssumedInput, ...]:
 def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenario:
     """Return a shipped scenario with one of the two radiance models and further overrides.
 
-    The fitted factor on the glint is that of its first band.
+    The fitted factor on the glint is that of its first band. ``baseline`` has the inputs of the tables' scene, and
+    other scenarios, whose clouds are opaque, have those of the mixture.
     """
+    kind = "" if name == "baseline" else _MIXTURE
     common: dict[str, Any] = {
         "frames.count": 1,
         "accuracy": ACCURACY[model],
         "output.certificate": 0,
-        "sea.temperature": fitted("sea temperature"),
-        "sea.temperature_texture": 0.0,  # the paper's sea has one temperature
+        "sea.temperature": fitted(f"sea temperature{kind}"),
         "atmosphere.coefficients": "lowtran7",
         **_PARTS[model],
     }
     if model == "as-printed":
-        glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"])))))
+        glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"]))), kind))
         common["radiance"] = {"model": model, "parameters": {"glint_scale": glint, "cloud_sun_scale": 0.0}}
     return Scenario.load(name, {**common, **overrides})
 
@@ -88,8 +89,11 @@ def radiance_by_band(name: str, model: Model, overrides: Mapping[str, Any]) -> d
     return found
 
 
-def _glint_name(band: str) -> str:
-    return "short-wave glint scale" if band == SHORT_WAVE else "glint scale"
+_MIXTURE = " of the mixture"
+
+
+def _glint_name(band: str, kind: str) -> str:
+    return "short-wave glint scale" if band == SHORT_WAVE else f"glint scale{kind}"
 
 
 RADIANCE = "W m-2 sr-1"
