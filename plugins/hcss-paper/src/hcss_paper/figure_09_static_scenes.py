@@ -15,7 +15,6 @@ from hcss_paper.figure_base import (
     PHYSICAL_NOTE,
     RADIANCE,
     SHORT_WAVE,
-    Model,
     blank,
     image_panel,
     radiance_by_band,
@@ -23,6 +22,7 @@ from hcss_paper.figure_base import (
 )
 from hcss_paper.inputs import assumed, in_words, printed_row, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_paper.scene import Model
 from hcss_twin.core.arrays import Array
 
 if TYPE_CHECKING:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcss_paper.cubes import NADIR_CHOICE, scene_inputs
-from hcss_paper.figure_base import PHYSICAL_NOTE, RADIANCE, RADIANCE_SHOWN, Model, blank, image_panel, simulated
+from hcss_paper.figure_base import PHYSICAL_NOTE, RADIANCE, RADIANCE_SHOWN, blank, image_panel, simulated
 from hcss_paper.fits import fitted_mixture
 from hcss_paper.inputs import published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged, largest_share_check, rms_percent
+from hcss_paper.scene import Model
 from hcss_paper.tables_2_and_4 import MIXTURE_NOTE, rows_of
 from hcss_paper.tables_5_to_7 import LARGEST_OF_COVERAGES
 from hcss_twin.core.arrays import Array

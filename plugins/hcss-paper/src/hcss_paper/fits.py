@@ -179,7 +179,8 @@ def column_terms() -> ColumnTerms:
 def _opaque_column(plan: Plan) -> Array:
     """Return the radiance (bands,) of the thickest cloud."""
     thickest, sun = [plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
-    return reference_radiance(plan.assembly.model, plan.spectral_grid, thickest, sun)[0]
+    result: Array = reference_radiance(plan.assembly.model, plan.spectral_grid, thickest, sun)[0]
+    return result
 
 
 def mixture_rows(terms: ColumnTerms, inputs: Array) -> dict[str, Array]:
