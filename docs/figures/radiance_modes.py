@@ -6,9 +6,9 @@
     python docs/figures/radiance_modes.py --write    # puts them into docs/development/radiance.md
     python docs/figures/radiance_modes.py --check    # fails where the page differs by more than 2 percent
 
-Geometry, atmosphere, clouds and sea are those of the shipped scenario ``baseline`` (cloud top at 6 km), except that
-the clouds have the profile's temperature, and that the as-printed model has eqs 16 and 18 unscaled: its fits to the
-paper's tables would hide differences.
+Geometry, atmosphere and wind are those of the shipped scenario ``baseline``. The clouds are opaque, with the top at
+6 km and the profile's temperature, the sea has 291.4 K, and the as-printed model has eqs 16 and 18 unscaled: the
+scenario's fits to the paper's tables would hide differences.
 """
 
 from __future__ import annotations
@@ -54,13 +54,11 @@ def columns(overrides: dict[str, object], zenith: float) -> list[dict[str, np.nd
         "view.zenith": zenith,
         "bands": list(BANDS),
         "frames.count": 1,
-        "clouds.temperature": None,
+        "clouds": {"type": "simulated", "coverage": 0.3, "top": 6000.0, "anchor": "top"},
+        "sea.temperature": 291.4,
         "motion.platform_speed": 0.0,
     }
-    raw = Scenario.load("baseline").model_dump()
-    raw["clouds"]["layers"][0].pop("temperature", None)
-    del common["clouds.temperature"]
-    plan = make_plan(Scenario.from_dict(raw, common | overrides))
+    plan = make_plan(Scenario.load("baseline", common | overrides))
     sun = plan.sun_track.at(0.0)
     nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1.T
     thick = plan.layers[0].thickness_max_m

@@ -233,7 +233,7 @@ class AsPrintedParameters(BaseModel):
         1.0,
         ge=0,
         le=10,
-        description="Scale factor for sunlight reflected by the sea; 0.162 fits Tables II and IV, 1 is eq 18.",
+        description="Scale factor for sunlight reflected by the sea; 0.087 fits Tables II and IV to VII, 1 is eq 18.",
     )
     cloud_sun_scale: float = Field(
         1.0,

@@ -116,7 +116,7 @@ def test_what_a_scenario_says_is_not_filled_in_and_the_climatology_is_not_opened
     plan = make_plan(Scenario.load("baseline", SMALL))
     assert plan.filled_in == ()
     assert not any("climatology" in name for name in plan.catalog.used)
-    assert plan.assembly.sea_temperature_K == 291.4
+    assert plan.assembly.sea_temperature_K == 284.818
 
 
 def test_the_table_keeps_its_profile_everywhere():

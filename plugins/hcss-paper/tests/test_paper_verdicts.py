@@ -28,6 +28,8 @@ from hcss_twin.core.errors import HcssError
 from hcss_twin.reports.page import page_text
 
 GOOD, BAD = Check("good", True), Check("bad", False)
+SAID = Check("said", True, "section I")
+PRINTED = Row("x", "K", 1.0, 1.0)
 SEA = in_words("sea")
 
 
@@ -41,21 +43,34 @@ SEA = in_words("sea")
     ],
 )
 def test_a_verdict_is_that_of_the_checks_and_inputs(checks, inputs, verdict):
-    assert verdict_of(checks, inputs) == verdict
+    assert verdict_of([PRINTED], checks, inputs) == verdict
 
 
 def test_no_verdict_without_a_check():
     with pytest.raises(ValueError, match="something that can fail"):
-        verdict_of([], ())
+        verdict_of([PRINTED], [], ())
+
+
+@pytest.mark.parametrize("rows", [[], [Row("x", "K", None, 1.0)], [Row("x", "K", 1.0, None)]])
+def test_no_verdict_without_a_printed_number_or_a_statement_of_the_paper(rows):
+    with pytest.raises(ValueError, match="no printed number is compared"):
+        verdict_of(rows, [GOOD], ())
+    assert verdict_of(rows, [GOOD, SAID], ()) == "reproduced"
+    assert verdict_of([*rows, PRINTED], [GOOD], ()) == "reproduced"
+
+
+def test_an_item_whose_rows_lose_a_printed_number_fails():
+    one = Item("fine", "fine", f"{__name__}:fine", 1)
+    assert [found.verdict for found in outcomes([one, replace(one, numbers=2)], 1)] == ["reproduced", "failed"]
 
 
 def test_the_reason_told_is_that_of_the_verdict():
-    assert judged([], [GOOD], "yes", "no").reason == "yes"
-    assert judged([], [BAD], "yes", "no").reason == "no"
+    assert judged([PRINTED], [GOOD], "yes", "no").reason == "yes"
+    assert judged([PRINTED], [BAD], "yes", "no").reason == "no"
 
 
 def test_fitted_inputs_are_told_with_their_values_and_how_to_fit_them():
-    found = judged([], [GOOD], "yes", "no", inputs=["sea temperature"])
+    found = judged([PRINTED], [GOOD], "yes", "no", inputs=["sea temperature"])
     [sea], [note] = found.fitted_inputs, found.notes
     assert (sea.name, sea.value, sea.unit) == ("sea temperature", fitted_inputs()["sea temperature"].value, "K")
     assert f"{sea.value:g} K" in sea.text
@@ -63,14 +78,14 @@ def test_fitted_inputs_are_told_with_their_values_and_how_to_fit_them():
 
 
 def test_a_reading_chosen_to_fit_is_a_fitted_input():
-    found = judged([], [GOOD], "yes", "no", choices=["L counts cells"])
+    found = judged([PRINTED], [GOOD], "yes", "no", choices=["L counts cells"])
     assert found.verdict == "reproduced with fitted inputs"
     assert found.fitted_inputs == (AssumedInput("L counts cells", name=None, value=None, unit=None),)
 
 
 def test_a_choice_in_the_words_of_a_fitted_input_is_not_that_number():
     words = fitted_inputs()["sea temperature"].assumed.text
-    found = judged([], [GOOD], "yes", "no", inputs=["sea temperature"], choices=[words])
+    found = judged([PRINTED], [GOOD], "yes", "no", inputs=["sea temperature"], choices=[words])
     written = Outcome(Item("a", "", ""), found, "", 1).as_dict()["fitted_inputs"]
     assert [each["text"] for each in written] == [words, words]
     assert [each["name"] for each in written] == ["sea temperature", None]
@@ -132,6 +147,33 @@ def test_an_unknown_item_is_told_the_closest():
         chosen(["tabel-4"])
 
 
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        ("table II", "table-2"),
+        ("Table II", "table-2"),
+        ("table 2", "table-2"),
+        ("II", "table-2"),
+        ("2", "table-2"),
+        ("Table IV, MODTRAN", "table-4-modtran"),
+        ("x", "table-10"),
+        ("Fig. 12", "figure-12"),
+        ("Sun angles", "sun-angles"),
+        *((heading(item.name), item.name) for item in ITEMS),
+    ],
+)
+def test_an_item_may_be_named_as_in_the_paper(written, name):
+    assert [item.name for item in chosen([written])] == [name]
+
+
+@pytest.mark.parametrize(
+    ("written", "closest"), [("Tabel II", "table-2"), ("table XI", "table-1"), ("figur 12", "figure-12")]
+)
+def test_a_name_that_is_nearly_that_of_the_paper_is_told_the_closest(written, closest):
+    with pytest.raises(HcssError, match=f"no item '{written}'; allowed: .*; closest is '{closest}"):
+        chosen([written])
+
+
 def fine(seed):
     return Reproduction("reproduced", "Yes.", [Row(f"seed {seed}", "K", 0.45, 0.46, 0.5)], [GOOD])
 
@@ -141,7 +183,7 @@ def broken(seed):
 
 
 def test_an_item_that_raises_is_reported_and_the_others_are_computed():
-    items = [Item(name, name, f"{__name__}:{name}") for name in ("broken", "fine")]
+    items = [Item(name, name, f"{__name__}:{name}", 1) for name in ("broken", "fine")]
     first, second = outcomes(items, 7)
     assert (first.verdict, first.result, first.worst) == ("failed", None, None)
     assert "KeyError" in first.error
@@ -153,6 +195,7 @@ def test_an_item_that_raises_is_reported_and_the_others_are_computed():
         "published": 0.45,
         "computed": 0.46,
         "difference": 0.01,
+        "mixture": None,
         "physical": 0.5,
     }
     text = page_text(reproduction_page([first, second], 7))
@@ -185,7 +228,7 @@ def undrawable(seed):
 
 
 def test_a_drawing_that_raises_while_it_is_drawn_makes_its_item_failed_alone():
-    items = [Item(name, name, f"{__name__}:{name}") for name in ("undrawable", "drawn")]
+    items = [Item(name, name, f"{__name__}:{name}", 1) for name in ("undrawable", "drawn")]
     first, second = outcomes(items, 7)
     assert (first.verdict, first.result, first.pictures) == ("failed", None, ())
     assert "nosuchsymbol" in first.error

@@ -95,7 +95,8 @@ def test_a_folder_that_is_not_there_is_found_out_before_computing(tmp_path):
 
 def test_the_seed_is_what_items_are_computed_with(paths, monkeypatch):
     def drawn(seed):
-        return Reproduction("reproduced", "Yes.", [Row("seed", "1", None, float(seed))], [Check("it is drawn", True)])
+        rows = [Row("seed", "1", 1.0, float(seed))] * 32
+        return Reproduction("reproduced", "Yes.", rows, [Check("it is drawn", True)])
 
     monkeypatch.setattr(tables_1_and_3, "table_3", drawn)
     page, numbers = paths

@@ -84,8 +84,8 @@ def figure_4(seed: int) -> Reproduction:
     scaled = np.array(lengths_m) * cells
     uneven = float(np.max(np.abs(scaled / scaled[-1] - 1.0)))
     checks = (
-        Check(f"H .1, .5, .8: increasingly smooth, dimension {_listed(of_hurst)}", _falls(of_hurst)),
-        Check(f"γ 2, 3, 4: more detail, dimension {_listed(of_gamma)}", _falls(of_gamma[::-1])),
+        Check(f"H .1, .5, .8: increasingly smooth, dimension {_listed(of_hurst)}", _falls(of_hurst), "section III-A"),
+        Check(f"γ 2, 3, 4: more detail, dimension {_listed(of_gamma)}", _falls(of_gamma[::-1]), "section III-A"),
         Check(f"kmax 0, 2, 4: more detail, dimension {_listed(of_last)}", _falls(of_last[::-1])),
         Check(
             f"L 5, 20, 50: increasingly small structures; lag of half the variance times L varies by "

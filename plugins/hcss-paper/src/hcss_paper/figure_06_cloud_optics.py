@@ -91,6 +91,8 @@ def checks_of(name: str, found: Efficiencies) -> tuple[Check, ...]:
     dip_um = float(found.wavelength_um[near][np.argmin(found.albedo[near])])
     dip = float(found.albedo[near].min())
     visible = float(found.albedo[found.wavelength_um < 1.0].min())
+    infrared = (found.wavelength_um >= 8.0) & (found.wavelength_um <= 14.0)
+    absorbed = float(np.mean(1.0 - found.albedo[infrared]))
     # Half of the extinction of a large particle is diffraction, which is scattering.
     return (
         Check(
@@ -104,6 +106,11 @@ def checks_of(name: str, found: Efficiencies) -> tuple[Check, ...]:
             low <= dip_um <= high and 0.4 <= dip <= 0.75,
         ),
         Check(f"{name}: albedo below 1 um at least {visible:.5f}, above .999", 0.999 < visible <= 1.0),
+        Check(
+            f"{name}: absorbs strongly in the infrared, {absorbed:.2f} of the extinction in 8-14 um, at least .2",
+            absorbed >= 0.2,
+            "section IV-D",
+        ),
     )
 
 

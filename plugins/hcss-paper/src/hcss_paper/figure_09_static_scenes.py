@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
+from hcss_paper.cubes import scene_inputs
 from hcss_paper.figure_base import (
     BANDS,
     PHYSICAL_NOTE,
     RADIANCE,
     SHORT_WAVE,
-    Model,
     blank,
     image_panel,
     radiance_by_band,
-    radiance_inputs,
     simulated,
 )
-from hcss_paper.inputs import in_words, printed_row, published
+from hcss_paper.inputs import assumed, in_words, printed_row, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_paper.scene import Model
 from hcss_paper.static_clouds import StaticClouds, in_place_of_images, static_clouds
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -82,10 +82,10 @@ def stack(model: Model, clouds: StaticClouds, views_deg: list[float]) -> Stack:
     """Simulate clouds at each view angle, in the three bands."""
     found: dict[str, list[NDArray[np.float32]]] = {band: [] for band in BANDS}
     for view in views_deg:
-        images = radiance_by_band("simulated", model, {**clouds.scene, "view.zenith": view})
+        images = radiance_by_band("baseline", model, {**clouds.scene, "view.zenith": view})
         for band in BANDS:
             found[band].append(images[band][0].astype(np.float32))
-    mask = simulated("simulated", model, {**clouds.scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
+    mask = simulated("baseline", model, {**clouds.scene, "output.variables": ["cloud_mask"]}).cloud_mask[0].to_numpy()
     return Stack(mask > 0, {band: np.stack(images) for band, images in found.items()})
 
 
@@ -115,11 +115,14 @@ def figure_9(seed: int) -> Reproduction:
         holds="The statements of the text about the scenes hold for other clouds of the same coverage.",
         fails="A statement of the text about the scenes does not hold for other clouds of the same coverage.",
         missing="The satellite images (Qilu-2, New Technology) are not published, so the pictures cannot be compared.",
-        chosen=(*in_words(f"clouds: {in_place_of_images(Catalog())}"), *radiance_inputs(*BANDS)),
+        chosen=(
+            *in_words(f"clouds: {in_place_of_images(Catalog())}"),
+            *scene_inputs(),
+            *assumed(["short-wave glint scale"]),
+        ),
         notes=(
-            "Cloud heights are those of type simulated (Table III), each cloud top at air temperature. Means of "
-            f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; "
-            "table-2 has a closer fit with one cloud top and an effective cover.",
+            "The scene is that of table-2. Means of these images are within "
+            f"{100 * _largest_share(rows):.2g} % of Table II, whose clouds are unknown.",
             "With the corrected physics clouds reflect sunlight: in 2.7-3.0 um they are darker than the glint, and "
             "brighter than the sea beyond 60 deg.",
             PHYSICAL_NOTE,

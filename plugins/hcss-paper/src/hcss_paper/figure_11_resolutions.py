@@ -10,7 +10,6 @@ from hcss_paper.figure_base import (
     PHYSICAL_NOTE,
     RADIANCE,
     RADIANCE_SHOWN,
-    Model,
     blank,
     image_panel,
     radiance_inputs,
@@ -18,6 +17,7 @@ from hcss_paper.figure_base import (
 )
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_paper.scene import Model
 from hcss_twin.core.arrays import Array
 
 if TYPE_CHECKING:
@@ -138,6 +138,7 @@ def checks_of(images: dict[float, Array], allowed: float) -> list[Check]:
             Check(
                 f"{size:g} m against block means of 5 m: largest relative difference {off:.1e}, at most {allowed:g}",
                 off <= allowed,
+                "section IV-C",
             )
         )
     spreads = [float(images[size].std()) for size in sorted(images)]

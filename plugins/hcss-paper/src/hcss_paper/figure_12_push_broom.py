@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.signal import fftconvolve
 
-from hcss_paper.figure_base import BANDS, PHYSICAL_NOTE, Model, blank, image_panel, radiance_by_band, radiance_inputs
+from hcss_paper.figure_base import BANDS, PHYSICAL_NOTE, blank, image_panel, radiance_by_band, radiance_inputs
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_paper.scene import Model
 from hcss_twin.core.arrays import Array
 
 if TYPE_CHECKING:

@@ -120,7 +120,11 @@ def spectral_checks(found: dict[str, Array], reference: dict[str, Array]) -> lis
     rms = max(float(np.sqrt(np.mean((found[name] - reference[name]) ** 2))) for name in STARTS_M)
     return [
         Check(f"between 0 and 1: {every.min():.1e} to {every.max():.5f}", bool(every.min() >= 0 and every.max() <= 1)),
-        Check(f"falls from 0 to 70 deg at every wavelength; largest rise {rise:.1e}, at most 1e-9", rise <= 1e-9),
+        Check(
+            f"falls from 0 to 70 deg at every wavelength; largest rise {rise:.1e}, at most 1e-9",
+            rise <= 1e-9,
+            "section V-A",
+        ),
         Check(
             f"transmittance from the cloud is not below that from the sea; largest deficit {under:.1e}, at most 1e-9",
             under <= 1e-9,
@@ -166,7 +170,7 @@ def mean_checks(means: dict[str, Array], reference: dict[str, Array]) -> list[Ch
     steepest = all(int(np.argmin(np.diff(values))) == len(values) - 2 for values in means.values())
     off = max(float(np.max(np.abs(means[name] - reference[name]))) for name in means)
     return [
-        Check("falls with every step of the angle", bool(falls)),
+        Check("falls with every step of the angle", bool(falls), "section V-A"),
         Check("falls most from 60 to 70 deg", steepest),
         Check(
             "transmittance from the cloud is above that from the sea at every angle",

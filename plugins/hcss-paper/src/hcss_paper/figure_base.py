@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_paper.cubes import ACCURACY
 from hcss_paper.inputs import AssumedInput, assumed, fitted, in_words
+from hcss_paper.scene import PHYSICAL, Model
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.scenario.scenario import Scenario
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Model = Literal["as-printed", "physical"]
 
 SHORT_WAVE = "swir-2.7-3.0"
 BANDS = {SHORT_WAVE: "2.7-3.0 um", "mwir": "3.0-5.0 um", "lwir": "8.0-14.0 um"}
@@ -29,15 +29,8 @@ _PARTS: Mapping[Model, Mapping[str, Any]] = {
         "optics": {"provider": "mie", "parameters": {"phase_function": "henyey-greenstein"}},
         "sea.model": "cox-munk",
     },
-    "physical": {
-        "radiance": {"model": "physical", "parameters": {}},
-        "optics": {"provider": "bulk", "parameters": {}},
-        "sea.model": "rough-sea",
-    },
+    "physical": PHYSICAL,
 }
-
-_ACCURACY: Mapping[Model, float] = {"as-printed": 1e-3, "physical": 1e-2}
-"""Relative: as much as is visible in a picture, to save time."""
 
 PHYSICAL_NOTE = (
     "Physical: the same scene with the corrected physics, with the full glint and with sunlight on the clouds, to 1 % "
@@ -46,10 +39,10 @@ PHYSICAL_NOTE = (
 
 
 def radiance_inputs(*bands: str) -> tuple[AssumedInput, ...]:
-    """Return the inputs of every radiance image in these bands, for a reproduction."""
-    scales = [_glint_name(band) for band in bands]
+    """Return the inputs of radiance images of other scenes than ``baseline`` in these bands, for a reproduction."""
+    scales = [_glint_name(band, _MIXTURE) for band in bands]
     return (
-        *assumed(["sea temperature", *dict.fromkeys(scales)]),
+        *assumed([f"sea temperature{_MIXTURE}", *dict.fromkeys(scales)]),
         *in_words(
             "wind 10 m/s, and no sunlight on the cloud in as-printed: inputs of scenario baseline, fixed in the fits"
         ),
@@ -59,18 +52,20 @@ def radiance_inputs(*bands: str) -> tuple[AssumedInput, ...]:
 def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenario:
     """Return a shipped scenario with one of the two radiance models and further overrides.
 
-    The fitted factor on the glint is that of its first band.
+    The fitted factor on the glint is that of its first band. ``baseline`` has the inputs of the tables' scene, and
+    other scenarios, whose clouds are opaque, have those of the mixture.
     """
+    kind = "" if name == "baseline" else _MIXTURE
     common: dict[str, Any] = {
         "frames.count": 1,
-        "accuracy": _ACCURACY[model],
+        "accuracy": ACCURACY[model],
         "output.certificate": 0,
-        "sea.temperature": fitted("sea temperature"),
+        "sea.temperature": fitted(f"sea temperature{kind}"),
         "atmosphere.coefficients": "lowtran7",
         **_PARTS[model],
     }
     if model == "as-printed":
-        glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"])))))
+        glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"]))), kind))
         common["radiance"] = {"model": model, "parameters": {"glint_scale": glint, "cloud_sun_scale": 0.0}}
     return Scenario.load(name, {**common, **overrides})
 
@@ -94,8 +89,11 @@ def radiance_by_band(name: str, model: Model, overrides: Mapping[str, Any]) -> d
     return found
 
 
-def _glint_name(band: str) -> str:
-    return "short-wave glint scale" if band == SHORT_WAVE else "glint scale"
+_MIXTURE = " of the mixture"
+
+
+def _glint_name(band: str, kind: str) -> str:
+    return "short-wave glint scale" if band == SHORT_WAVE else f"glint scale{kind}"
 
 
 RADIANCE = "W m-2 sr-1"

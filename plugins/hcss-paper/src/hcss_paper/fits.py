@@ -1,6 +1,7 @@
 """Fits of the inputs that the paper does not state to its numbers.
 
 ``python -m hcss_paper.fits`` prints them in less than half a minute; ``--write`` also writes data/fitted-inputs.json.
+The inputs of :data:`SCENE` are also in the shipped scenario ``baseline``, whose cubes decide the verdicts.
 """
 
 from __future__ import annotations
@@ -12,10 +13,20 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq, least_squares, minimize_scalar
 
-from hcss_paper.inputs import FITTED_FILE, effective_cover, printed_row, published, suns_of_table_5, suns_of_table_6
+from hcss_paper.inputs import (
+    FITTED_FILE,
+    coverage_of,
+    effective_cover,
+    fitted,
+    printed_row,
+    published,
+    suns_of_table_5,
+    suns_of_table_6,
+)
 from hcss_paper.scene import BANDS, BlackSurface, black_surface, scene
 from hcss_paper.tables_8_and_9 import SEED, mean_measures
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.plan import Plan
 
@@ -29,9 +40,14 @@ COVERS = {
 }
 """Rows of Tables II and IV that have a cloud: table, row, band."""
 
-SHARED = (
-    "sea temperature",
-    "glint scale",
+SUN_TABLES = {"Table V": "table_5", "Table VI": "table_6"}
+
+SCENE = ("sea temperature", "glint scale", "water content")
+"""Inputs of scenario ``baseline``, fitted together to Tables II and IV (without 2.7-3.0 um), V, VI and VII."""
+
+MIXTURE = (
+    "sea temperature of the mixture",
+    "glint scale of the mixture",
     "cover at no coverage",
     "cover per coverage",
     "cover of Table IV, 3-5 um",
@@ -40,7 +56,7 @@ SHARED = (
     "cover of Table IV, 8-14 um",
     "cover of Table V",
 )
-"""Inputs fitted together to Tables II and IV (without 2.7-3.0 um), V, VI and VII."""
+"""Inputs of the mixture of a clear and an opaque column, fitted to the same rows."""
 
 SURFACES = {
     "MODTRAN surface of Scenario3": ("table_2", "Scenario3", "3.0-5.0"),
@@ -54,50 +70,104 @@ SURFACES = {
 """MODTRAN columns, each with its own black-surface temperature: table, row, band."""
 
 SUNS_WEIGHT = 4.0
-"""Weight of Tables V and VI in the fit: their residual is the printed rounding, a fourth of that of the other rows."""
+"""Weight of Tables V and VI in the fit of the mixture: their residual is the printed rounding, a fourth of others."""
 
-_TOGETHER = (
-    "least squares of the relative differences of Tables II and IV (3-5 and 8-14 um), V, VI and VII together, with "
-    f"weight {SUNS_WEIGHT:g} for V and VI"
-)
+_ROWS = "the relative differences of Tables II and IV (3-5 and 8-14 um), V, VI and VII together"
+_TOGETHER = f"least squares of {_ROWS}, with weight {SUNS_WEIGHT:g} for V and VI"
+_BY_ROW = f"least squares of {_ROWS}, each of the nine rows with the same weight, at the printed coverages"
+
+_WATER_G_M3 = 1e-3
+"""Of the clouds from which the absorption is found: thin enough to be seen through."""
 
 
 class ColumnTerms:
     """Terms of the ``as-printed`` columns of Tables II and IV, which can be combined for any inputs.
 
-    At each wavenumber, sea emission is black-body emission times emissivity and transmittance; all other terms are
-    linear in the inputs.
+    At each wavenumber, sea emission is black-body emission times emissivity and transmittance, a cloud's emission is
+    its emissivity (eq 8) times that of a black cloud with the same top, and all other terms are linear in the inputs.
     """
 
     def __init__(self) -> None:
-        plans = [scene("as-printed", float(view), tuple(BANDS.values())) for view in published()["view_zenith_deg"]]
-        grid = plans[0].spectral_grid
-        self._wavenumber_cm1, self._weights_cm1 = grid.wavenumber_cm1, grid.weights_cm1.T
-        black = planck(grid.wavenumber_cm1, plans[0].assembly.sea_temperature_K)
-        spectra = [_spectra(plan) for plan in plans]
-        self._passing = np.array([sea / black for sea, *_ in spectra])
+        views = [float(view) for view in published()["view_zenith_deg"]]
+        thin = {"clouds.water_content": _WATER_G_M3}
+        plans = [scene("as-printed", view, tuple(BANDS.values()), thin) for view in views]
+        grid, layer = plans[0].spectral_grid, plans[0].layers[0]
+        nu = self._wavenumber_cm1 = grid.wavenumber_cm1
+        self._weights_cm1 = grid.weights_cm1.T
+        # Nodes of the thickness, which eq 7 makes uniform between its ends over the cloudy pixels.
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        low, high = layer.thickness_min_m, layer.thickness_max_m
+        self._thickness_m, self._share = low + 0.5 * (1.0 + nodes) * (high - low), 0.5 * weights
+        passing, air, glint, black, above = [], [], [], [], []
+        for plan in plans:
+            sun, model = plan.sun_track.at(0.0), plan.assembly.model
+            clear, cloudy = model.clear(nu, sun), model.cloudy(nu, self._thickness_m[:, None], sun)
+            sea = clear["sea_emission"]
+            through = cloudy["sea_emission"] / sea
+            passing.append(sea / planck(nu, plan.assembly.sea_temperature_K))
+            air.append(clear["path_emission"])
+            glint.append(clear["sea_reflected_sun"])
+            black.append(cloudy["cloud_emission"] / (1.0 - through))
+            above.append(cloudy["path_emission"])
+        self._passing, self._air, self._black, self._above = map(np.array, (passing, air, black, above))
+        self._glint = np.array(glint)
+        self._absorption = -np.log(through[-1]) / (self._thickness_m[-1] * _WATER_G_M3)  # m2 g-1
         # Glint of suns at 1 au, seen from above: irradiance is proportional to the inverse square of the distance.
-        middle = list(BANDS).index("3.0-5.0")
-        self.glint_of_suns = {
-            table: np.array(
-                [
-                    sun.distance_au**2
-                    * plans[0].assembly.model.clear(grid.wavenumber_cm1, sun)["sea_reflected_sun"]
-                    @ self._weights_cm1[:, middle]
-                    for sun in suns
-                ]
+        self._glint_of_suns = {
+            name: np.array(
+                [sun.distance_au**2 * plans[0].assembly.model.clear(nu, sun)["sea_reflected_sun"] for sun in suns]
             )
-            for table, suns in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6()))
+            for name, suns in (("Table V", suns_of_table_5()), ("Table VI", suns_of_table_6()))
         }
-        self.air, self.glint, self.opaque = (
-            np.array([each[place] @ self._weights_cm1 for each in spectra]) for place in (1, 2, 3)
+        self.opaque = np.array(
+            [_opaque_column(scene("as-printed", v, tuple(BANDS.values()), OPAQUE_CLOUD)) for v in views]
         )
+
+    def _bands(self, spectra: Array) -> Array:
+        result: Array = spectra @ self._weights_cm1
+        return result
 
     def clear(self, sea_temperature_K: float, glint_scale: float) -> Array:
         """Radiance (views, bands) of the clear column."""
-        sea = (self._passing * planck(self._wavenumber_cm1, sea_temperature_K)) @ self._weights_cm1
-        result: Array = sea + self.air + glint_scale * self.glint
+        sea = self._passing * planck(self._wavenumber_cm1, sea_temperature_K)
+        return self._bands(sea + self._air + glint_scale * self._glint)
+
+    def glint_of_suns(self, table: str) -> Array:
+        """Glint (suns,) of Table V or VI in 3-5 um, seen from above."""
+        result: Array = self._bands(self._glint_of_suns[table])[:, _MIDDLE]
         return result
+
+    def scene_rows(self, inputs: Array) -> dict[str, Array]:
+        """Return the rows that are means of cubes, for inputs in the order of :data:`SCENE`, at the printed coverages.
+
+        The cubes themselves are in :mod:`hcss_paper.cubes`; these are their means to 1e-3 (a test compares them).
+        """
+        sea_temperature_K, glint_scale, water_g_m3 = map(float, inputs)
+        through = np.exp(-self._absorption * water_g_m3 * self._thickness_m[:, None])
+        seen = self._share @ through
+        cloud = np.einsum("n,vnk->vk", self._share, (1.0 - through) * self._black + self._above)
+        sea = self._passing * planck(self._wavenumber_cm1, sea_temperature_K)
+        glint = glint_scale * self._glint
+        clear, cloudy = self._bands(sea + glint + self._air), self._bands(cloud + seen * (sea + glint))
+        rows = {}
+        for name, (_, _, band) in COVERS.items():
+            cover, place = coverage_of(name), list(BANDS).index(band)
+            rows[name] = (1.0 - cover) * clear[:, place] + cover * cloudy[:, place]
+        dark, dark_cloudy = self._bands(sea[0] + self._air[0]), self._bands(cloud[0] + seen * sea[0])
+        for name in SUN_TABLES:
+            cover, suns = coverage_of(name), glint_scale * self._glint_of_suns[name]
+            bright = (1.0 - cover) * (dark + self._bands(suns)) + cover * (dark_cloudy + self._bands(seen * suns))
+            rows[name] = bright[:, _MIDDLE]
+        covers = np.array(published()["table_7"]["coverage_pct"]) / 100.0
+        rows["Table VII"] = (1.0 - covers) * clear[0, _MIDDLE] + covers * cloudy[0, _MIDDLE]
+        return rows
+
+
+_NODES = 8
+_MIDDLE = list(BANDS).index("3.0-5.0")
+
+OPAQUE_CLOUD = {"clouds": {"type": "simulated", "coverage": 0.3, "top": 6000.0, "anchor": "top", "temperature": 249.2}}
+"""Cloud of the mixture: top at 6 km, the highest of type ``simulated`` (Table III), with the air temperature there."""
 
 
 @lru_cache(maxsize=1)
@@ -106,87 +176,93 @@ def column_terms() -> ColumnTerms:
     return ColumnTerms()
 
 
-def _spectra(plan: Plan) -> tuple[Array, Array, Array, Array]:
-    """Return sea emission, air emission and glint of the clear column, and the opaque column, each (V,)."""
-    nu, sun = plan.spectral_grid.wavenumber_cm1, plan.sun_track.at(0.0)
-    clear = plan.assembly.model.clear(nu, sun)
-    opaque = plan.assembly.model.cloudy(nu, np.array([[plan.layers[0].thickness_max_m]]), sun)
-    whole: Array = np.sum([term[0] for term in opaque.values()], axis=0)
-    return clear["sea_emission"], clear["path_emission"], clear["sea_reflected_sun"], whole
+def _opaque_column(plan: Plan) -> Array:
+    """Return the radiance (bands,) of the thickest cloud."""
+    thickest, sun = [plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
+    result: Array = reference_radiance(plan.assembly.model, plan.spectral_grid, thickest, sun)[0]
+    return result
 
 
-def shared_rows(terms: ColumnTerms, inputs: Array) -> dict[str, Array]:
-    """Return the rows of Tables II, IV (without 2.7-3.0 um), V, VI and VII for inputs in the order of :data:`SHARED`.
+def mixture_rows(terms: ColumnTerms, inputs: Array) -> dict[str, Array]:
+    """Return the rows of Tables II, IV (without 2.7-3.0 um), V, VI and VII for inputs in the order of :data:`MIXTURE`.
 
-    Tables V to VII are seen from above. The cloud top is at 6 km (the highest of type ``simulated``, Table III) with
-    the air temperature there, 249.2 K. Where the paper prints a coverage C, the effective cover is a + b C.
+    Tables V to VII are seen from above. Where the paper prints a coverage C, the effective cover is a + b C.
     """
-    given = dict(zip(SHARED, inputs, strict=True))
-    clear = terms.clear(given["sea temperature"], given["glint scale"])
-    middle = list(BANDS).index("3.0-5.0")
+    given = dict(zip(MIXTURE, inputs, strict=True))
+    sea_temperature_K, glint_scale = given["sea temperature of the mixture"], given["glint scale of the mixture"]
+    clear = terms.clear(sea_temperature_K, glint_scale)
     rows = {}
     for name, (_, _, band) in COVERS.items():
-        place = list(BANDS).index(band)
-        cover = effective_cover(name, given)
+        place, cover = list(BANDS).index(band), effective_cover(name, given)
         rows[name] = (1 - cover) * clear[:, place] + cover * terms.opaque[:, place]
-    dark = terms.clear(given["sea temperature"], 0.0)[0, middle]
-    for name, table in (("Table V", "table_5"), ("Table VI", "table_6")):
+    dark = terms.clear(sea_temperature_K, 0.0)[0, _MIDDLE]
+    for name in SUN_TABLES:
         cover = effective_cover(name, given)
-        bright = dark + given["glint scale"] * terms.glint_of_suns[table]
-        rows[name] = (1 - cover) * bright + cover * terms.opaque[0, middle]
+        rows[name] = (1 - cover) * (dark + glint_scale * terms.glint_of_suns(name)) + cover * terms.opaque[0, _MIDDLE]
     covers = np.array(
         [effective_cover("Table VII", given, percent / 100.0) for percent in published()["table_7"]["coverage_pct"]]
     )
-    rows["Table VII"] = (1 - covers) * clear[0, middle] + covers * terms.opaque[0, middle]
+    rows["Table VII"] = (1 - covers) * clear[0, _MIDDLE] + covers * terms.opaque[0, _MIDDLE]
     return rows
 
 
-def printed_shared_rows() -> dict[str, Array]:
-    """Return the printed rows that :func:`shared_rows` computes: 85 numbers in nine rows."""
+@lru_cache(maxsize=1)
+def fitted_mixture() -> dict[str, Array]:
+    """Return the rows of the mixture with its fitted inputs."""
+    return mixture_rows(column_terms(), np.array([fitted(name) for name in MIXTURE]))
+
+
+def printed_rows() -> dict[str, Array]:
+    """Return the printed rows that both models compute: 85 numbers in nine rows."""
     rows = {name: printed_row(table, row) for name, (table, row, _) in COVERS.items()}
-    for name, table in (("Table V", "table_5"), ("Table VI", "table_6")):
+    for name, table in SUN_TABLES.items():
         rows[name] = np.array([row[-1] for row in published()[table]["rows"]], dtype=np.float64)
     rows["Table VII"] = np.array(published()["table_7"]["radiance"], dtype=np.float64)
     return rows
 
 
-_START = (291.0, 0.16, 0.19, 0.22, 0.27, 0.22, 0.19, 0.18, 0.25)
+def table_of(row: str) -> str:
+    """Return the table of a row of :func:`printed_rows`: ``"Table II"`` for ``"Scenario3"``."""
+    return "Table II" if row.startswith("Scenario") else row.partition(",")[0]
 
 
-def fit_shared(terms: ColumnTerms, without: str = "") -> dict[str, float]:
-    """Fit all inputs of :data:`SHARED` together.
+def fit_scene(terms: ColumnTerms, without: str = "") -> dict[str, float]:
+    """Fit the inputs of :data:`SCENE`.
 
     Parameters
     ----------
     terms : ColumnTerms
     without : str
-        Row to leave out: the others alone decide the inputs, except the cover that only this row has, which is then
-        fitted to it alone.
+        Table to leave out, ``"Table II"``: the others alone decide the inputs.
     """
-    printed = printed_shared_rows()
-    weights = {name: SUNS_WEIGHT if name in ("Table V", "Table VI") else 1.0 for name in printed}
-    own = f"cover of {without}"
-    free = np.array([name != own for name in SHARED])
+    printed = {name: row for name, row in printed_rows().items() if table_of(name) != without}
 
-    def residuals(values: Array, chosen: Array, names: tuple[str, ...], inputs: Array) -> Array:
-        inputs = inputs.copy()
-        inputs[chosen] = values
-        found = shared_rows(terms, inputs)
-        return np.concatenate([weights[name] * (found[name] / printed[name] - 1.0) for name in names])
+    def residuals(inputs: Array) -> Array:
+        found = terms.scene_rows(inputs)
+        return np.concatenate([(found[name] / row - 1.0) / np.sqrt(row.size) for name, row in printed.items()])
 
-    inputs = np.array(_START)
-    scale = np.array([1.0] + [0.01] * (len(SHARED) - 1))
-    for chosen, names in ((free, tuple(name for name in printed if name != without)), (~free, (without,))):
-        if np.any(chosen):
-            found = least_squares(residuals, inputs[chosen], x_scale=scale[chosen], args=(chosen, names, inputs))
-            inputs[chosen] = found.x
-    return dict(zip(SHARED, map(float, inputs), strict=True))
+    found = least_squares(residuals, (285.0, 0.1, 0.01), x_scale=(1.0, 0.01, 0.001))
+    return dict(zip(SCENE, map(float, found.x), strict=True))
+
+
+def fit_mixture(terms: ColumnTerms) -> dict[str, float]:
+    """Fit the inputs of :data:`MIXTURE`."""
+    printed = printed_rows()
+
+    def residuals(inputs: Array) -> Array:
+        found = mixture_rows(terms, inputs)
+        weights = {name: SUNS_WEIGHT if name in SUN_TABLES else 1.0 for name in printed}
+        return np.concatenate([weights[name] * (found[name] / row - 1.0) for name, row in printed.items()])
+
+    start = (291.0, 0.16, 0.19, 0.22, 0.27, 0.22, 0.19, 0.18, 0.25)
+    found = least_squares(residuals, start, x_scale=(1.0,) + (0.01,) * (len(MIXTURE) - 1))
+    return dict(zip(MIXTURE, map(float, found.x), strict=True))
 
 
 def fit_table_4_short_wave(terms: ColumnTerms, sea_temperature_K: float) -> dict[str, float]:
     """Fit the glint scale of the 2.7-3.0 um row of Table IV, without cloud: with a free cover, the cover becomes 0."""
     printed, emitted = printed_row("table_4", "2.7-3.0"), terms.clear(sea_temperature_K, 0.0)[:, 0]
-    left, slope = 1.0 - emitted / printed, terms.glint[:, 0] / printed
+    left, slope = 1.0 - emitted / printed, (terms.clear(sea_temperature_K, 1.0)[:, 0] - emitted) / printed
     return {"short-wave glint scale": float(slope @ left / (slope @ slope))}
 
 
@@ -216,7 +292,7 @@ def fit_table_8() -> dict[str, float]:
 def refit() -> dict[str, float]:
     """Fit every input again, rounded as in the file."""
     terms = column_terms()
-    found = fit_shared(terms)
+    found = fit_scene(terms) | fit_mixture(terms)
     found |= fit_table_4_short_wave(terms, round(found["sea temperature"], _digits("sea temperature")))
     found |= fit_surfaces() | fit_table_8()
     return {name: round(value, _digits(name)) for name, value in found.items()}
@@ -241,8 +317,11 @@ def _described(name: str) -> dict[str, str]:
 
 _SHORT = "least squares of the relative differences of that row alone"
 _OTHERS = {
-    "sea temperature": ("K", "sea temperature of all tables", _TOGETHER),
-    "glint scale": ("1", "factor on the sun glint of all tables except 2.7-3.0 um", _TOGETHER),
+    "sea temperature": ("K", "sea temperature", _BY_ROW),
+    "glint scale": ("1", "factor on the sun glint, except 2.7-3.0 um", _BY_ROW),
+    "water content": ("g m-3", "water content of clouds from 66 m to 3 km, as cumulus of Table III", _BY_ROW),
+    "sea temperature of the mixture": ("K", "sea temperature of the mixture", _TOGETHER),
+    "glint scale of the mixture": ("1", "factor on the sun glint of the mixture", _TOGETHER),
     "cover at no coverage": ("1", "effective cover of opaque cloud at a coverage of 0 (3-5 um)", _TOGETHER),
     "cover per coverage": ("1", "change of the effective cover with the printed coverage (3-5 um)", _TOGETHER),
     "short-wave glint scale": ("1", "factor on the sun glint, 2.7-3.0 um row of Table IV", _SHORT),

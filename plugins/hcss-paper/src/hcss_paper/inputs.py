@@ -105,12 +105,23 @@ def fitted(name: str) -> float:
     return known[name].value
 
 
-PRINTED_COVERAGE = {"Scenario3": 0.30, "Scenario4": 0.47, "Table VI": 0.30}
-"""Coverages of rows in 3-5 um: Table I, and Scenario3's for Table VI, whose April has Scenario3's radiance at nadir."""
+COVERAGE = {"Scenario3": 0.30, "Scenario4": 0.47, "Scenario5": 0.30, "Scenario6": 0.47}
+"""Coverages of the rows of Table II, from Table I."""
+
+UNPRINTED_COVERAGE = 0.30
+"""Of the cubes of Tables IV to VI, which print none: that of Scenario3, whose radiance at nadir is VI's of April."""
+
+MIXED_BY_COVERAGE = {"Scenario3": 0.30, "Scenario4": 0.47, "Table VI": 0.30}
+"""Rows of the mixture that have no effective cover of their own, and their coverage."""
+
+
+def coverage_of(row: str) -> float:
+    """Return the coverage of the cubes of a row: ``"Scenario3"``, ``"Table IV, 8-14 um"``, ``"Table VI"``."""
+    return COVERAGE.get(row, UNPRINTED_COVERAGE)
 
 
 def effective_cover(row: str, values: Mapping[str, float] | None = None, coverage: float | None = None) -> float:
-    """Return the effective cover of opaque cloud in a row.
+    """Return the effective cover of opaque cloud in a row of the mixture.
 
     Parameters
     ----------
@@ -119,20 +130,14 @@ def effective_cover(row: str, values: Mapping[str, float] | None = None, coverag
     values : mapping, optional
         Inputs by name; by default the fitted ones.
     coverage : float, optional
-        Coverage, 0 to 1, for rows of Table VII; by default that of :data:`PRINTED_COVERAGE`. Rows without a printed
-        coverage have a fitted cover of their own.
+        Coverage, 0 to 1, for rows of Table VII; by default that of :data:`MIXED_BY_COVERAGE`. Other rows have a
+        fitted cover of their own.
     """
     given = {name: each.value for name, each in fitted_inputs().items()} if values is None else values
-    coverage = PRINTED_COVERAGE.get(row) if coverage is None else coverage
+    coverage = MIXED_BY_COVERAGE.get(row) if coverage is None else coverage
     if coverage is None:
         return given[f"cover of {row}"]
     return given["cover at no coverage"] + given["cover per coverage"] * coverage
-
-
-def cover_names(row: str) -> tuple[str, ...]:
-    """Return the names of the fitted inputs that give a row's effective cover."""
-    own = f"cover of {row}"
-    return (own,) if own in fitted_inputs() else ("cover at no coverage", "cover per coverage")
 
 
 def assumed(names: Iterable[str]) -> tuple[AssumedInput, ...]:
@@ -148,27 +153,57 @@ def origin(names: Iterable[str]) -> str:
     return f"Inputs fitted: {'; '.join(ways)}. To repeat the fits: {FIT_COMMAND}"
 
 
-def suns_of_table_5() -> tuple[Sun, ...]:
-    """Return the suns of scenarios 19 to 38: 20 April 2019, 12:30 in the time zone of round(longitude / 15) hours."""
+@dataclass(frozen=True)
+class Moment:
+    """A time with its zone, and a place, of a row of Table V or VI."""
+
+    time: datetime
+    latitude_deg: float
+    longitude_deg: float
+
+    @property
+    def sun(self) -> Sun:
+        """Position and distance of the sun."""
+        zenith, azimuth, distance = sun_position([self.time], self.latitude_deg, self.longitude_deg)
+        return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))
+
+
+def moments_of_table_5() -> tuple[Moment, ...]:
+    """Return scenarios 19 to 38: 20 April 2019, 12:30 in the time zone of round(longitude / 15) hours."""
     return tuple(
-        _sun(datetime(2019, 4, 20, 12, 30), round(longitude / 15), latitude, longitude)
+        _moment(datetime(2019, 4, 20, 12, 30), round(longitude / 15), latitude, longitude)
         for _, latitude, longitude, *_ in published()["table_5"]["rows"]
     )
 
 
-def suns_of_table_6() -> tuple[Sun, ...]:
-    """Return the suns of scenarios 7 to 18: 12:30 at UTC+10 over 35 N, 150 E."""
+def moments_of_table_6() -> tuple[Moment, ...]:
+    """Return scenarios 7 to 18: 12:30 at UTC+10 over 35 N, 150 E."""
     dates = [[int(part) for part in row[1].split(".")[1:]] for row in published()["table_6"]["rows"]]
-    return tuple(sun_at_baseline(2024 if month <= LEAP_YEAR_MONTHS else 2019, month, day) for month, day in dates)
+    return tuple(moment_at_baseline(2024 if month <= LEAP_YEAR_MONTHS else 2019, month, day) for month, day in dates)
+
+
+def suns_of_table_5() -> tuple[Sun, ...]:
+    """Return the suns of :func:`moments_of_table_5`."""
+    return tuple(moment.sun for moment in moments_of_table_5())
+
+
+def suns_of_table_6() -> tuple[Sun, ...]:
+    """Return the suns of :func:`moments_of_table_6`."""
+    return tuple(moment.sun for moment in moments_of_table_6())
+
+
+def moment_at_baseline(year: int, month: int, day: int) -> Moment:
+    """Return 12:30 at UTC+10 at the place of the baseline scene."""
+    place = published()["baseline_geometry"]
+    return _moment(datetime(year, month, day, 12, 30), 10, place["latitude"], place["longitude"])
 
 
 def sun_at_baseline(year: int, month: int, day: int) -> Sun:
-    """Return the sun of 12:30 at UTC+10 over the place of the baseline scene."""
-    place = published()["baseline_geometry"]
-    return _sun(datetime(year, month, day, 12, 30), 10, place["latitude"], place["longitude"])
+    """Return the sun of :func:`moment_at_baseline`."""
+    return moment_at_baseline(year, month, day).sun
 
 
-def _sun(clock: datetime, hours: int, latitude_deg: float, longitude_deg: float) -> Sun:
-    time = clock.replace(tzinfo=timezone(timedelta(hours=hours)))
-    zenith, azimuth, distance = sun_position([time], latitude_deg, longitude_deg)
-    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))
+def _moment(clock: datetime, hours: int, latitude_deg: float, longitude_deg: float) -> Moment:
+    # A longitude of 225 deg east is written as 135 deg west.
+    east = (longitude_deg + 180.0) % 360.0 - 180.0
+    return Moment(clock.replace(tzinfo=timezone(timedelta(hours=hours))), latitude_deg, east)

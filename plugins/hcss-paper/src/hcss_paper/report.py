@@ -66,6 +66,9 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
                     [
                         "Published: as printed. Computed: with the paper's equations (as-printed), for this report.",
                         "Physical: with the corrected physics, where it differs. It is not fitted to any table.",
+                        "Mixture: a clear and an opaque column, mixed with a fitted effective cover. No scene contains "
+                        "it, and it decides no verdict; computed values beside it are means of cubes at the printed "
+                        "coverage.",
                         "Reproduced: every check holds, without inputs or interpretations fitted to the paper's "
                         "numbers.",
                         "Reproduced with fitted inputs: every check holds with the listed inputs and "
@@ -133,7 +136,7 @@ def _rows(result: Reproduction) -> list[Block]:
     if not result.rows:
         return []
     # A column without numbers is omitted.
-    names = ["published", "computed", "difference", "physical"]
+    names = ["published", "computed", "difference", "mixture", "physical"]
     used = [any(getattr(row, name) is not None for row in result.rows) for name in names]
     header = ["", "unit", *compress(names, used)]
     rows = [[row.label, row.unit, *compress(_numbers(row, _decimals(row, result.rows)), used)] for row in result.rows]
@@ -149,6 +152,7 @@ def _numbers(row: Row, decimals: int) -> list[str]:
         "" if row.published is None else f"{row.published:.{decimals}f}",
         "" if row.computed is None else f"{row.computed:.{finer}f}",
         "" if row.difference is None else "0" if same else f"{row.difference:+z.{finer}f}",
+        "" if row.mixture is None else f"{row.mixture:.{finer}f}",
         "" if row.physical is None else f"{row.physical:.{finer}f}",
     ]
 

@@ -33,6 +33,9 @@ class Row:
         Computed with the paper's equations (``as-printed``); None if they do not give it.
     physical : float or None
         Computed with the corrected physics, if it differs from the printed equations.
+    mixture : float or None
+        Clear and opaque column mixed with a fitted effective cover, beside the cube at the printed coverage. It decides
+        no verdict, because no scene contains it.
     """
 
     label: str
@@ -40,6 +43,7 @@ class Row:
     published: float | None
     computed: float | None
     physical: float | None = None
+    mixture: float | None = None
 
     @property
     def difference(self) -> float | None:
@@ -51,10 +55,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Check:
-    """One statement about the rows, with the measured number and its limit, that holds or fails."""
+    """One statement about the rows, with the measured number and its limit, that holds or fails.
+
+    Attributes
+    ----------
+    statement : str
+    holds : bool
+    source : str
+        Where the paper makes this statement: ``"section IV-B"``, ``"Fig 4"``; empty if it does not.
+    """
 
     statement: str
     holds: bool
+    source: str = ""
 
 
 @dataclass(frozen=True)
@@ -94,10 +107,21 @@ class Reproduction:
     drawings: Sequence[Drawing] = ()
 
 
-def verdict_of(checks: Sequence[Check], fitted_inputs: Sequence[AssumedInput]) -> Verdict:
-    """Return the verdict that follows from checks; raises ValueError if there are none."""
+def verdict_of(rows: Sequence[Row], checks: Sequence[Check], fitted_inputs: Sequence[AssumedInput]) -> Verdict:
+    """Return the verdict that follows from rows and checks.
+
+    Raises
+    ------
+    ValueError
+        If there is no check, or if neither a row has a printed number nor a check tests a statement of the paper.
+    """
     if not checks:
         raise ValueError("checks: none given, allowed: one or more; a verdict needs something that can fail")
+    if all(row.difference is None for row in rows) and not any(check.source for check in checks):
+        raise ValueError(
+            "rows and checks: no printed number is compared and no check has a source; allowed: at least one of them, "
+            "because a verdict is about what the paper prints"
+        )
     if not all(check.holds for check in checks):
         return "not reproducible"
     return "reproduced with fitted inputs" if fitted_inputs else "reproduced"
@@ -134,7 +158,7 @@ def judged(
         Required data that are not published: the item is then not reproducible, whatever its checks.
     """
     taken = (*assumed(inputs), *in_words(*choices), *chosen)
-    verdict = verdict_of(checks, taken)
+    verdict = verdict_of(rows, checks, taken)
     reason = f"{missing} {fails if verdict == 'not reproducible' else holds}".strip()
     if missing:
         verdict = "not reproducible"
@@ -157,11 +181,22 @@ def settled(item: Reproduction) -> Reproduction:
     return item
 
 
+def rms_percent(computed: Array, printed: Array) -> float:
+    """Return the rms of the relative differences of two rows (N,)."""
+    return 100.0 * float(np.sqrt(np.mean((computed / printed - 1.0) ** 2)))
+
+
 def rms_check(label: str, computed: Array, printed: Array, limit: float) -> Check:
     """Compare two rows (N,) by the rms of their relative differences; ``limit`` is relative."""
-    rms = float(np.sqrt(np.mean((computed / printed - 1.0) ** 2)))
-    statement = f"{label}: rms of relative differences {100 * rms:.2g} %, at most {100 * limit:.2g} %"
-    return Check(statement, rms <= limit)
+    rms = rms_percent(computed, printed)
+    return Check(f"{label}: rms of relative differences {rms:.2g} %, at most {100 * limit:.2g} %", rms <= 100 * limit)
+
+
+def largest_share_check(label: str, computed: Array, printed: Array, limit: float) -> Check:
+    """Compare two rows (N,) by their largest relative difference; ``limit`` is relative."""
+    largest = float(np.max(np.abs(computed / printed - 1.0)))
+    statement = f"{label}: largest relative difference {100 * largest:.2g} %, at most {100 * limit:.2g} %"
+    return Check(statement, largest <= limit)
 
 
 def largest_check(label: str, computed: Array, printed: Array, limit: float, unit: str) -> Check:

@@ -77,7 +77,7 @@ class Outcome:
         head = {"title": self.item.title, "hcss_twin": __version__, "seed": self.seed, "verdict": self.verdict}
         if self.result is None:
             return {**head, "error": self.error}
-        columns = ("published", "computed", "difference", "physical")
+        columns = ("published", "computed", "difference", "mixture", "physical")
         return {
             **head,
             "reason": self.result.reason,
@@ -126,12 +126,20 @@ def relative(row: Row) -> float | None:
     return share if math.isfinite(share) else None
 
 
+def require_numbers(result: Reproduction, expected: int) -> None:
+    """Raise ValueError if an item does not compare as many printed numbers as the index states."""
+    found = sum(row.difference is not None for row in result.rows)
+    if found != expected:
+        raise ValueError(f"rows: {found} printed numbers are compared, allowed: {expected}, as the index states")
+
+
 def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
     """Compute items one by one; ``seed`` is that of the random fields."""
     for item in items:
         module, _, function = item.target.partition(":")
         try:
             result = settled(getattr(import_module(module), function)(seed))
+            require_numbers(result, item.numbers)
             # Drawn here, because a figure may fail only when it is drawn.
             pictures = tuple(small_png(drawing.figure) for drawing in result.drawings)
         except Exception as cause:  # whatever one item raises, the others are still computed
