@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.doubts import doubts, unlikeness
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
 from hcss_evaluate.posterior.image_data import (
     ImageData,
@@ -18,6 +19,7 @@ from hcss_evaluate.posterior.image_data import (
 )
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
 from hcss_evaluate.posterior.octaves import Octaves
+from hcss_evaluate.posterior.parameter_space import Space
 from scipy.integrate import dblquad
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
@@ -184,6 +186,41 @@ def test_the_compiled_density_is_the_one_of_its_parts(image, uses_coverage):
     assert not inside.all()
     np.testing.assert_array_equal(np.isfinite(found), inside)
     np.testing.assert_allclose(found[inside], expected[inside], rtol=1e-9)
+
+
+def test_doubts_name_the_parameters_that_they_concern(image):
+    given = shapes(60, 64)
+    likelihood = ImageLikelihood.of(ImageData.of(image), KNOWN, True)
+    likelihood = likelihood.learn(given, np.full(60, 8), np.random.default_rng(0), lambda _: None)
+    priors = {"H": "uniform:0.02:0.98", "Lx": "loguniform:6:400", "Ly": "loguniform:6:400", "coverage": "uniform:0:1"}
+    space = Space.of({"gamma": 2.0}, {}, priors)
+    # The image is 1280 m wide: 16 cells of 80 m, or 1.6 of 800 m.
+    small, large = (np.tile([0.5, 2.0, cells, cells, 0.5], (50, 1)) for cells in (200.0, 20.0))
+    sure = {"p_value": 0.5, "unlike": 1.0, "cloud_type": None}
+
+    def doubted(values, **changes):
+        return [each.parameters for each in doubts("i", likelihood, values, space, **(sure | changes))]
+
+    assert doubted(small) == []
+    assert doubted(large) == [("Lx", "Ly", "coverage")]
+    assert doubted(large, cloud_type="stratus") == []
+    assert doubted(small, p_value=0.005) == doubted(small, unlike=1.3) == [("H", "Lx", "Ly", "coverage")]
+    edge = small.copy()
+    edge[:10, 0] = likelihood.noise.centre[0] + 0.999 * likelihood.noise.width[0]
+    assert doubted(edge) == [("H",)]
+
+
+def test_an_image_without_the_field_is_unlike_those_of_its_posterior(image):
+    """Shuffled in blocks it has the same grey levels, and edges that no Gaussian field has."""
+    likelihood = ImageLikelihood.of(ImageData.of(image), KNOWN, True)
+    values, lasts = np.tile([0.4, 2.0, 75.0, 75.0, 0.4], (50, 1)), np.full(50, 8)
+    blocks = image.level.reshape(8, 8, 8, 8).swapaxes(1, 2).reshape(64, 8, 8)
+    shuffled = blocks[np.random.default_rng(0).permutation(64)].reshape(8, 8, 8, 8).swapaxes(1, 2).reshape(64, 64)
+    own, other = (
+        unlikeness(CloudImage(level, PIXEL_M), likelihood, values, lasts, np.random.default_rng(1))
+        for level in (image.level, shuffled)
+    )
+    assert own < 1.25 < other
 
 
 def test_noise_is_learned_as_it_is():

@@ -8,8 +8,8 @@ Four sets of images, 128 x 128 pixels of the unbounded sky:
 * ``unnamed``: the same images, and the fit is told nothing.
 
 Images of ``prior`` and ``named`` have parameters from the fit's own prior. If all is right the rank of the true value
-among the draws is uniform, and a 90 % interval holds it nine times of ten (S. Talts et al., arXiv:1804.06788). Images of
-the other two have the same parameters every time: there the intervals hold them nine times of ten where the image
+among the draws is uniform, and a 90 % interval holds it nine times of ten (S. Talts et al., arXiv:1804.06788). Images
+of the other two have the same parameters every time: there the intervals hold them nine times of ten where the image
 determines them, and more often where the prior does.
 
     python tests/campaign/calibration/calibration.py --images 10 --write
@@ -57,8 +57,9 @@ DRAWS, BINS = 99, 20
 QUICK = {"LONGEST": 8.0, "LARGEST_R_HAT": 1.05}
 SAMPLES = 100.0
 
-COLUMNS = ("set", "type", "pixel_m", "index", "refused", "p_value", "unlikeness") + tuple(
-    f"{name}_{what}" for name in KINDS for what in ("truth", "rank", "inside", "width", "doubted")
+COLUMNS = (
+    *("set", "type", "pixel_m", "index", "refused", "p_value", "unlikeness"),
+    *(f"{name}_{what}" for name in KINDS for what in ("truth", "rank", "inside", "width", "doubted")),
 )
 
 

@@ -51,7 +51,7 @@ class BatchVariogram:
     def __call__(
         self, shapes: Array, lags: NDArray[np.int64], pixel_size_m: float, rows: int, columns: int
     ) -> tuple[Array, Array]:
-        """Return semivariograms along x, then along y, and the expected variance within one frame, for each last octave.
+        """Return semivariograms along x, then along y, and the variance within one frame, for each last octave.
 
         The semivariogram is 1 - correlation of the field, which has unit variance; for the variance within a frame see
         :func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`.

@@ -74,7 +74,7 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     "--octaves",
     type=(click.IntRange(0, 16), click.IntRange(0, 16)),
     metavar="FIRST LAST",
-    help="Octaves k of the fractal sum; default: those of --type, else 0 and a last one from 3 to 10, which is fitted.",
+    help="Octaves k of the fractal sum; default: those of --type, else 0 and an unknown last one, 3 to 10.",
 )
 @click.option("--smallest-lag", type=click.IntRange(1), default=1, help="Shortest lag used, pixels.")
 @click.option("--misfit", type=Number(0, 2), default=0.0, help="Relative model error of each semivariance.")

@@ -121,6 +121,6 @@ def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Spa
         yield Doubt(
             name,
             free,
-            f"the image is {cells[least]:.1f} of its largest cells wide along {least[1:]}: {' and '.join(free)} hold if "
-            "there are no larger ones (--type, or priors of L, state what there is)",
+            f"the image is {cells[least]:.1f} of its largest cells wide along {least[1:]}: {' and '.join(free)} hold "
+            "if there are no larger ones (--type, or priors of L, state what there is)",
         )

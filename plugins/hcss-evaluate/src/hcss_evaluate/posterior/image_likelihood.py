@@ -171,8 +171,8 @@ class ImageLikelihood:
     def expected(self, shapes: Array, lasts: NDArray[np.int64]) -> tuple[Array, Array]:
         """Return the expected statistics without correction, and the analytic size of their scatter.
 
-        For H, gamma, Lx, Ly (N, 4) and last octaves (N,), these are ln of semivariances, with the threshold if coverage is used, (N, S), and
-        the standard deviation of a frame's mean (N,).
+        For H, gamma, Lx, Ly (N, 4) and last octaves (N,), these are ln of semivariances, with the threshold if coverage
+        is used, (N, S), and the standard deviation of a frame's mean (N,).
         """
         data = self.data
         semivariances, variances = self.variogram(shapes, data.lags, data.pixel_size_m, data.rows, data.columns)
@@ -245,7 +245,7 @@ class ImageLikelihood:
     def learn(
         self, shapes: Array, lasts: NDArray[np.int64], rng: np.random.Generator, progress: Callable[[int], None]
     ) -> ImageLikelihood:
-        """Simulate one image for each of ``shapes`` (N, 4) and ``lasts`` (N,), and return the likelihood with their scatter.
+        """Simulate one image for each of ``shapes`` (N, 4) and ``lasts`` (N,), and return the likelihood with scatter.
 
         Raises PosteriorError if simulated images do not vary.
         """

@@ -36,9 +36,10 @@ def predictive_check(
 ) -> tuple[VariogramCheck, list[float]]:
     """Compare images with replicates drawn from the posterior.
 
-    ``values`` are draws (N, 5) of all parameters of each image, ``lasts`` (N,) of its last octave. Returns the check, with an image axis if there are
-    several images, and a p-value for each image: the fraction of replicates at least as far from the mean as the image
-    (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+    ``values`` are draws (N, 5) of all parameters of each image, ``lasts`` (N,) of its last octave. Returns the check,
+    with an image axis if there are several images, and a p-value for each image: the fraction of replicates at least as
+    far from the mean as the image (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed.,
+    section 6.3).
     """
     lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
     count = len(likelihoods)
