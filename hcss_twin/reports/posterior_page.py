@@ -241,8 +241,8 @@ def _prediction(contents: PosteriorContents) -> Iterator[Block]:
                 "which the fit does not use, over how far these are from each other. Above "
                 f"{MAX_RATIO:g}, no drawn image looks like it."
             )
-            shown = [[name, f"{ratio:.2f}"] for (name, _), ratio in zip(p_values, unlike, strict=True)]
-            yield Table(["image", "unlikeness"], shown, caption, text_columns=1)
+            ratios = [[name, f"{ratio:.2f}"] for (name, _), ratio in zip(p_values, unlike, strict=True)]
+            yield Table(["image", "unlikeness"], ratios, caption, text_columns=1)
     variogram = contents.variogram
     if variogram is None:
         yield note("The file holds no variogram to compare with.")

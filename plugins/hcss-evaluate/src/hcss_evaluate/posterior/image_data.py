@@ -62,7 +62,8 @@ def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
 def rank_scores(cloudy: int, size: int) -> NDArray[np.float32]:
     """Return the score of each half rank 0, 1/2, ... of ``size`` pixels, at least the threshold (2 size + 1,)."""
     ranks = np.clip(0.5 * np.arange(2 * size + 1), 0.5, size - 0.5)
-    return np.maximum(ndtri(ranks / size), _threshold(size - cloudy, size)).astype(np.float32)
+    scores = np.maximum(ndtri(ranks / size), _threshold(size - cloudy, size))
+    return np.asarray(scores, dtype=np.float32)
 
 
 def still_field(parameters: FractalParameters, grid: Grid, seed: int) -> NDArray[np.float32]:

@@ -48,7 +48,7 @@ class Octaves:
 
     def index(self, last: NDArray[np.int64]) -> NDArray[np.intp]:
         """Return the position in ``lasts`` of last octaves (any shape)."""
-        return np.searchsorted(np.array(self.lasts), last)
+        return np.asarray(np.searchsorted(np.array(self.lasts), last))
 
     def draw(self, density: Array, rng: np.random.Generator) -> NDArray[np.int64]:
         """Draw a last octave (N,) for each row of log densities (N, K); any of them where all are 0."""
