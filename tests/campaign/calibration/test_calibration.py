@@ -22,7 +22,6 @@ def test_ranks_under_known_octaves_are_uniform_and_intervals_hold():
 @pytest.mark.parametrize("which", ["named", "own", "unnamed"])
 def test_intervals_of_every_cloud_type_hold_or_are_doubted(which):
     own = [row for row in ROWS if row["set"] == which]
-    assert {row["type"] for row in own} == set(calibration.TYPES)
     for name in calibration.KINDS:
         found = calibration.summarise(own, name)
         if found is not None:

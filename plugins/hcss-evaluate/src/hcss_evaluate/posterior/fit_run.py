@@ -64,8 +64,8 @@ class FitOptions:
         Maximum number of steps per walker.
     """
 
-    fixed: dict[str, float | Literal["image"]] = field(default_factory=dict)
-    priors: dict[str, str] = field(default_factory=dict)
+    fixed: Mapping[str, float | Literal["image"]] = field(default_factory=dict)
+    priors: Mapping[str, str] = field(default_factory=dict)
     cloud_type: str | None = None
     octaves: tuple[int, int] | None = None
     smallest_lag: int = 1
@@ -107,7 +107,9 @@ class FitOptions:
         about = {name: f"lognormal:{size:g}:{_TYPE_SIZES}" for name, size in zip(("Lx", "Ly"), usual.L, strict=True)}
         fixed = {} if "gamma" in self.priors else {"gamma": usual.gamma}
         priors = {name: text for name, text in about.items() if name not in self.fixed}
-        return replace(self, fixed=fixed | self.fixed, priors=priors | self.priors, octaves=self.octaves or usual.k)
+        return replace(
+            self, fixed={**fixed, **self.fixed}, priors={**priors, **self.priors}, octaves=self.octaves or usual.k
+        )
 
 
 SPREAD = "spread_"

@@ -56,7 +56,7 @@ class Octaves:
         weight = np.where(np.isfinite(largest), np.exp(density - np.where(np.isfinite(largest), largest, 0.0)), 1.0)
         total = np.cumsum(weight, axis=1)
         below = total < (rng.uniform(size=density.shape[0]) * total[:, -1])[:, None]
-        return np.array(self.lasts)[below.sum(axis=1)]
+        return np.asarray(np.array(self.lasts)[below.sum(axis=1)], dtype=np.int64)
 
 
 def mean_density(density: Array) -> Array:
