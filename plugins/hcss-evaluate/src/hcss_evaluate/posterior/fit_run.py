@@ -105,7 +105,7 @@ class FitOptions:
         assert usual.gamma is not None
         assert usual.L is not None
         about = {name: f"lognormal:{size:g}:{_TYPE_SIZES}" for name, size in zip(("Lx", "Ly"), usual.L, strict=True)}
-        fixed = {} if "gamma" in self.priors else {"gamma": usual.gamma}
+        fixed: dict[str, float | Literal["image"]] = {} if "gamma" in self.priors else {"gamma": usual.gamma}
         priors = {name: text for name, text in about.items() if name not in self.fixed}
         return replace(
             self, fixed={**fixed, **self.fixed}, priors={**priors, **self.priors}, octaves=self.octaves or usual.k

@@ -89,7 +89,7 @@ def write_result(
     path: Path,
     model: SingleModel | PopulationModel,
     space: Space,
-    likelihoods: Sequence[ImageLikelihood] | Sequence[DimensionLikelihood],
+    likelihoods: Sequence[ImageLikelihood | DimensionLikelihood],
     images: Sequence[CloudImage],
     chains: MarkovChains,
     convergence: Convergence,
@@ -158,7 +158,7 @@ def write_result(
 def _last_octaves(
     lasts: Sequence[NDArray[np.int64]],
     shape: tuple[int, ...],
-    likelihoods: Sequence[ImageLikelihood] | Sequence[DimensionLikelihood],
+    likelihoods: Sequence[ImageLikelihood | DimensionLikelihood],
 ) -> NDArray[np.int64] | None:
     """Return the draws of unknown last octaves (chain, draw) or (chain, draw, image)."""
     if likelihoods[0].variogram.octaves.known:
