@@ -142,7 +142,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
     # One parameter: the posterior is an integral.
     hurst = np.linspace(0.021, 0.979, 500)
     values = np.column_stack([hurst, *(np.full(500, each) for each in (2.0, 75.0, 75.0, 0.4))])
-    likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of(Octaves(0, (8,))))
+    likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of(Octaves(0, UNKNOWN)))
     weight = np.exp(likelihood(values))
     mean = np.average(hurst, weights=weight)
     deviation = np.sqrt(np.average((hurst - mean) ** 2, weights=weight))

@@ -109,9 +109,12 @@ def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Spac
 
 
 def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> Iterator[Doubt]:
-    """Yield a doubt where the image shows few of the largest cells: larger ones outside it would change L."""
+    """Yield a doubt where the image shows few of the largest cells.
+
+    Larger ones outside it would change L, and with it the number of octaves that gamma puts into the image.
+    """
     data = likelihood.data
-    free = tuple(each for each in ("Lx", "Ly", "coverage") if each in space.names)
+    free = tuple(each for each in ("gamma", "Lx", "Ly", "coverage") if each in space.names)
     sides = {"Lx": data.columns * data.pixel_size_m, "Ly": data.rows * data.pixel_size_m}
     cells = {
         axis: float(np.median(values[:, SHAPE.index(axis)])) * side / REFERENCE_LENGTH_M for axis, side in sides.items()
@@ -121,6 +124,6 @@ def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Spa
         yield Doubt(
             name,
             free,
-            f"the image is {cells[least]:.1f} of its largest cells wide along {least[1:]}: {' and '.join(free)} hold "
+            f"the image is {cells[least]:.1f} of its largest cells wide along {least[1:]}: {', '.join(free)} hold "
             "if there are no larger ones (--type, or priors of L, state what there is)",
         )
