@@ -54,6 +54,7 @@ TYPES = (
 PIXELS_M = (20.0, 100.0, 500.0)
 SIDE = 128
 DRAWS, BINS = 99, 20
+FEWEST = 20
 QUICK = {"LONGEST": 8.0, "LARGEST_R_HAT": 1.05}
 SAMPLES = 100.0
 
@@ -202,29 +203,28 @@ def summarise(rows: Sequence[Mapping[str, str]], name: str) -> Summary | None:
 
 
 def table(rows: Sequence[Mapping[str, str]]) -> str:
-    """Return the tables of docs/development/uncertainty.md."""
+    """Return the table of docs/development/uncertainty.md: inside, doubted, and wrong without a doubt."""
     lines = ["| images | number (refused) | " + " | ".join(KINDS) + " |", "|---|---|" + "---|" * len(KINDS)]
     for which in SETS:
         own = [row for row in rows if row["set"] == which]
         groups = [(f"`{which}`", own)]
-        if which != "prior":
-            groups += [(f"`{which}`, {kind}", [row for row in own if row["type"] == kind]) for kind in TYPES]
-            groups += [
-                (f"`{which}`, {pixel:g} m", [row for row in own if float(row["pixel_m"]) == pixel])
-                for pixel in PIXELS_M
-            ]
+        groups += [(f"`{which}`, {kind}", [row for row in own if row["type"] == kind]) for kind in TYPES]
+        for pixel in PIXELS_M if which != "prior" else ():
+            groups.append((f"`{which}`, {pixel:g} m", [row for row in own if float(row["pixel_m"]) == pixel]))
         for words, group in groups:
-            if not group:
-                continue
-            refused = sum(1 for row in group if row["refused"])
-            cells = [f"{len(group)} ({refused})"]
-            for name in KINDS:
-                found = summarise(group, name)
-                if found is None:
-                    cells.append("")
-                    continue
-                cells.append(f"{found.inside:.0%}, {found.doubted:.0%}, {found.wrong_and_sure:.0%}")
-            lines.append(f"| {words} | " + " | ".join(cells) + " |")
+            # Fractions of a few images say nothing.
+            if len(group) >= (FEWEST if group is not own else 1):
+                refused = sum(1 for row in group if row["refused"])
+                found = [summarise(group, name) for name in KINDS]
+                cells = [
+                    ""
+                    if each is None
+                    else f"{each.inside:.0%}"
+                    if which == "prior"  # whose doubts were not recorded
+                    else f"{each.inside:.0%}, {each.doubted:.0%}, {each.wrong_and_sure:.0%}"
+                    for each in found
+                ]
+                lines.append(f"| {words} | {len(group)} ({refused}) | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
