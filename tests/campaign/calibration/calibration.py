@@ -229,13 +229,14 @@ def table(rows: Sequence[Mapping[str, str]]) -> str:
 
 
 def draw_figure(rows: Sequence[Mapping[str, str]], path: Path) -> None:
-    """Draw the cumulative ranks less those of a uniform distribution, by set, for each type and parameter."""
+    """Draw the cumulative ranks less those of a uniform distribution, by set, type and parameter, of enough images."""
     from matplotlib.figure import Figure
 
-    figure = Figure((9.0, 6.0), layout="constrained")
-    axes = figure.subplots(3, len(KINDS), sharex=True, sharey=True)
+    shown = [which for which in SETS if sum(row["set"] == which for row in rows) >= FEWEST]
+    figure = Figure((9.0, 1.2 + 1.8 * len(shown)), layout="constrained")
+    axes = figure.subplots(len(shown), len(KINDS), sharex=True, sharey=True, squeeze=False)
     grid = (np.arange(DRAWS + 1) + 0.5) / (DRAWS + 1)
-    for line, which in zip(axes, ("prior", "named", "own"), strict=True):
+    for line, which in zip(axes, shown, strict=True):
         own = [row for row in rows if row["set"] == which]
         for axis, name in zip(line, KINDS, strict=True):
             everything = summarise(own, name)
@@ -247,14 +248,15 @@ def draw_figure(rows: Sequence[Mapping[str, str]], path: Path) -> None:
             axis.axhspan(-band, band, color="0.9")
             for number, kind in enumerate(TYPES if which != "prior" else ()):
                 found = summarise([row for row in own if row["type"] == kind], name)
-                if found is not None:
+                if found is not None and found.ranks.size >= FEWEST:
                     axis.plot(grid, _excess(found.ranks), lw=0.7, color=f"C{number}", label=kind)
             axis.plot(grid, _excess(everything.ranks), color="black", lw=1.6, label="all")
     for axis in axes[-1]:
         axis.set_xlabel("rank of the true value")
     for axis in axes[:, 0]:
         axis.set_ylabel("excess, cumulative")
-    figure.legend(*axes[1][0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
+    axes[0, 0].set_ylim(-0.25, 0.25)
+    figure.legend(*axes[-1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
     figure.savefig(path, dpi=110)
 
 
