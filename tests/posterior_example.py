@@ -7,7 +7,9 @@ from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, write_post
 TOLD = Diagnostic("parameter", "uniform:0:1", 30.0)
 
 
-def example_posterior(path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shape=(4, 50), attributes=None):
+def example_posterior(
+    path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shape=(4, 50), attributes=None, last_octave=None
+):
     """Write and return a posterior with means .6, 8, 8 and .5; a third number of ``shape`` is that of images."""
     rng = np.random.default_rng(0)
     every = {
@@ -31,5 +33,6 @@ def example_posterior(path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shap
         priors=dict.fromkeys(free, "uniform:0:1"),
         seed=7,
         attributes=attributes,
+        last_octave=last_octave,
     )
     return path

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hcss_twin.analysis.matching.quantities import MAX_RATIO
 from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
@@ -29,7 +30,8 @@ _DIAGNOSTICS = {
     "tail_effective_sample_size": ".5g",
     "rank_normalized_split_r_hat": ".4f",
 }
-_SHOWN = {"predictive_p_value", "title", "inputs", "priors", "converged", "Conventions", VERSION_ATTRIBUTE}
+_OF_FILE = {"title", "inputs", "priors", "converged", "Conventions", VERSION_ATTRIBUTE}
+_SHOWN = {"predictive_p_value", "unlikeness", "doubts"} | _OF_FILE
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,10 @@ def posterior_page(path: Path) -> Page:
     """
     contents = read_contents(path)
     shape = next(iter(contents.posterior.chains.values())).shape
-    sections = [Section("Parameters", [_parameters(contents)]), Section("Corner plot", list(_corner(contents)))]
+    sections = [
+        Section("Parameters", [_parameters(contents), *_doubts(contents)]),
+        Section("Corner plot", list(_corner(contents))),
+    ]
     if contents.parameters(3):
         sections.append(Section("Images", list(_images(contents))))
     sections += [
@@ -137,6 +142,19 @@ def _parameters(contents: PosteriorContents) -> Table:
     rows += [[name, "fixed", f"{value:.4g}", *[""] * 4] for name, value in contents.posterior.fixed.items()]
     header = ["parameter", "meaning", "median", "5 %", "95 %", "mean", "standard deviation"]
     return Table(header, rows, "Of all draws; 90 % of them lie between 5 % and 95 %.", text_columns=2)
+
+
+def _doubts(contents: PosteriorContents) -> Iterator[Block]:
+    doubts = contents.posterior.doubts
+    if doubts:
+        rows = [[str(each["image"]), ", ".join(each["parameters"]), str(each["reason"])] for each in doubts]
+        caption = "Reasons to doubt the intervals of these parameters."
+        yield Table(["image", "doubtful", "reason"], rows, caption, text_columns=3)
+    last = contents.posterior.last_octave
+    if last is not None:
+        values, counts = np.unique(last, return_counts=True)
+        parts = ", ".join(f"{value} in {count / last.size:.0%}" for value, count in zip(values, counts, strict=True))
+        yield paragraph(f"The last octave of the fractal sum is unknown; each draw has its own: {parts} of the draws.")
 
 
 def _corner(contents: PosteriorContents) -> Iterator[Block]:
@@ -216,6 +234,15 @@ def _prediction(contents: PosteriorContents) -> Iterator[Block]:
         )
         rows = [[name, f"{p:.2g}"] for name, p in p_values]
         yield Table(["image", "posterior predictive p-value"], rows, caption, text_columns=1)
+        unlike = np.atleast_1d(contents.posterior.attributes.get("unlikeness", [])).tolist()
+        if unlike:
+            caption = (
+                "How far an image is from images drawn from its posterior in kurtosis, skewness and local direction, "
+                "which the fit does not use, over how far these are from each other. Above "
+                f"{MAX_RATIO:g}, no drawn image looks like it."
+            )
+            ratios = [[name, f"{ratio:.2f}"] for (name, _), ratio in zip(p_values, unlike, strict=True)]
+            yield Table(["image", "unlikeness"], ratios, caption, text_columns=1)
     variogram = contents.variogram
     if variogram is None:
         yield note("The file holds no variogram to compare with.")

@@ -62,11 +62,18 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
     text = (here / "clouds-clouds.toml").read_text(encoding="utf-8")
     assert all(len(line) <= 110 for line in text.splitlines())
     (here / "scene.toml").write_text(SCENE + text, encoding="utf-8")
-    cube = simulate(Scenario.load("scene.toml", CHEAP))
-    cloudy = cube["cloud_thickness"].isel(time=0).values > 0.0
+    with simulate(Scenario.load("scene.toml", CHEAP), "cube.nc") as cube:
+        cloudy = cube["cloud_thickness"].isel(time=0).values > 0.0
     fragment = tomllib.loads(text)["clouds"]
     assert np.count_nonzero(cloudy) == round(fragment["coverage"] * cloudy.size)
     assert FractalParameters(**fragment["parameters"]).k is not None
+    # The cube is matched by its own mask; a threshold of its thickness leaves thin cloud out.
+    answer, other = (
+        json.loads(hcss("match", "cube.nc", *options, "--budget", 0, "-o", name, "--json").output)
+        for name, *options in (("a.toml",), ("b.toml", "--variable", "cloud_thickness", "--method", "otsu"))
+    )
+    assert answer["coverage"] == np.mean(cloudy) > other["coverage"] + 0.05
+    assert "where its cloud_mask is 1, with grey levels from its cloud_thickness" in answer["notes"][1]
 
 
 def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):

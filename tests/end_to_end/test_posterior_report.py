@@ -1,5 +1,7 @@
 """The page of a posterior: every number is that of its draws."""
 
+import json
+
 import netCDF4
 import numpy as np
 import pytest
@@ -49,8 +51,11 @@ def check(images=()):
 
 def test_parameters_convergence_and_provenance_are_those_of_the_file(tmp_path):
     trace = (("H", "Lx"), np.zeros((2, 8, 50)))
-    told = {"predictive_p_value": [0.37]}
-    page = hcss_twin.report(written(tmp_path / "p.nc", variogram=check(), trace=trace, attributes=told))
+    doubt = {"image": "image.nc", "parameters": ["Lx", "Ly"], "reason": "few cells"}
+    told = {"predictive_p_value": [0.37], "unlikeness": [0.8], "doubts": json.dumps([doubt])}
+    last = np.repeat([4, 5, 5, 5], 80).reshape(8, 40)
+    found = written(tmp_path / "p.nc", variogram=check(), trace=trace, attributes=told, last_octave=last)
+    page = hcss_twin.report(found)
     found = read_page(page)
     rows = found.table("parameter", "meaning", "median")
     for row, (name, draws) in zip(rows, CHAINS.items(), strict=False):
@@ -63,6 +68,9 @@ def test_parameters_convergence_and_provenance_are_those_of_the_file(tmp_path):
     ]
     assert "of the 320 stored draws" in found.text
     assert found.table("image", "posterior predictive p-value") == [["image.nc", "0.37"]]
+    assert found.table("image", "unlikeness") == [["image.nc", "0.80"]]
+    assert found.table("image", "doubtful", "reason") == [["image.nc", "Lx, Ly", "few cells"]]
+    assert "each draw has its own: 4 in 25%, 5 in 75% of the draws" in found.text
     assert found.table("parameter", "prior") == [[name, text] for name, text in PRIORS.items()]
     assert found.table("file", "SHA-256") == [["image.nc", "ab" * 32]]
     correlation = np.corrcoef(CHAINS["H"].ravel(), CHAINS["Lx"].ravel())[0, 1]

@@ -33,8 +33,13 @@ def write(path, **changes):
 
 def test_what_is_written_is_read(tmp_path):
     path = tmp_path / "posterior.nc"
-    write(path)
+    last = np.arange(32).reshape(4, 8)
+    doubt = {"image": "image.nc", "parameters": ["H"], "reason": "edge"}
+    write(path, last_octave=last, attributes={"doubts": json.dumps([doubt])})
     found = read_posterior(path)
+    assert set(found.chains) == {"H"}
+    np.testing.assert_array_equal(found.last_octave, last)
+    assert found.doubts == [doubt]
     np.testing.assert_array_equal(found.chains["H"], H)
     np.testing.assert_array_equal(found.samples["H"], H.ravel())
     assert found.fixed == {"gamma": 2.0}

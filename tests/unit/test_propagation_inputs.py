@@ -110,6 +110,14 @@ def test_octaves_of_the_posterior_are_those_of_the_scene(tmp_path):
     found = PosteriorDraws.read(path)
     assert found.overrides("clouds", found.samples[0])["clouds.parameters.k"] == [0, 8]
     assert "clouds.parameters.k" in found.keys("clouds")
+    last = np.arange(200).reshape(4, 50) % 7 + 3
+    found = PosteriorDraws.read(example_posterior(tmp_path / "unknown.nc", last_octave=last))
+    hurst = read_posterior(tmp_path / "unknown.nc").samples["H"]
+    for row in found.rows(20, np.random.SeedSequence(0)):
+        keys = found.overrides("clouds", row)
+        # Each draw has the last octave that it was fitted with.
+        assert keys["clouds.parameters.k"] == [0, last.ravel()[hurst == keys["clouds.parameters.H"]].item()]
+    assert "clouds.parameters.k" in found.keys("clouds")
     path = example_posterior(tmp_path / "odd.nc", attributes={"octaves": "all"})
     with pytest.raises(PosteriorError, match="octaves all, allowed: two whole numbers"):
         PosteriorDraws.read(path)

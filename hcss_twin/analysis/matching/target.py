@@ -13,8 +13,11 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
+from hcss_twin.core.errors import CatalogError, CubeError, ImageError, ScenarioError
+from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.plugins import FAILURES, describe, installed
+from hcss_twin.core.reading import first_bytes
+from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
@@ -50,7 +53,7 @@ class ImageChoice:
         As :class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`.
     method : {"auto", "otsu", "local", "coverage", "valid"}
         Cloud detection method. ``valid``, for products with values in cloud only, selects every pixel with a value;
-        ``auto`` is ``valid`` for cloud-top variables with missing pixels, ``otsu`` for all others.
+        ``auto`` is a cube's own mask, ``valid`` for cloud-top variables with missing pixels, ``otsu`` for all others.
     coverage : float or None
         Fraction of cloudy pixels for method ``coverage``.
     pixel_size_m : float or None
@@ -87,8 +90,8 @@ class Target:
 def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
     """Read an image with the imagery generator, so that its clouds are those that a scenario would simulate.
 
-    The file is NetCDF (including GOES ABI), GeoTIFF, picture, ``.npy`` or ``.npz``, or an entry of the cloud database
-    with its cleaned mask.
+    The file is NetCDF (including GOES ABI), GeoTIFF, picture, ``.npy`` or ``.npz``, an entry of the cloud database with
+    its cleaned mask, or a cube with its own mask and thickness.
 
     Raises
     ------
@@ -118,9 +121,10 @@ def _read(path: Path, choice: ImageChoice) -> Target:
     if min(part) < SMALLEST_SIDE:
         raise ImageError(f"image: {part[0]} rows x {part[1]} columns, allowed: {SMALLEST_SIDE} or more along each axis")
     grid = Grid(*part, size)
-    method = _method(choice, source.image)
+    method = _method(choice, source)
     if source.image is not None and method == "valid":
-        level, how = _valid_level(source.image, choice, grid), "every pixel with a value"
+        level = _valid_level(source.image, choice, grid)
+        how = source.cube_note or "every pixel with a value"
     else:
         level, how = _imagery_level(path, choice, grid, method, source.image is None)
     cloudy = np.count_nonzero(level)
@@ -137,9 +141,10 @@ def _read(path: Path, choice: ImageChoice) -> Target:
         notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     if source.pixel_size_m is not None and size != source.pixel_size_m:
         notes.append(f"Pixels of {source.pixel_size_m:.6g} m are treated as pixels of {size:g} m.")
-    if source.image is not None:
+    if source.image is not None and not source.cube_note:
         notes += described(source.image, choice.cloud_is)
-    return Target(CloudImage(level, size), path.name, (*notes, *_notes_of_plugins(path, choice.variable)))
+    of_plugins = () if source.cube_note else _notes_of_plugins(path, choice.variable)
+    return Target(CloudImage(level, size), path.name, (*notes, *of_plugins))
 
 
 def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
@@ -155,19 +160,27 @@ def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class _ImageFacts:
-    """Metadata of a file; ``image`` is None for an entry, ``why`` is the reason for a missing pixel size."""
+    """Metadata of a file; ``image`` is None for an entry, ``why`` is the reason for a missing pixel size.
+
+    ``cube_note`` says which variables of a cube are used; empty for other images.
+    """
 
     shape: tuple[int, ...]
     pixel_size_m: float | None
     is_nominal: bool
     why: str
     image: SatelliteImage | None
+    cube_note: str = ""
 
 
 def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
     try:
         facts, shape = read_facts(path)
     except CatalogError:
+        if choice.method == "auto" and choice.variable in (None, _THICKNESS):
+            cube = _cube_clouds(path)
+            if cube is not None:
+                return cube
         # Any other image. If it is an invalid entry, the reader reports what is wrong.
         image = read_image(path, choice.variable)
         why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
@@ -179,6 +192,48 @@ def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
     return _ImageFacts(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
 
 
+_MASK, _THICKNESS = "cloud_mask", "cloud_thickness"
+
+
+def _cube_clouds(path: Path) -> _ImageFacts | None:
+    """Return the first frame of a cube's thickness where its mask has cloud; None if the file is no cube."""
+    if not first_bytes(path, CatalogError).startswith(NETCDF):
+        return None
+    try:
+        dataset = open_cube(path)
+    except CubeError:
+        return None
+    with dataset:
+        if _THICKNESS not in dataset:
+            raise ImageError(
+                f"{path}: the cube has no {_THICKNESS}; allowed: a cube with it (hcss run --set "
+                f'\'output.variables=["{_MASK}", "{_THICKNESS}"]\'), or one of its images by --variable'
+            )
+        thickness = dataset[_THICKNESS].isel(time=0).transpose("y", "x")
+        values = thickness.to_numpy().astype(np.float64)
+        cloudy, said = values > 0.0, f"its {_THICKNESS} is greater than 0"
+        if _MASK in dataset:
+            cloudy, said = dataset[_MASK].isel(time=0).transpose("y", "x").to_numpy() == 1, f"its {_MASK} is 1"
+        steps = [float(dataset[axis][1] - dataset[axis][0]) if axis in dataset.coords else None for axis in ("y", "x")]
+        frames = dataset.sizes["time"]
+    if not cloudy.any():
+        raise ImageError(f"{path}: no pixel of the cube's first frame is cloudy; allowed: a cube with cloud")
+    which = f"the first of the cube's {frames} frames" if frames > 1 else "the cube"
+    image = SatelliteImage(
+        np.where(cloudy, values, np.nan),
+        None if steps[1] is None else abs(steps[1]),
+        True,
+        "m",
+        "geometric thickness of the cloud",
+        path.name,
+        north_first=steps[0] is None or steps[0] < 0.0,
+        east_first=steps[1] is not None and steps[1] < 0.0,
+        variable=_THICKNESS,
+    )
+    note = f"every pixel of {which} where {said}, with grey levels from its {_THICKNESS}"
+    return _ImageFacts(values.shape, image.pixel_size_m, False, "", image, note)
+
+
 def _check(choice: ImageChoice) -> None:
     """Refuse options that contradict each other: none is ignored."""
     if (choice.coverage is None) is (choice.method == "coverage"):
@@ -187,10 +242,11 @@ def _check(choice: ImageChoice) -> None:
         raise ImageError("window_pixels: allowed with the method 'local' only")
 
 
-def _method(choice: ImageChoice, image: SatelliteImage | None) -> Literal["otsu", "local", "coverage", "valid"]:
+def _method(choice: ImageChoice, source: _ImageFacts) -> Literal["otsu", "local", "coverage", "valid"]:
     if choice.method != "auto":
         return choice.method
-    return "valid" if image is not None and has_values_in_cloud_only(image) else "otsu"
+    image = source.image
+    return "valid" if image is not None and (source.cube_note or has_values_in_cloud_only(image)) else "otsu"
 
 
 def _imagery_level(

@@ -32,6 +32,7 @@ SUSPICIOUS = 0.01
 
 _FIXED = "fixed_"
 _LOG_PROBABILITY = "log_probability"
+_LAST_OCTAVE = "last_octave"
 _QUANTILES = "variogram_predicted"
 _AXES = ("x", "y")
 
@@ -80,17 +81,26 @@ class Posterior:
     diagnostics : dict of str to dict
         Attributes of each of ``chains``, as in :class:`Diagnostic` and
         :class:`~hcss_twin.analysis.uncertainty.mixing.Mixing`.
+    last_octave : ndarray of int64 (chain, draw) or (chain, draw, image), optional
+        Last octave of the fractal sum that belongs to each draw; None where one octave is assumed (``octaves`` in
+        ``attributes``).
     """
 
     chains: dict[str, Array]
     fixed: dict[str, float]
     attributes: dict[str, Any] = field(default_factory=dict)
     diagnostics: dict[str, dict[str, Any]] = field(default_factory=dict)
+    last_octave: NDArray[np.int64] | None = None
 
     @property
     def samples(self) -> dict[str, Array]:
         """Concatenated draws of all chains: (n,), or (n, image) for parameters of several images."""
         return {name: values.reshape(-1, *values.shape[2:]) for name, values in self.chains.items()}
+
+    @property
+    def doubts(self) -> list[dict[str, Any]]:
+        """Reasons to doubt intervals: ``image``, ``parameters`` and ``reason`` of each; empty without any."""
+        return list(json.loads(self.attributes.get("doubts", "[]")))
 
     @property
     def predictive_p_values(self) -> list[tuple[str, float]]:
@@ -117,6 +127,7 @@ def write_posterior(
     seed: int,
     trace: tuple[Sequence[str], Array] | None = None,
     variogram: VariogramCheck | None = None,
+    last_octave: NDArray[np.int64] | None = None,
     attributes: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a posterior atomically: on failure, ``path`` is unchanged.
@@ -139,6 +150,8 @@ def write_posterior(
         Names and values of all steps, burn-in included, perhaps thinned.
     variogram : VariogramCheck, optional
         Predictive check of the variogram.
+    last_octave : ndarray of int64, optional
+        As in :attr:`Posterior.last_octave`.
     attributes : mapping, optional
         Additional global attributes.
     """
@@ -158,6 +171,9 @@ def write_posterior(
         file.setncatts(dict(attributes or {}))
         _write_chains(file, chains, diagnostics)
         _write(file, _LOG_PROBABILITY, ("chain", "draw"), log_probability, "logarithm of the posterior density")
+        if last_octave is not None:
+            dimensions = ("chain", "draw", "image")[: last_octave.ndim]
+            _write(file, _LAST_OCTAVE, dimensions, last_octave, "last octave k of the fractal sum, from k = 0")
         if trace is not None:
             _write_trace(file, *trace)
         if variogram is not None:
@@ -180,8 +196,11 @@ def read_posterior(path: str | os.PathLike[str]) -> Posterior:
         chains = {
             name: np.asarray(np.ma.getdata(variable[...]), dtype=np.float64)
             for name, variable in dataset.variables.items()
-            if variable.dimensions[:2] == ("chain", "draw") and name != _LOG_PROBABILITY
+            if variable.dimensions[:2] == ("chain", "draw") and name not in (_LOG_PROBABILITY, _LAST_OCTAVE)
         }
+        last_octave = None
+        if _LAST_OCTAVE in dataset.variables:
+            last_octave = np.asarray(np.ma.getdata(dataset[_LAST_OCTAVE][...]), dtype=np.int64)
         kept = fields(Diagnostic) + (fields(Mixing) if attributes[VERSION_ATTRIBUTE] == VERSION else ())
         diagnostics = {name: {each.name: dataset[name].getncattr(each.name) for each in kept} for name in chains}
     if not chains or not all(values.size and np.isfinite(values).all() for values in chains.values()):
@@ -189,7 +208,7 @@ def read_posterior(path: str | os.PathLike[str]) -> Posterior:
     if attributes[VERSION_ATTRIBUTE] == 1:  # whose sizes were those of the chains before they were thinned
         diagnostics = {name: each | asdict(mixing(chains[name])) for name, each in diagnostics.items()}
     fixed = {name.removeprefix(_FIXED): float(value) for name, value in attributes.items() if name.startswith(_FIXED)}
-    return Posterior(chains, fixed, attributes, diagnostics)
+    return Posterior(chains, fixed, attributes, diagnostics, last_octave)
 
 
 def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:

@@ -35,7 +35,8 @@ class PosteriorDraws:
     samples : ndarray (n, parameter)
         All draws, concatenated over images. A draw takes all parameters from one image.
     octaves : (int, int) or None
-        First and last octave of the fractal sum to which the parameters refer; None if not in the file.
+        First and last octave of the fractal sum to which the parameters refer; None if not in the file, or if each draw
+        has its own: then the last column of ``samples`` is that of the last octave, from octave 0.
     file, sha256 : str
         Name and hash of the file.
     about : mapping
@@ -61,6 +62,9 @@ class PosteriorDraws:
         path = Path(path)
         posterior = read_posterior(path)
         names, columns, images = _columns(posterior, path)
+        if posterior.last_octave is not None:
+            own = posterior.last_octave.reshape(-1, images).T.ravel()
+            columns = np.concatenate([columns, own[:, None]], axis=1)
         fixed = {name: value for name, value in posterior.fixed.items() if name in PARAMETERS}
         if ("Lx" in (*names, *fixed)) != ("Ly" in (*names, *fixed)):
             raise PosteriorError(f"cannot use {path}: it has only one of Lx and Ly, allowed: both or none")
@@ -76,16 +80,19 @@ class PosteriorDraws:
 
     def keys(self, layer: str) -> tuple[str, ...]:
         """Return the scenario keys that the posterior sets, in ``clouds`` or ``clouds.layers.0``."""
-        return tuple(self.overrides(layer, np.zeros(len(self.names))))
+        return tuple(self.overrides(layer, np.zeros(self.samples.shape[1])))
 
     def overrides(self, layer: str, row: Array) -> dict[str, Any]:
         """Return scenario keys with the values of one draw (parameter,)."""
-        value = {**self.fixed, **dict(zip(self.names, map(float, row), strict=True))}
+        count = len(self.names)
+        value = {**self.fixed, **dict(zip(self.names, map(float, row[:count]), strict=True))}
         keys: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
         if "Lx" in value:
             keys[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
         if self.octaves is not None:
             keys[f"{layer}.parameters.k"] = list(self.octaves)
+        elif row.size > count:
+            keys[f"{layer}.parameters.k"] = [0, int(row[count])]
         if "coverage" in value:
             keys[f"{layer}.coverage"] = value["coverage"]
         return keys

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from hcss_evaluate import fit_dimension
 from hcss_evaluate.posterior import chains, fit
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.octaves import UNKNOWN, Octaves
 
 from hcss_twin import PosteriorError, read_posterior
 from hcss_twin.analysis.matching.dimension_range import empty_frame
@@ -63,6 +64,13 @@ def test_an_image_gives_a_posterior_and_an_answer(here):
         assert told["bulk_effective_sample_size"] >= 200
         assert told["tail_effective_sample_size"] >= 200
         assert told["rank_normalized_split_r_hat"] <= 1.01
+    # Nothing is said of octaves: each draw has its own last one.
+    assert found.last_octave.shape == found.chains["H"].shape
+    for last, part in answer["last_octave"].items():
+        assert int(last) in UNKNOWN
+        assert part == pytest.approx(np.mean(found.last_octave == int(last)))
+    assert sum(answer["last_octave"].values()) == pytest.approx(1.0)
+    assert answer["doubts"] == found.doubts
     assert answer["predictive_p_values"] == [found.attributes["predictive_p_value"]]
     with xr.open_dataset("p.nc") as file:
         assert json.loads(file.attrs["inputs"])[0]["name"] == "clouds1.npy"
@@ -134,7 +142,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
     # One parameter: the posterior is an integral.
     hurst = np.linspace(0.021, 0.979, 500)
     values = np.column_stack([hurst, *(np.full(500, each) for each in (2.0, 75.0, 75.0, 0.4))])
-    likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of((0, 8)))
+    likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of(Octaves(0, UNKNOWN)))
     weight = np.exp(likelihood(values))
     mean = np.average(hurst, weights=weight)
     deviation = np.sqrt(np.average((hurst - mean) ** 2, weights=weight))

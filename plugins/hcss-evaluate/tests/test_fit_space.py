@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from hcss_evaluate.posterior.fit_run import FitOptions
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.population import _log_between
 from scipy import stats
@@ -31,6 +32,17 @@ def test_density_on_scales_is_that_of_the_draws():
         density = np.exp(space.log_prior(position)) * np.diff(edges)
         counted = np.histogram(drawn[:, column], edges)[0]
         np.testing.assert_allclose(density / density.sum(), counted / counted.sum(), rtol=0.1, err_msg=name)
+
+
+def test_a_cloud_type_sets_what_is_not_given():
+    usual = FitOptions(cloud_type="cirrus").of_type()
+    assert (usual.octaves, usual.fixed) == ((0, 4), {"gamma": 3.0})
+    assert usual.priors == {"Lx": "lognormal:50:0.5", "Ly": "lognormal:10:0.5"}
+    given = FitOptions(cloud_type="cirrus", octaves=(0, 6), priors={"gamma": "normal:2:1"}, fixed={"Lx": 7.0}).of_type()
+    assert (given.octaves, given.fixed) == ((0, 6), {"Lx": 7.0})
+    assert given.priors == {"gamma": "normal:2:1", "Ly": "lognormal:10:0.5"}
+    with pytest.raises(PosteriorError, match=r"cirus.*closest is 'cirrus'"):
+        FitOptions(cloud_type="cirus").of_type()
 
 
 def test_positions_go_to_values_and_back():

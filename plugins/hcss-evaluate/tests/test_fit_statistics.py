@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.doubts import doubts, unlikeness
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
 from hcss_evaluate.posterior.image_data import (
     ImageData,
@@ -12,8 +13,13 @@ from hcss_evaluate.posterior.image_data import (
     clipped_semivariance,
     field_scores,
     image_scores,
+    rank_scores,
+    score_variogram,
+    still_field,
 )
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
+from hcss_evaluate.posterior.octaves import Octaves
+from hcss_evaluate.posterior.parameter_space import Space
 from scipy.integrate import dblquad
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
@@ -23,7 +29,9 @@ from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import Grid
 
+KNOWN = Octaves(0, (8,))
 PIXEL_M = 20.0
 LAGS = np.array([1, 2, 4, 8, 16])
 
@@ -40,18 +48,35 @@ def field(shape, side, seed, coverage=0.5):
     return FractalClouds(inputs, parameters, threads=1).field(0.0, slice(0, side), slice(0, side))
 
 
-@pytest.mark.parametrize("octaves", [(0, 8), (2, 5)])
+@pytest.mark.parametrize("octaves", [Octaves(0, (3, 4, 8)), Octaves(2, (5,))])
 def test_many_variograms_are_those_of_each(octaves):
     rows, columns = 90, 64
     given = shapes(12, 64)
     found, variance = BatchVariogram.of(octaves)(given, LAGS, PIXEL_M, rows, columns)
     kernel, nothing = KernelCorrelation.tabulate(), np.zeros_like(LAGS)
     dx, dy = np.concatenate([LAGS, nothing]), np.concatenate([nothing, LAGS])
-    for row, each in enumerate(given):
-        parameters = FractalParameters(gamma=each[1], H=each[0], L=(each[2], each[3]), k=octaves)
+    for row, column in np.ndindex(variance.shape):
+        each, last = given[row], octaves.lasts[column]
+        parameters = FractalParameters(gamma=each[1], H=each[0], L=(each[2], each[3]), k=(octaves.first, last))
         expected = expected_variogram(parameters, PIXEL_M, dx, dy, kernel)
-        np.testing.assert_allclose(found[row], expected, atol=1e-12)
-        assert variance[row] == pytest.approx(frame_variance(parameters, PIXEL_M, rows, columns, kernel))
+        np.testing.assert_allclose(found[row, column], expected, atol=1e-12)
+        assert variance[row, column] == pytest.approx(frame_variance(parameters, PIXEL_M, rows, columns, kernel))
+
+
+def test_a_still_field_is_that_of_the_generator_to_the_last_bit():
+    shape = (0.4, 2.0, 40.0, 60.0)
+    parameters = FractalParameters(gamma=shape[1], H=shape[0], L=shape[2:], k=(0, 8))
+    np.testing.assert_array_equal(still_field(parameters, Grid(48, 48, PIXEL_M), 3), field(shape, 48, 3))
+
+
+def test_last_octaves_are_drawn_as_often_as_their_likelihoods_say():
+    rng, octaves = np.random.default_rng(0), Octaves(0, (3, 5, 9))
+    density = np.log(np.tile([0.2, 0.0, 0.6], (40_000, 1)) + 1e-300)
+    drawn = octaves.draw(density - 700.0, rng)
+    assert np.mean(drawn == 3) == pytest.approx(0.25, abs=0.01)
+    assert not np.any(drawn == 5)
+    # Where all are impossible, all are equally likely.
+    assert np.mean(octaves.draw(np.full((40_000, 3), -np.inf), rng) == 5) == pytest.approx(1 / 3, abs=0.01)
 
 
 @pytest.mark.parametrize(("one_minus", "threshold"), [(0.02, 0.3), (0.5, -1.0), (1.4, 1.2)])
@@ -93,17 +118,18 @@ def test_scores_of_a_simulated_field_are_those_of_its_image():
     cloudy = given.size // 3
     lowest = np.sort(given, axis=None)[-cloudy]
     level = np.where(given >= lowest, given - lowest + 1.0, 0.0).astype(np.float32)
-    np.testing.assert_allclose(field_scores(given, cloudy), image_scores(level), atol=2e-2)
-    assert np.abs(field_scores(given, cloudy) - image_scores(level)).mean() < 1e-3
+    scores = field_scores(given, rank_scores(cloudy, given.size))
+    np.testing.assert_allclose(scores, image_scores(level), atol=2e-2)
+    assert np.abs(scores - image_scores(level)).mean() < 1e-3
 
 
 @pytest.mark.parametrize("coverage", [0.3, 0.7])
 def test_expected_score_variogram_is_the_mean_of_simulations(coverage):
     side, shape = 64, np.array([0.4, 2.0, 8 * 12.5, 6 * 12.5])
-    semivariance, variance = BatchVariogram.of((0, 8))(shape[None], LAGS, PIXEL_M, side, side)
-    expected = ScoreSemivariance(coverage).logarithm(semivariance / variance[:, None])[0]
+    semivariance, variance = BatchVariogram.of(KNOWN)(shape[None], LAGS, PIXEL_M, side, side)
+    expected = ScoreSemivariance(coverage).logarithm(semivariance / variance[..., None])[0, 0]
     data = ImageData(side, side, PIXEL_M, round(coverage * side**2), LAGS, np.ones(10))
-    simulated = np.array([np.log(data.simulate(shape, (0, 8), seed)[0]) for seed in range(120)])
+    simulated = np.array([np.log(score_variogram(data.simulate(shape, (0, 8), seed)[0], LAGS)) for seed in range(120)])
     error = simulated.std(axis=0) / np.sqrt(120)
     # .03: what frames' own mean, variance and logarithm change, which is learned.
     assert np.all(np.abs(simulated.mean(axis=0) - expected) < 0.03 + 3 * error)
@@ -133,25 +159,68 @@ def noise_density(noise, positions, residuals):
     return np.where(inside, density, -np.inf) - np.sum(log_deviation, axis=1)
 
 
-def image_density(likelihood, values):
-    """The density that calling the likelihood returns, step by step and not compiled."""
-    positions, residuals, size = likelihood.residuals(values)
+def image_density(likelihood, values, last):
+    """The density of one last octave, step by step and not compiled."""
+    positions, residuals, size = likelihood.residuals(values, np.full(values.shape[0], last))
     density = noise_density(likelihood.noise, positions, residuals) - residuals.shape[1] * np.log(size)
     return density + 0.5 * np.log1p(-size * size) if likelihood.uses_coverage else density
 
 
 @pytest.mark.parametrize("uses_coverage", [True, False])
 def test_the_compiled_density_is_the_one_of_its_parts(image, uses_coverage):
-    likelihood = ImageLikelihood.of(ImageData.of(image), (0, 8), uses_coverage)
+    octaves = Octaves(0, (5, 8))
+    likelihood = ImageLikelihood.of(ImageData.of(image), octaves, uses_coverage)
     rng = np.random.default_rng(0)
-    likelihood = likelihood.learn(shapes(60, 64), rng, lambda _: None)
+    given = shapes(60, 64)
+    lasts = likelihood.draw_lasts(np.column_stack([given, np.full(60, 0.5)]), rng)
+    assert set(lasts) == {5, 8}
+    likelihood = likelihood.learn(given, lasts, rng, lambda _: None)
     values = np.column_stack([shapes(200, 64, 1), rng.uniform(0.1, 0.9, 200)])
-    found, expected = likelihood(values), image_density(likelihood, values)
+    found = likelihood(values)
+    each = np.stack([image_density(likelihood, values, last) for last in octaves.lasts], axis=1)
+    np.testing.assert_allclose(likelihood.of_each_last(values), each, rtol=1e-9)
+    with np.errstate(divide="ignore"):
+        expected = np.log(np.exp(each).mean(axis=1))
     inside = np.isfinite(expected)
     assert inside.any()
     assert not inside.all()
     np.testing.assert_array_equal(np.isfinite(found), inside)
     np.testing.assert_allclose(found[inside], expected[inside], rtol=1e-9)
+
+
+def test_doubts_name_the_parameters_that_they_concern(image):
+    given = shapes(60, 64)
+    likelihood = ImageLikelihood.of(ImageData.of(image), KNOWN, True)
+    likelihood = likelihood.learn(given, np.full(60, 8), np.random.default_rng(0), lambda _: None)
+    priors = {"H": "uniform:0.02:0.98", "Lx": "loguniform:6:400", "Ly": "loguniform:6:400", "coverage": "uniform:0:1"}
+    space = Space.of({"gamma": 2.0}, {}, priors)
+    # The image is 1280 m wide: 16 cells of 80 m, or 1.6 of 800 m.
+    small, large = (np.tile([0.5, 2.0, cells, cells, 0.5], (50, 1)) for cells in (200.0, 20.0))
+    sure = {"p_value": 0.5, "unlike": 1.0, "cloud_type": None}
+
+    def doubted(values, **changes):
+        return [each.parameters for each in doubts("i", likelihood, values, space, **(sure | changes))]
+
+    assert doubted(small) == []
+    assert doubted(large) == [("Lx", "Ly", "coverage")]
+    assert doubted(large, cloud_type="stratus") == []
+    assert doubted(small, p_value=0.005) == doubted(small, unlike=1.3) == [("H", "Lx", "Ly", "coverage")]
+    edge = small.copy()
+    edge[:10, 0] = likelihood.noise.centre[0] + 0.999 * likelihood.noise.width[0]
+    assert doubted(edge) == [("H",)]
+
+
+def test_an_image_without_the_field_is_unlike_those_of_its_posterior(image):
+    """Shuffled in blocks it has the same grey levels, and edges that no Gaussian field has."""
+    likelihood = ImageLikelihood.of(ImageData.of(image), KNOWN, True)
+    values, lasts = np.tile([0.4, 2.0, 75.0, 75.0, 0.4], (50, 1)), np.full(50, 8)
+    blocks = image.level.reshape(8, 8, 8, 8).swapaxes(1, 2).reshape(64, 8, 8)
+    shuffled = blocks[np.random.default_rng(0).permutation(64)].reshape(8, 8, 8, 8).swapaxes(1, 2).reshape(64, 64)
+    own, other = (
+        unlikeness(CloudImage(level, PIXEL_M), likelihood, values, lasts, np.random.default_rng(1))
+        for level in (image.level, shuffled)
+    )
+    assert own < 1.25 < other
 
 
 def test_noise_is_learned_as_it_is():
@@ -215,11 +284,11 @@ def test_the_density_of_residuals_is_a_multivariate_t():
 
 def test_the_dimension_of_a_field_is_three_less_its_hurst_exponent():
     """With octaves over all scales, far from the largest and the smallest."""
-    variogram = BatchVariogram.of((0, 16))
+    variogram = BatchVariogram.of(Octaves(0, (16,)))
     likelihood = DimensionLikelihood(2.5, 0.1, 800, 800, 20.0, variogram)
     hurst = np.array([0.5, 0.6, 0.7])
     given = np.column_stack([hurst, np.full(3, 1.5), np.full((3, 2), 4.0)])
-    np.testing.assert_allclose(likelihood.expected(given), 3.0 - hurst, atol=0.06)
+    np.testing.assert_allclose(likelihood.expected(given)[:, 0], 3.0 - hurst, atol=0.06)
 
 
 def flat(value=0.0, rows=64, columns=64):

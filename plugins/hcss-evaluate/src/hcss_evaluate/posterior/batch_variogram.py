@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
@@ -35,22 +36,22 @@ class BatchVariogram:
     ----------
     curvature : ndarray (N,)
         Of :class:`hcss_twin.models.clouds.fractal.expected_variogram.KernelCorrelation`.
-    octaves : (int, int)
-        First and last octave.
+    octaves : Octaves
+        First octave, and possible last ones.
     """
 
     curvature: Array
-    octaves: tuple[int, int]
+    octaves: Octaves
 
     @classmethod
-    def of(cls, octaves: tuple[int, int]) -> BatchVariogram:
+    def of(cls, octaves: Octaves) -> BatchVariogram:
         """Tabulate the kernel, which takes about 30 ms."""
         return cls(KernelCorrelation.tabulate().curvature, octaves)
 
     def __call__(
         self, shapes: Array, lags: NDArray[np.int64], pixel_size_m: float, rows: int, columns: int
     ) -> tuple[Array, Array]:
-        """Return semivariograms along x, then along y, (N, 2 M), and the expected variance within one frame (N,).
+        """Return semivariograms along x, then along y, and the variance within one frame, for each last octave.
 
         The semivariogram is 1 - correlation of the field, which has unit variance; for the variance within a frame see
         :func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`.
@@ -61,17 +62,22 @@ class BatchVariogram:
             H, gamma, Lx, Ly; L in cells per 16 km.
         lags : ndarray of int64 (M,)
             Pixels, 1 or more.
+
+        Returns
+        -------
+        ndarray (N, K, 2 M), ndarray (N, K)
         """
-        semivariogram = np.empty((shapes.shape[0], 2 * lags.size))
-        variance = np.empty(shapes.shape[0])
+        lasts = self.octaves.lasts
+        semivariogram = np.empty((shapes.shape[0], len(lasts), 2 * lags.size))
+        variance = np.empty((shapes.shape[0], len(lasts)))
         _fill(
             np.ascontiguousarray(shapes, dtype=np.float64),
             lags.astype(np.float64),
             pixel_size_m / REFERENCE_LENGTH_M,
             rows,
             columns,
-            self.octaves[0],
-            self.octaves[1],
+            self.octaves.first,
+            np.array(lasts),
             self.curvature,
             _PAIR_NODE,
             _PAIR_WEIGHT,
@@ -113,7 +119,7 @@ def _fill(
     rows: int,
     columns: int,
     first: int,
-    last: int,
+    lasts: Any,
     curvature: Any,
     node: Any,
     weight: Any,
@@ -122,9 +128,9 @@ def _fill(
 ) -> None:
     for n in range(shapes.shape[0]):
         hurst, gamma, cells_x, cells_y = shapes[n, 0], shapes[n, 1], shapes[n, 2], shapes[n, 3]
-        semivariogram[n] = 0.0
-        total, common = 0.0, 0.0
-        for k in range(first, last + 1):
+        done, total, common = 0, 0.0, 0.0
+        semivariogram[n, 0] = 0.0
+        for k in range(first, lasts[-1] + 1):
             share = gamma ** (-2.0 * hurst * (k - first))
             step_x, step_y = cells_x * gamma**k * pixel, cells_y * gamma**k * pixel
             total += share
@@ -135,11 +141,16 @@ def _fill(
             )
             for m in range(lags.size):
                 apart = 1.0 if step_x >= NEAREST_FROM else _distance(lags[m] * step_x, curvature)
-                semivariogram[n, m] += share * apart
+                semivariogram[n, done, m] += share * apart
                 apart = 1.0 if step_y >= NEAREST_FROM else _distance(lags[m] * step_y, curvature)
-                semivariogram[n, lags.size + m] += share * apart
-        semivariogram[n] /= total
-        variance[n] = 1.0 - common / total
+                semivariogram[n, done, lags.size + m] += share * apart
+            if k == lasts[done]:
+                # The sum up to here, which is also the beginning of the next longer one.
+                if k < lasts[-1]:
+                    semivariogram[n, done + 1] = semivariogram[n, done]
+                semivariogram[n, done] /= total
+                variance[n, done] = 1.0 - common / total
+                done += 1
 
 
 # The lags of hcss_twin.analysis.measures.fractal_dimension.
@@ -182,13 +193,18 @@ class DimensionLikelihood:
             raise PosteriorError(f"error of the fractal dimension: {self.error:g} given, allowed: greater than 0")
 
     def expected(self, shapes: Array) -> Array:
-        """Return the dimension (N,) for H, gamma, Lx, Ly (N, 4)."""
+        """Return the dimension (N, K) for H, gamma, Lx, Ly (N, 4) and each last octave."""
         semivariance, _ = self.variogram(shapes, _LAGS, self.pixel_size_m, self.rows, self.columns)
-        near = semivariance[:, 0] + semivariance[:, 2]
-        far = semivariance[:, 1] + semivariance[:, 3]
+        near = semivariance[..., 0] + semivariance[..., 2]
+        far = semivariance[..., 1] + semivariance[..., 3]
         return np.asarray(3.0 - 0.5 * np.log(far / near) / math.log(2.0))
 
     def __call__(self, values: Array) -> Array:
         """Return the log-likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
         difference = (self.expected(values[:, : len(SHAPE)]) - self.dimension) / self.error
-        return np.asarray(-0.5 * difference * difference)
+        return mean_density(-0.5 * difference * difference)
+
+    def draw_lasts(self, values: Array, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Draw a last octave (N,) for each of H, gamma, Lx, Ly, coverage (N, 5), given the dimension."""
+        difference = (self.expected(values[:, : len(SHAPE)]) - self.dimension) / self.error
+        return self.variogram.octaves.draw(-0.5 * difference * difference, rng)

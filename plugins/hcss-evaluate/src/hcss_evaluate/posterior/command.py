@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # Steps of the progress bar; a sampler reports only approximate progress.
 _PARTS = 1000
 
-_SAMPLING = ("priors", "octaves", "smallest_lag", "misfit", "samples", "most_steps", "seed")
+_SAMPLING = ("cloud_type", "priors", "octaves", "smallest_lag", "misfit", "samples", "most_steps", "seed")
 """Options that are passed to ``fit`` unchanged."""
 
 
@@ -66,11 +66,15 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     "normal:MEAN:SD or lognormal:MEDIAN:SD.",
 )
 @click.option(
+    "--type",
+    "cloud_type",
+    help="Cloud type of the image, which sets octaves and gamma, and priors of Lx and Ly about its own.",
+)
+@click.option(
     "--octaves",
     type=(click.IntRange(0, 16), click.IntRange(0, 16)),
-    default=(0, 8),
     metavar="FIRST LAST",
-    help="Octaves k of the fractal sum.",
+    help="Octaves k of the fractal sum; default: those of --type, else 0 and an unknown last one, 3 to 10.",
 )
 @click.option("--smallest-lag", type=click.IntRange(1), default=1, help="Shortest lag used, pixels.")
 @click.option("--misfit", type=Number(0, 2), default=0.0, help="Relative model error of each semivariance.")
@@ -133,19 +137,26 @@ def fit_command(
     summary = _summary(posterior)
     notes = str(posterior.attributes["notes"]).splitlines()
     p_values = posterior.predictive_p_values
+    octaves = _last_octaves(posterior)
     if as_json:
         answer = {
             "posterior": str(output),
             "parameters": summary,
             "fixed": posterior.fixed,
+            "last_octave": octaves,
             "predictive_p_values": [p for _, p in p_values],
+            "doubts": posterior.doubts,
             "notes": notes,
         }
         click.echo(json.dumps(answer))
     else:
         fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
         p_lines = [f"{name}: posterior predictive p = {p:.2g}" for name, p in p_values]
-        click.echo("\n".join([*notes, *_table(summary), *fixed_lines, *p_lines, str(output)]))
+        octave_lines = [f"last octave, draws: {', '.join(f'{last} {part:.0%}' for last, part in octaves.items())}"]
+        doubt_lines = [f"doubt: {each['image']}: {each['reason']}" for each in posterior.doubts]
+        click.echo(
+            "\n".join([*notes, *_table(summary), *fixed_lines, *octave_lines, *p_lines, *doubt_lines, str(output)])
+        )
 
 
 def _fixed(name: str, value: str) -> float | str:
@@ -197,6 +208,15 @@ def _summary(found: Posterior) -> dict[str, dict[str, Any]]:
             **found.diagnostics[name],
         }
     return summary
+
+
+def _last_octaves(found: Posterior) -> dict[int, float]:
+    """Return the fraction of the draws with each last octave."""
+    import numpy as np
+
+    drawn = found.attributes["octaves"][1:] if found.last_octave is None else found.last_octave
+    values, counts = np.unique(np.asarray(drawn), return_counts=True)
+    return {int(value): float(each) / counts.sum() for value, each in zip(values, counts, strict=True)}
 
 
 def _table(summary: dict[str, dict[str, Any]]) -> list[str]:

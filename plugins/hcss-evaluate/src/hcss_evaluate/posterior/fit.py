@@ -19,6 +19,7 @@ from hcss_evaluate.posterior.chains import SingleModel, begin, extend, walkers_o
 from hcss_evaluate.posterior.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
 from hcss_evaluate.posterior.image_data import ImageData
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
+from hcss_evaluate.posterior.octaves import Octaves
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.population import PopulationModel
 from hcss_evaluate.posterior.result import write_result
@@ -70,7 +71,7 @@ def fit(
     ImageError, CatalogError, ScenarioError
         If an image cannot be used.
     """
-    chosen = FitOptions(**options)
+    chosen = FitOptions(**options).of_type()
     chosen.check()
     paths = [Path(images)] if isinstance(images, str | os.PathLike) else [Path(each) for each in images]
     if not paths:
@@ -92,6 +93,7 @@ def fit_targets(
     progress: Progress | None = None,
 ) -> Posterior:
     """Same as :func:`fit` for images in memory; ``inputs`` are the names and SHA-256 of their files."""
+    options = options.of_type()
     options.check()
     data = [ImageData.of(target.image, options.smallest_lag) for target in targets]
     several = len(data) > 1
@@ -99,7 +101,8 @@ def fit_targets(
     coverage = float(np.mean([each.coverage for each in data]))
     frames = [(each.rows, each.columns, each.pixel_size_m) for each in data]
     space, spreads = space_of(options, coverage, frames, several=several)
-    likelihoods = [ImageLikelihood.of(each, options.octaves, not from_image, options.misfit) for each in data]
+    octaves = Octaves.of(options.octaves)
+    likelihoods = [ImageLikelihood.of(each, octaves, not from_image, options.misfit) for each in data]
     digest = hashlib.sha256(repr(from_image).encode())
     for each in data:
         digest.update(repr((each.rows, each.columns, each.pixel_size_m, each.cloudy)).encode())
@@ -122,8 +125,11 @@ def fit_targets(
         PopulationModel(space, tuple(likelihoods), spreads) if several else SingleModel(space, likelihoods[0])
     )
     chains, convergence = run.sample(model, tuple(likelihoods), pilots, state)
-    notes = [note for target in targets for note in target.notes]
-    write_result(output, model, space, likelihoods, chains, convergence, inputs, run.about(), options.seed, notes)
+    notes = [*(note for target in targets for note in target.notes), octaves.text]
+    images = [target.image for target in targets]
+    write_result(
+        output, model, space, likelihoods, images, chains, convergence, inputs, run.about(), options.seed, notes
+    )
     run.checkpoint.remove()
     return read_posterior(output)
 
@@ -168,7 +174,7 @@ def fit_dimension(
     progress, **options
         As for :func:`fit`.
     """
-    chosen = FitOptions(**options)
+    chosen = FitOptions(**options).of_type()
     chosen.check()
     if min(rows, columns) < 32 or not 0.0 < pixel_size_m < float("inf"):
         raise PosteriorError(
@@ -177,7 +183,8 @@ def fit_dimension(
         )
     numbers = {name: fixed_number(name, value) for name, value in chosen.fixed.items()}
     space = Space.of(numbers, chosen.priors, usual_priors([(rows, columns, pixel_size_m)]))
-    likelihood = DimensionLikelihood(dimension, error, rows, columns, pixel_size_m, BatchVariogram.of(chosen.octaves))
+    octaves = Octaves.of(chosen.octaves)
+    likelihood = DimensionLikelihood(dimension, error, rows, columns, pixel_size_m, BatchVariogram.of(octaves))
     about = repr((dimension, error, rows, columns, pixel_size_m))
     run = FitRun(Path(output), chosen, space, (), about, progress)
     model = SingleModel(space, likelihood)
@@ -189,9 +196,10 @@ def fit_dimension(
     chains, convergence = run.sample(model, (), [pilot], state)
     more = run.about() | {"fractal_dimension": dimension, "fractal_dimension_error": error}
     notes = [
-        f"A fractal dimension of {dimension:g} +- {error:g} in {rows} rows x {columns} columns of {pixel_size_m:g} m."
+        f"A fractal dimension of {dimension:g} +- {error:g} in {rows} rows x {columns} columns of {pixel_size_m:g} m.",
+        octaves.text,
     ]
-    write_result(Path(output), model, space, [], chains, convergence, [], more, chosen.seed, notes)
+    write_result(Path(output), model, space, [likelihood], [], chains, convergence, [], more, chosen.seed, notes)
     run.checkpoint.remove()
     return read_posterior(Path(output))
 
@@ -225,15 +233,17 @@ def prepare(
     """
     rng = np.random.default_rng(seed)
     broad, *near = SIMULATIONS
-    likelihood = likelihood.learn(_shapes(space, space.draw(rng, broad)), rng, progress)
+    drawn = space.complete(space.draw(rng, broad))
+    likelihood = likelihood.learn(drawn[:, : len(SHAPE)], likelihood.draw_lasts(drawn, rng), rng, progress)
     candidates = space.draw(rng, _CANDIDATES * walkers_of(len(space.names)))
     for count, power in zip(near, _POWERS, strict=True):
         pilot = candidates = _pilot(_flattened(space, likelihood, power), candidates, rng)
         centre = pilot.mean(axis=0)
         low, high = _limits(space, pilot)
         drawn = pilot[rng.permutation(pilot.shape[0])[:count]]
+        lasts = likelihood.draw_lasts(space.complete(drawn), rng)
         drawn = np.clip(centre + _WIDER * (drawn - centre), low, high)
-        likelihood = likelihood.learn(_shapes(space, drawn), rng, progress)
+        likelihood = likelihood.learn(space.complete(drawn)[:, : len(SHAPE)], lasts, rng, progress)
     density = SingleModel(space, likelihood).log_probability(pilot)
     return likelihood, pilot[np.argsort(-density, kind="stable")[: pilot.shape[0] // 2]]
 
@@ -253,10 +263,6 @@ def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> A
     chains = begin(model.log_probability, start, int(rng.integers(0, 2**31)))
     chains = extend(model, chains, _PILOT)
     return np.asarray(chains.positions[_SETTLED:].reshape(-1, len(model.names)))
-
-
-def _shapes(space: Space, position: Array) -> Array:
-    return np.asarray(space.complete(position)[:, : len(SHAPE)])
 
 
 def _limits(space: Space, pilot: Array) -> tuple[Array, Array]:

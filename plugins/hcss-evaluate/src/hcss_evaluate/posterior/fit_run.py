@@ -9,7 +9,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,14 +19,17 @@ from numpy.typing import NDArray
 from hcss_evaluate.posterior.chains import Convergence, MarkovChains, SingleModel, begin, converge, walkers_of
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
+from hcss_evaluate.posterior.octaves import UNKNOWN
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.population import PopulationModel
 from hcss_twin import __version__
+from hcss_twin.analysis.matching.dimension_range import type_parameters
 from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorError, PosteriorOptionError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import HcssError, PosteriorError, PosteriorOptionError
 from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.reading import reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
@@ -44,8 +47,11 @@ class FitOptions:
         scenes with exactly the image's coverage.
     priors : mapping of str to str
         ``kind:number:number`` for parameters, and for ``spread_NAME`` of several images; others have default priors.
-    octaves : (int, int)
-        First and last octave.
+    cloud_type : str, optional
+        Cloud type of the catalogue. Unless they are given, octaves and gamma are the type's, and priors of Lx and Ly
+        are lognormal about the type's, with a standard deviation of the logarithm of 0.5.
+    octaves : (int, int), optional
+        First and last octave; by default those of the cloud type, without one 0 and an unknown last one.
     smallest_lag : int
         Shortest lag used, pixels; increase it for blurred or noisy images.
     misfit : float
@@ -60,7 +66,8 @@ class FitOptions:
 
     fixed: Mapping[str, float | Literal["image"]] = field(default_factory=dict)
     priors: Mapping[str, str] = field(default_factory=dict)
-    octaves: tuple[int, int] = (0, 8)
+    cloud_type: str | None = None
+    octaves: tuple[int, int] | None = None
     smallest_lag: int = 1
     misfit: float = 0.0
     seed: int = 0
@@ -72,7 +79,7 @@ class FitOptions:
 
         Raises PosteriorOptionError if one is not allowed.
         """
-        first, last = self.octaves
+        first, last = self.octaves or (0, 0)
         for name, value, is_allowed, allowed in (
             ("octaves", self.octaves, 0 <= first <= last <= 16, "0 <= first <= last <= 16"),
             ("smallest_lag", self.smallest_lag, self.smallest_lag >= 1, "1 or more pixels"),
@@ -84,12 +91,35 @@ class FitOptions:
             if not is_allowed:
                 raise PosteriorOptionError(f"{name}: {value} given, allowed: {allowed}")
 
+    def of_type(self) -> FitOptions:
+        """Return the options with those that the cloud type sets.
+
+        Raises PosteriorOptionError if the catalogue has no fractal cloud type of this name.
+        """
+        if self.cloud_type is None:
+            return self
+        try:
+            usual = type_parameters(self.cloud_type, Catalog())
+        except HcssError as error:
+            raise PosteriorOptionError(f"cloud_type: {error}") from error
+        assert usual.gamma is not None
+        assert usual.L is not None
+        about = {name: f"lognormal:{size:g}:{_TYPE_SIZES}" for name, size in zip(("Lx", "Ly"), usual.L, strict=True)}
+        fixed: dict[str, float | Literal["image"]] = {} if "gamma" in self.priors else {"gamma": usual.gamma}
+        priors = {name: text for name, text in about.items() if name not in self.fixed}
+        return replace(
+            self, fixed={**fixed, **self.fixed}, priors={**priors, **self.priors}, octaves=self.octaves or usual.k
+        )
+
 
 SPREAD = "spread_"
 
+# Standard deviation of ln L between images of one cloud type, our choice: a factor of 1.6.
+_TYPE_SIZES = 0.5
+
 # Limits of the prior of L: one cell per frame, and cells of this many pixels.
 _SMALLEST_CELL_PIXELS = 4
-_USUAL = {"H": "uniform:0.02:0.98", "gamma": "loguniform:1.5:4", "coverage": "uniform:0.01:0.99"}
+_USUAL = {"H": "uniform:0.02:0.98", "gamma": "loguniform:1.5:5", "coverage": "uniform:0.01:0.99"}
 
 # Default lower limit of a population's spread.
 _MIN_SPREAD = 0.01
@@ -247,7 +277,8 @@ class FitRun:
         options = self._options
         return {
             "priors": json.dumps(priors),
-            "octaves": list(options.octaves),
+            **({"cloud_type": options.cloud_type} if options.cloud_type else {}),
+            **({"octaves": list(options.octaves)} if options.octaves else {"possible_last_octaves": list(UNKNOWN)}),
             "smallest_lag": options.smallest_lag,
             "misfit": options.misfit,
         }

@@ -12,7 +12,8 @@ A table of it converts the expected variogram of V to that of y.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,15 +21,17 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
-from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs, octave_lags
+from hcss_twin.analysis.matching.structure import STILL, CloudImage, octave_lags
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.analysis.measures.semivariance import semivariances
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import highest_values
-from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, merge_noise, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import Grid
 
 # Bins for ranking simulated fields; a step is less than 2e-4 of the field's standard deviation.
 _BINS = 1 << 16
@@ -56,17 +59,32 @@ def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
     return scores
 
 
-def field_scores(field: NDArray[np.float32], cloudy: int) -> NDArray[np.float32]:
-    """Return the scores (rows, columns) of a simulated field with ``cloudy`` cloudy pixels."""
+def rank_scores(cloudy: int, size: int) -> NDArray[np.float32]:
+    """Return the score of each half rank 0, 1/2, ... of ``size`` pixels, at least the threshold (2 size + 1,)."""
+    ranks = np.clip(0.5 * np.arange(2 * size + 1), 0.5, size - 0.5)
+    scores = np.maximum(ndtri(ranks / size), _threshold(size - cloudy, size))
+    return np.asarray(scores, dtype=np.float32)
+
+
+def still_field(parameters: FractalParameters, grid: Grid, seed: int) -> NDArray[np.float32]:
+    """Return the field V (rows, columns) of one frame, to the last bit that of the fractal generator.
+
+    Without its checks, and without its cache of nodes for the next frames, it takes a fifth of the time.
+    """
+    octaves = merge_noise(separate_octaves(parameters, grid, STILL))
+    once = tuple(replace(octave, t=AxisScale(0.0, nearest=True)) for octave in octaves)
+    y, x = (PixelWindow(0, count, 0.5 - count / 2) for count in (grid.rows, grid.columns))
+    return FractalField(seed, once, threads=1).window(0.0, y, x)
+
+
+def field_scores(field: NDArray[np.float32], of_ranks: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the scores (rows, columns) of a simulated field, given those of half ranks (:func:`rank_scores`)."""
     low, high = float(field.min()), float(field.max())
     counts = np.zeros(_BINS, dtype=np.int64)
     flat = np.ascontiguousarray(field).reshape(-1)
     scale = np.float32((_BINS - 1) / max(high - low, 1e-30))
     _count(flat, np.float32(low), scale, counts)
-    above = np.cumsum(counts) - 0.5 * counts
-    clear = field.size - cloudy
-    score = ndtri(np.clip(above, 0.5, field.size - 0.5) / field.size)
-    table = np.maximum(score, _threshold(clear, field.size)).astype(np.float32)
+    table = of_ranks[2 * np.cumsum(counts) - counts]
     result = np.empty(flat.size, dtype=np.float32)
     _look_up(flat, np.float32(low), scale, table, result)
     return result.reshape(field.shape)
@@ -210,6 +228,11 @@ class ImageData:
         rows, columns = level.shape
         return cls(rows, columns, image.pixel_size_m, cloudy, distances, variogram)
 
+    @cached_property
+    def rank_scores(self) -> NDArray[np.float32]:
+        """Scores of half ranks in simulated images (:func:`rank_scores`)."""
+        return rank_scores(self.cloudy, self.rows * self.columns)
+
     @property
     def coverage(self) -> float:
         """Fraction of cloudy pixels."""
@@ -220,18 +243,14 @@ class ImageData:
         """Normal score above which pixels are cloudy."""
         return float(ndtri(1.0 - self.coverage))
 
-    def simulate(self, shape: Array, octaves: tuple[int, int], seed: int) -> tuple[Array, float]:
-        """Measure a simulated image of the same size and number of cloudy pixels, with H, gamma, Lx, Ly in ``shape``
-        (4,).
+    def simulate(self, shape: Array, octaves: tuple[int, int], seed: int) -> tuple[NDArray[np.float32], float]:
+        """Simulate an image of the same size and number of cloudy pixels, with H, gamma, Lx, Ly in ``shape`` (4,).
 
-        Returns its variogram (2 M,), as :attr:`variogram`, and the threshold of the field V above which its pixels are
-        cloudy.
+        Returns its normal scores (rows, columns), and the threshold of the field V above which its pixels are cloudy.
         """
         hurst, gamma, cells_x, cells_y = (float(each) for each in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)
-        inputs = grey_inputs(self.coverage, self.rows, self.columns, self.pixel_size_m, seed)
-        field = FractalClouds(inputs, parameters, threads=1).field(0.0, slice(0, self.rows), slice(0, self.columns))
+        field = still_field(parameters, Grid(self.rows, self.columns, self.pixel_size_m), seed)
         lowest, _ = highest_values(field, self.coverage)
         assert lowest is not None
-        scores = field_scores(field, self.cloudy)
-        return score_variogram(scores, self.lags), float(lowest)
+        return field_scores(field, self.rank_scores), float(lowest)

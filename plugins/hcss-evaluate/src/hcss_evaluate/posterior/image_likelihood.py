@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise, contrasts
-from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance
+from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance, score_variogram
+from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
 from hcss_twin.analysis.uncertainty.priors import KINDS
 from hcss_twin.core.arrays import Array
@@ -162,18 +164,20 @@ class ImageLikelihood:
     noise: EstimatorNoise | None = None
 
     @classmethod
-    def of(cls, data: ImageData, octaves: tuple[int, int], uses_coverage: bool, misfit: float = 0.0) -> ImageLikelihood:
+    def of(cls, data: ImageData, octaves: Octaves, uses_coverage: bool, misfit: float = 0.0) -> ImageLikelihood:
         """Prepare everything that needs no simulation."""
         return cls(data, BatchVariogram.of(octaves), ScoreSemivariance(data.coverage), uses_coverage, misfit)
 
-    def expected(self, shapes: Array) -> tuple[Array, Array]:
+    def expected(self, shapes: Array, lasts: NDArray[np.int64]) -> tuple[Array, Array]:
         """Return the expected statistics without correction, and the analytic size of their scatter.
 
-        For H, gamma, Lx, Ly (N, 4), these are ln of semivariances, with the threshold if coverage is used, (N, S), and
-        the standard deviation of a frame's mean (N,).
+        For H, gamma, Lx, Ly (N, 4) and last octaves (N,), these are ln of semivariances, with the threshold if coverage
+        is used, (N, S), and the standard deviation of a frame's mean (N,).
         """
         data = self.data
-        semivariance, variance = self.variogram(shapes, data.lags, data.pixel_size_m, data.rows, data.columns)
+        semivariances, variances = self.variogram(shapes, data.lags, data.pixel_size_m, data.rows, data.columns)
+        chosen = np.arange(shapes.shape[0]), self.variogram.octaves.index(lasts)
+        semivariance, variance = semivariances[chosen], variances[chosen]
         variance = np.clip(variance, MIN_VARIANCE, 1.0 - MIN_VARIANCE)
         mean = self.score.logarithm(semivariance / variance[:, None])
         if self.uses_coverage:
@@ -181,19 +185,34 @@ class ImageLikelihood:
         return mean, np.sqrt(1.0 - variance)
 
     def __call__(self, values: Array) -> Array:
-        """Return the log-likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
+        """Return the log-likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5).
+
+        It is averaged over the possible last octaves.
+        """
+        return mean_density(self.of_each_last(values))
+
+    def draw_lasts(self, values: Array, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Draw a last octave (N,) for each of H, gamma, Lx, Ly, coverage (N, 5), given the image if noise is known."""
+        octaves = self.variogram.octaves
+        equal = np.zeros((values.shape[0], len(octaves.lasts)))
+        return octaves.draw(equal if self.noise is None else self.of_each_last(values), rng)
+
+    def of_each_last(self, values: Array) -> Array:
+        """Return the log-likelihood (N, K), up to a constant, of each last octave."""
         assert self.noise is not None
         data, noise = self.data, self.noise
         semivariance, variance = self.variogram(
             values[:, : len(SHAPE)], data.lags, data.pixel_size_m, data.rows, data.columns
         )
-        density = np.empty(values.shape[0])
+        count = variance.shape[1]
+        sky = -ndtri(values[:, -1]) if self.uses_coverage else np.zeros(values.shape[0])
+        density = np.empty(variance.size)
         log_densities(
-            on_scales(values[:, : len(SHAPE)]),
-            semivariance,
-            np.clip(variance, MIN_VARIANCE, 1.0 - MIN_VARIANCE),
+            np.repeat(on_scales(values[:, : len(SHAPE)]), count, axis=0),
+            semivariance.reshape(variance.size, -1),
+            np.clip(variance.ravel(), MIN_VARIANCE, 1.0 - MIN_VARIANCE),
             np.log(data.variogram),
-            -ndtri(values[:, -1]) if self.uses_coverage else np.zeros(values.shape[0]),
+            np.repeat(sky, count),
             data.threshold,
             self.uses_coverage,
             *self.score.table,
@@ -207,36 +226,39 @@ class ImageLikelihood:
             noise.freedom,
             density,
         )
-        return density
+        return density.reshape(-1, count)
 
-    def residuals(self, values: Array) -> tuple[Array, Array, Array]:
+    def residuals(self, values: Array, lasts: NDArray[np.int64]) -> tuple[Array, Array, Array]:
         """Return the residuals of the image relative to its expectation for H, gamma, Lx, Ly, coverage (N, 5).
 
         Returns the positions of H, gamma, Lx, Ly on their scales (N, 4), the residuals in units of the size (N, S), and
         the size (N,) from :meth:`expected`.
         """
         shapes = values[:, : len(SHAPE)]
-        mean, size = self.expected(shapes)
+        mean, size = self.expected(shapes, lasts)
         statistics = np.broadcast_to(np.log(self.data.variogram), (values.shape[0], self.data.variogram.size))
         if self.uses_coverage:
             threshold = -ndtri(values[:, -1:])
             statistics = np.concatenate([statistics, threshold], axis=1)
         return on_scales(shapes), (statistics - mean) / size[:, None], size
 
-    def learn(self, shapes: Array, rng: np.random.Generator, progress: Callable[[int], None]) -> ImageLikelihood:
-        """Simulate one image for each of ``shapes`` (N, 4), and return the likelihood with their scatter.
+    def learn(
+        self, shapes: Array, lasts: NDArray[np.int64], rng: np.random.Generator, progress: Callable[[int], None]
+    ) -> ImageLikelihood:
+        """Simulate one image for each of ``shapes`` (N, 4) and ``lasts`` (N,), and return the likelihood with scatter.
 
         Raises PosteriorError if simulated images do not vary.
         """
         seeds = [int(rng.integers(0, 2**31)) for _ in range(shapes.shape[0])]
-        octaves = self.variogram.octaves
+        first = self.variogram.octaves.first
         large = self.data.rows * self.data.columns >= _PIXELS_WITH_THREADS
         workers = min(_MAX_THREADS, os.cpu_count() or 1) if large else 1
         statistics: Array = np.empty((shapes.shape[0], 2 * self.data.lags.size + 1))
 
         def one(index: int) -> None:
             try:
-                variogram, threshold = self.data.simulate(shapes[index], octaves, seeds[index])
+                scores, threshold = self.data.simulate(shapes[index], (first, int(lasts[index])), seeds[index])
+                variogram = score_variogram(scores, self.data.lags)
             except ImageError as error:
                 named = ", ".join(f"{n} = {v:.4g}" for n, v in zip(SHAPE, shapes[index], strict=True))
                 raise PosteriorError(f"simulation: {error}, with {named}; allowed: priors that exclude them") from error
@@ -250,7 +272,7 @@ class ImageLikelihood:
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise
-        mean, size = self.expected(shapes)
+        mean, size = self.expected(shapes, lasts)
         if not self.uses_coverage:
             statistics = statistics[:, :-1]
         residuals = (statistics - mean) / size[:, None]
@@ -261,10 +283,10 @@ class ImageLikelihood:
         basis = contrasts(self.data.lags.size, int(self.uses_coverage))
         return replace(self, noise=EstimatorNoise.learn(on_scales(shapes), residuals, basis))
 
-    def replicate(self, shapes: Array, rng: np.random.Generator) -> Array:
-        """Draw ln semivariances (N, 2 M), one image for each of ``shapes`` (N, 4)."""
+    def replicate(self, shapes: Array, lasts: NDArray[np.int64], rng: np.random.Generator) -> Array:
+        """Draw ln semivariances (N, 2 M), one image for each of ``shapes`` (N, 4) and ``lasts`` (N,)."""
         assert self.noise is not None
-        mean, size = self.expected(shapes)
+        mean, size = self.expected(shapes, lasts)
         drawn = mean + size[:, None] * self.noise.draw(rng, on_scales(shapes))
         return np.asarray(drawn[:, : self.data.variogram.size])
 

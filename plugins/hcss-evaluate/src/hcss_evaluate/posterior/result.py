@@ -5,16 +5,21 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hcss_evaluate.posterior.batch_variogram import DimensionLikelihood
 from hcss_evaluate.posterior.chains import Convergence, MarkovChains, SingleModel, stored
+from hcss_evaluate.posterior.doubts import doubts, unlikeness
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.population import PopulationModel
-from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS, Diagnostic, VariogramCheck, write_posterior
+from hcss_twin.analysis.matching.structure import CloudImage
+from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
 from hcss_twin.analysis.uncertainty.priors import KINDS
 from hcss_twin.core.arrays import Array
 
@@ -24,13 +29,17 @@ _DRAWS = 2000
 
 
 def predictive_check(
-    likelihoods: Sequence[ImageLikelihood], values: Sequence[Array], rng: np.random.Generator
+    likelihoods: Sequence[ImageLikelihood],
+    values: Sequence[Array],
+    lasts: Sequence[NDArray[np.int64]],
+    rng: np.random.Generator,
 ) -> tuple[VariogramCheck, list[float]]:
     """Compare images with replicates drawn from the posterior.
 
-    ``values`` are draws (N, 5) of all parameters of each image. Returns the check, with an image axis if there are
-    several images, and a p-value for each image: the fraction of replicates at least as far from the mean as the image
-    (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+    ``values`` are draws (N, 5) of all parameters of each image, ``lasts`` (N,) of its last octave. Returns the check,
+    with an image axis if there are several images, and a p-value for each image: the fraction of replicates at least as
+    far from the mean as the image (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed.,
+    section 6.3).
     """
     lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
     count = len(likelihoods)
@@ -38,16 +47,17 @@ def predictive_check(
     error = np.full((count, lags.size, 2), np.nan)
     predicted = np.full((len(QUANTILES), count, lags.size, 2), np.nan)
     p_values = []
-    for image, (likelihood, drawn) in enumerate(zip(likelihoods, values, strict=True)):
-        drawn = drawn[rng.integers(0, drawn.shape[0], _DRAWS)]
+    for image, (likelihood, drawn, last) in enumerate(zip(likelihoods, values, lasts, strict=True)):
+        chosen = rng.integers(0, drawn.shape[0], _DRAWS)
+        drawn, last = drawn[chosen], last[chosen]
         rows = np.searchsorted(lags, likelihood.data.lags)
         shape = (-1, 2, rows.size)
-        replicates = np.exp(likelihood.replicate(drawn[:, : len(SHAPE)], rng)).reshape(shape)
-        centre = likelihood.replicate(_mean_shape(drawn, _DRAWS), rng)
+        replicates = np.exp(likelihood.replicate(drawn[:, : len(SHAPE)], last, rng)).reshape(shape)
+        centre = likelihood.replicate(_mean_shape(drawn, _DRAWS), last, rng)
         observed[image, rows] = likelihood.data.variogram.reshape(2, -1).T
         error[image, rows] = np.exp(centre).std(axis=0).reshape(2, -1).T
         predicted[:, image, rows] = np.moveaxis(np.quantile(replicates, QUANTILES, axis=0), 1, 2)
-        p_values.append(_p_value(likelihood, drawn, rng))
+        p_values.append(_p_value(likelihood, drawn, last, rng))
     if count == 1:
         observed, error, predicted = observed[0], error[0], predicted[:, 0]
     return VariogramCheck(lags, observed, error, np.array(QUANTILES), predicted), p_values
@@ -59,10 +69,10 @@ def _mean_shape(drawn: Array, count: int) -> Array:
     return np.tile(shape, (count, 1))
 
 
-def _p_value(likelihood: ImageLikelihood, drawn: Array, rng: np.random.Generator) -> float:
+def _p_value(likelihood: ImageLikelihood, drawn: Array, lasts: NDArray[np.int64], rng: np.random.Generator) -> float:
     noise = likelihood.noise
     assert noise is not None
-    positions, residuals, _ = likelihood.residuals(drawn)
+    positions, residuals, _ = likelihood.residuals(drawn, lasts)
     distance = noise.square_distance(positions, residuals)
     replicated = rng.chisquare(noise.lower.shape[0], drawn.shape[0])
     return float(np.mean(replicated >= distance))
@@ -71,9 +81,6 @@ def _p_value(likelihood: ImageLikelihood, drawn: Array, rng: np.random.Generator
 # Steps of the trace.
 _LONGEST_TRACE = 500
 
-# Fraction of the half-width of the range that counts as its edge, and the fraction of draws there that triggers a
-# warning. Uniform draws have a fraction of _EDGE there.
-_EDGE, _CROWDED = 0.02, 0.06
 _TITLE = "Posterior of the parameters of fractal clouds"
 _ON_SCALE = {"value": "", "logarithm": " (of the natural logarithm)", "probit": " (of the normal quantile)"}
 
@@ -82,7 +89,8 @@ def write_result(
     path: Path,
     model: SingleModel | PopulationModel,
     space: Space,
-    likelihoods: Sequence[ImageLikelihood],
+    likelihoods: Sequence[ImageLikelihood | DimensionLikelihood],
+    images: Sequence[CloudImage],
     chains: MarkovChains,
     convergence: Convergence,
     inputs: Sequence[tuple[str, str]],
@@ -100,26 +108,29 @@ def write_result(
     values = model.values(draws)
     priors = json.loads(about["priors"])
     more = {name: value for name, value in about.items() if name != "priors"}
-    lines = list(notes)
     variogram = None
-    if likelihoods:
-        rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
-        drawn = [
-            space.complete(_position(model, draws, image)).reshape(-1, len(KINDS)) for image in range(len(likelihoods))
-        ]
-        variogram, p_values = predictive_check(likelihoods, drawn, rng)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
+    drawn = [
+        space.complete(_position(model, draws, image)).reshape(-1, len(KINDS)) for image in range(len(likelihoods))
+    ]
+    lasts = [each.draw_lasts(own, rng) for each, own in zip(likelihoods, drawn, strict=True)]
+    of_images = [each for each in likelihoods if isinstance(each, ImageLikelihood)]
+    if of_images:
+        variogram, p_values = predictive_check(of_images, drawn, lasts, rng)
+        unlike = [unlikeness(*each, rng) for each in zip(images, of_images, drawn, lasts, strict=True)]
         more["predictive_p_value"] = p_values
-        more["image_coverage"] = [each.data.coverage for each in likelihoods]
-        more["pixel_size_m"] = [each.data.pixel_size_m for each in likelihoods]
-        for (name, _), likelihood, each in zip(inputs, likelihoods, drawn, strict=True):
-            lines += _at_edges(name, likelihood, each, space)
-        lines += [
-            f"{name}: no fractal field has such a variogram (posterior predictive p = {p:.2g}): intervals are too "
-            "narrow; a misfit greater than 0 or a larger smallest lag allows for that."
-            for (name, _), p in zip(inputs, p_values, strict=True)
-            if p < SUSPICIOUS
+        more["unlikeness"] = unlike
+        more["image_coverage"] = [each.data.coverage for each in of_images]
+        more["pixel_size_m"] = [each.data.pixel_size_m for each in of_images]
+        names = [name for name, _ in inputs]
+        each_image = zip(names, of_images, drawn, p_values, unlike, strict=True)
+        found = [
+            asdict(doubt)
+            for name, likelihood, own, p_value, ratio in each_image
+            for doubt in doubts(name, likelihood, own, space, p_value, ratio, about.get("cloud_type"))
         ]
-    more["notes"] = "\n".join(lines)
+        more["doubts"] = json.dumps(found)
+    more["notes"] = "\n".join(notes)
     step = math.ceil(chains.positions.shape[0] / _LONGEST_TRACE)
     traced = model.values(chains.positions[::step].swapaxes(0, 1))
     names, rows = [], []
@@ -139,8 +150,21 @@ def write_result(
         seed=seed,
         trace=(names, np.stack(rows)),
         variogram=variogram,
+        last_octave=_last_octaves(lasts, density.shape, likelihoods),
         attributes=more | {"thinned_steps": every, "burn_in_steps": chains.after_burn_in.start},
     )
+
+
+def _last_octaves(
+    lasts: Sequence[NDArray[np.int64]],
+    shape: tuple[int, ...],
+    likelihoods: Sequence[ImageLikelihood | DimensionLikelihood],
+) -> NDArray[np.int64] | None:
+    """Return the draws of unknown last octaves (chain, draw) or (chain, draw, image)."""
+    if likelihoods[0].variogram.octaves.known:
+        return None
+    each = np.stack([own.reshape(shape) for own in lasts], axis=-1)
+    return each if len(lasts) > 1 else each[..., 0]
 
 
 def _position(model: SingleModel | PopulationModel, positions: Array, image: int) -> Array:
@@ -172,22 +196,3 @@ def _diagnostics(
             prior = "the population"
         diagnostics[name] = Diagnostic(meaning, prior, float(np.max(convergence.autocorrelation_time[columns])))
     return diagnostics
-
-
-def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> list[str]:
-    """Return warnings for parameters with many draws at the edge of the prior or of the simulated region."""
-    noise = likelihood.noise
-    assert noise is not None
-    lines = []
-    position = on_scales(values[:, : len(SHAPE)])
-    for column, parameter in enumerate(SHAPE):
-        if parameter in space.fixed:
-            continue
-        away = np.abs(position[:, column] - noise.centre[column]) / noise.width[column]
-        part = float(np.mean(away > 1.0 - _EDGE))
-        if part > _CROWDED:
-            lines.append(
-                f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior or of the "
-                "simulated range: the interval shows that limit, not the data."
-            )
-    return lines

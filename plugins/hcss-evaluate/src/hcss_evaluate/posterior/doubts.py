@@ -1,0 +1,129 @@
+"""Reasons to doubt a posterior, of which the report and the command warn.
+
+A posterior is right if the image is a fractal field of the assumed octaves, and if its priors contain it. Checks find
+where that is not so: the fitted variogram lies outside what the posterior predicts, statistics that the fit does not
+use do, draws crowd at a limit, or the image shows few of its largest cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_evaluate.posterior.image_data import image_scores
+from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
+from hcss_evaluate.posterior.parameter_space import SHAPE, Space
+from hcss_twin.analysis.matching.quantities import MAX_RATIO, likeness
+from hcss_twin.analysis.matching.structure import CloudImage
+from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
+
+# Images drawn from the posterior, whose differences show how far the image may be from them.
+_REALISATIONS = 20
+
+# An image that shows fewer of the largest cells cannot tell that there are no larger ones.
+_FEWEST_CELLS = 4.0
+
+# Fraction of the half-width of the range that counts as its edge, and the fraction of draws there that triggers a
+# warning. Uniform draws have a fraction of _EDGE there.
+_EDGE, _CROWDED = 0.02, 0.06
+
+
+def unlikeness(
+    image: CloudImage, likelihood: ImageLikelihood, values: Array, lasts: NDArray[np.int64], rng: np.random.Generator
+) -> float:
+    """Return how far an image is from images drawn from its posterior, over how far these are from each other.
+
+    Compared are kurtosis, skewness and alignment at 1 to 8 pixels of normal scores, none of which the fit uses
+    (:func:`hcss_twin.analysis.matching.quantities.likeness`). ``values`` are draws (N, 5) of all parameters, ``lasts``
+    (N,) of the last octave.
+    """
+    data = likelihood.data
+    drawn = []
+    for row in rng.integers(0, values.shape[0], _REALISATIONS):
+        octaves = likelihood.variogram.octaves.first, int(lasts[row])
+        scores, _ = data.simulate(values[row, : len(SHAPE)], octaves, int(rng.integers(0, 2**31)))
+        drawn.append(CloudImage(scores, data.pixel_size_m))
+    return likeness(CloudImage(image_scores(image.level), data.pixel_size_m), drawn).ratio
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A reason to doubt the intervals of some parameters of an image."""
+
+    image: str
+    parameters: tuple[str, ...]
+    reason: str
+
+
+def doubts(
+    name: str,
+    likelihood: ImageLikelihood,
+    values: Array,
+    space: Space,
+    p_value: float,
+    unlike: float,
+    cloud_type: str | None,
+) -> Iterator[Doubt]:
+    """Yield what is doubtful of an image's posterior, given its predictive p-value and :func:`unlikeness`."""
+    if p_value < SUSPICIOUS:
+        yield Doubt(
+            name,
+            space.names,
+            f"no fractal field has such a variogram (posterior predictive p = {p_value:.2g}): intervals are too "
+            "narrow; a misfit greater than 0 or a larger smallest lag allows for that",
+        )
+    if unlike > MAX_RATIO:
+        yield Doubt(
+            name,
+            space.names,
+            "no image drawn from the posterior looks like this one: in kurtosis, skewness and local direction it is "
+            f"{unlike:.1f} times as far from them as they are from each other",
+        )
+    yield from _at_edges(name, likelihood, values, space)
+    if cloud_type is None:
+        yield from _few_cells(name, likelihood, values, space)
+
+
+def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> Iterator[Doubt]:
+    """Yield parameters with many draws at the edge of the prior or of the simulated region."""
+    noise = likelihood.noise
+    assert noise is not None
+    position = on_scales(values[:, : len(SHAPE)])
+    for column, parameter in enumerate(SHAPE):
+        if parameter in space.fixed:
+            continue
+        away = np.abs(position[:, column] - noise.centre[column]) / noise.width[column]
+        part = float(np.mean(away > 1.0 - _EDGE))
+        if part > _CROWDED:
+            yield Doubt(
+                name,
+                (parameter,),
+                f"{part:.0%} of the draws of {parameter} lie at the edge of the prior or of the simulated range: the "
+                "interval shows that limit, not the data",
+            )
+
+
+def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> Iterator[Doubt]:
+    """Yield a doubt where the image shows few of the largest cells.
+
+    Larger ones outside it would change L, and with it the number of octaves that gamma puts into the image.
+    """
+    data = likelihood.data
+    free = tuple(each for each in ("gamma", "Lx", "Ly", "coverage") if each in space.names)
+    sides = {"Lx": data.columns * data.pixel_size_m, "Ly": data.rows * data.pixel_size_m}
+    cells = {
+        axis: float(np.median(values[:, SHAPE.index(axis)])) * side / REFERENCE_LENGTH_M for axis, side in sides.items()
+    }
+    least = min(cells, key=lambda axis: cells[axis])
+    if free and cells[least] < _FEWEST_CELLS:
+        yield Doubt(
+            name,
+            free,
+            f"the image is {cells[least]:.1f} of its largest cells wide along {least[1:]}: {', '.join(free)} hold "
+            "if there are no larger ones (--type, or priors of L, state what there is)",
+        )
