@@ -204,6 +204,9 @@ def test_doubts_name_the_parameters_that_they_concern(image):
     assert doubted(small) == []
     assert doubted(large) == [("Lx", "Ly", "coverage")]
     assert doubted(large, cloud_type="stratus") == []
+    variogram = ImageLikelihood.of(ImageData.of(image), Octaves.of(None), True).variogram
+    unknown = dataclasses.replace(likelihood, variogram=variogram)
+    assert [each.parameters[0] for each in doubts("i", unknown, large, space, **sure)] == ["H"]
     assert doubted(small, p_value=0.005) == doubted(small, unlike=1.3) == [("H", "Lx", "Ly", "coverage")]
     edge = small.copy()
     edge[:10, 0] = likelihood.noise.centre[0] + 0.999 * likelihood.noise.width[0]

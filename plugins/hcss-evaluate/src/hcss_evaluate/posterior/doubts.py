@@ -111,10 +111,13 @@ def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Spac
 def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> Iterator[Doubt]:
     """Yield a doubt where the image shows few of the largest cells.
 
-    Larger ones outside it would change L, and with it the number of octaves that gamma puts into the image.
+    Larger ones outside it would change L, and with it the number of octaves that gamma puts into the image. Where the
+    last octave is unknown, too, H follows: steep spectra and spectra that end early look alike in few cells.
     """
     data = likelihood.data
-    free = tuple(each for each in ("gamma", "Lx", "Ly", "coverage") if each in space.names)
+    last_is_known = likelihood.variogram.octaves.known is not None
+    concerned = ("gamma", "Lx", "Ly", "coverage") if last_is_known else ("H", "gamma", "Lx", "Ly", "coverage")
+    free = tuple(each for each in concerned if each in space.names)
     sides = {"Lx": data.columns * data.pixel_size_m, "Ly": data.rows * data.pixel_size_m}
     cells = {
         axis: float(np.median(values[:, SHAPE.index(axis)])) * side / REFERENCE_LENGTH_M for axis, side in sides.items()
