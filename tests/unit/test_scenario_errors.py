@@ -364,7 +364,7 @@ def test_files_that_are_no_scenario(name, content, part, tmp_path):
     assert part in str(caught.value)
 
 
-@pytest.mark.parametrize("source", ["", ".", "stratuss", "nope.toml", "x" * 300, "~nobody-here/a.toml", "a\0b"])
+@pytest.mark.parametrize("source", ["", ".", "stratuss", "nope.toml", "x" * 300, "~nobody-here/a.toml"])
 def test_sources_that_are_no_file(source):
     with pytest.raises(ScenarioError, match="file: "):
         Scenario.load(source)
