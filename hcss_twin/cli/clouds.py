@@ -107,7 +107,7 @@ def _diameter(name: str, noun: str, default: int) -> Any:
     nargs=4,
     type=click.IntRange(0),
     metavar="ROW COLUMN ROWS COLUMNS",
-    help="Part to import: first row and column as stored, and size; default: the whole image.",
+    help="Part to import: first row and column as stored, and size; default: the whole image. Not with --sample.",
 )
 @cloud_options("otsu")
 @_diameter("close", "closing", 1)
@@ -142,7 +142,12 @@ def import_command(
     NAME.png of the detected clouds; check it before you use the entry.
     """
     if (image is None) is (sample is None):
-        raise click.UsageError("neither or both of IMAGE and --sample given; allowed: one of them")
+        given = "neither IMAGE nor --sample" if image is None else "both IMAGE and --sample"
+        raise click.UsageError(f"{given} given; allowed: one of them")
+    if sample is not None and options["crop"] is not None:
+        raise click.UsageError(
+            "--crop: has no meaning with --sample, which is a part without land; allowed: leave it out"
+        )
     if sample == "":
         _list_samples(as_json)
         return
@@ -322,13 +327,20 @@ def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:
         f"image              {shape[0]} x {shape[1]} pixels of {facts.pixel_size_m:.6g} m "
         f"(from the {facts.pixel_size_from}{nominal})",
         f"cloud              {comparison} {thresholds}{units} (method {facts.method})",
-        f"cleaning           closing {facts.closing}, opening {facts.opening}, {facts.holes_filled} holes of up to "
-        f"{facts.largest_hole} pixels filled ({facts.hole_pixels} pixels), {facts.clouds_dropped} clouds dropped, "
-        f"{facts.missing_pixels} pixels missing",
+        f"cleaning           {_cleaning(facts)}; {facts.missing_pixels} pixels missing",
         f"band, time         {facts.band}; {facts.observed}",
         f"file               {facts.source_file}",
         f"source, licence    {facts.source}; {facts.licence}",
     ]
+
+
+def _cleaning(facts: Any) -> str:
+    if (facts.closing, facts.opening, facts.largest_hole, facts.min_area) == (1, 1, 0, 1):
+        return "none"
+    return (
+        f"closing {facts.closing}, opening {facts.opening}, {facts.holes_filled} holes of up to {facts.largest_hole} "
+        f"pixels filled ({facts.hole_pixels} pixels), {facts.clouds_dropped} clouds dropped"
+    )
 
 
 def _dimension(value: float, error: float) -> str:

@@ -74,6 +74,8 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
     )
     assert answer["coverage"] == np.mean(cloudy) > other["coverage"] + 0.05
     assert "where its cloud_mask is 1, with grey levels from its cloud_thickness" in answer["notes"][1]
+    with pytest.raises(HcssError, match="cloud_is: has no meaning for a cube"):
+        hcss("match", "cube.nc", "--cloud-is", "dark", "-o", "c.toml")
 
 
 def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):

@@ -180,6 +180,10 @@ def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
         if choice.method == "auto" and choice.variable in (None, _THICKNESS):
             cube = _cube_clouds(path)
             if cube is not None:
+                if choice.cloud_is != "auto":
+                    raise ImageError(
+                        "cloud_is: has no meaning for a cube, whose own cloud is used; leave it out"
+                    ) from None
                 return cube
         # Any other image. If it is an invalid entry, the reader reports what is wrong.
         image = read_image(path, choice.variable)
@@ -214,7 +218,10 @@ def _cube_clouds(path: Path) -> _ImageFacts | None:
         cloudy, said = values > 0.0, f"its {_THICKNESS} is greater than 0"
         if _MASK in dataset:
             cloudy, said = dataset[_MASK].isel(time=0).transpose("y", "x").to_numpy() == 1, f"its {_MASK} is 1"
-        steps = [float(dataset[axis][1] - dataset[axis][0]) if axis in dataset.coords else None for axis in ("y", "x")]
+        steps = [
+            float(dataset[axis][1] - dataset[axis][0]) if axis in dataset.coords and dataset.sizes[axis] > 1 else None
+            for axis in ("y", "x")
+        ]
         frames = dataset.sizes["time"]
     if not cloudy.any():
         raise ImageError(f"{path}: no pixel of the cube's first frame is cloudy; allowed: a cube with cloud")

@@ -81,6 +81,8 @@ def lost_cloud(image: SatelliteImage, level: Array, cloudy: NDArray[np.bool_], c
     clear = float(np.nanpercentile(image.values, CLEAR_PERCENTILE))
     cold = -level < clear - COLD_K
     lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
+    if lost < 5e-5:
+        return ()
     return (
         f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as clear; "
         "the method 'temperature' of the generator imagery keeps them.",
