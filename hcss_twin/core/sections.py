@@ -31,15 +31,15 @@ class SectionSpec:
         ``"package.module:Model"`` of the pydantic model of its keys, imported when a scenario has the section.
     summary : str
         One line for the JSON schema.
-    imager : str or None
+    rays : str or None
         ``"package.module:function"`` if the section brings another image geometry than the grid on the ground: a
-        function of scenario and catalog that returns a :class:`hcss_twin.plan.imager.Imager`.
+        function of scenario and catalog that returns :class:`hcss_twin.plan.rays.Rays`.
     """
 
     name: str
     model: str
     summary: str
-    imager: str | None = None
+    rays: str | None = None
 
 
 @hookspec

@@ -288,8 +288,8 @@ def table_key(plan: Plan) -> str:
     if plan.views is not None:
         grid = plan.grid
         parts["views"] = [plan.views.order_x, plan.views.order_y, grid.rows, grid.columns, grid.pixel_size_m]
-        if plan.imager is not None:
-            parts["views"] = [*parts["views"], repr(plan.imager.views.at(EXTREMES + EDGES))]
+        if assembly.directions is not None:
+            parts["views"] = [*parts["views"], repr(assembly.directions.at(EXTREMES + EDGES))]
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
     if plan.texture is not None:  # that of a small image is another

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,13 +33,12 @@ from hcss_twin.cube.variables import (
     ELEMENT_SHARE,
     ELEMENT_TRANSMITTANCE,
 )
+from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.element_paths import ElementPaths
 from hcss_twin.engine.placed_points import LARGEST_DRAWN, Piece, PlacedPoint, Share, higher_than, merged
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.slant_paths import displacement_m
-from hcss_twin.plan.views import ImageViews
+from hcss_twin.plan.rays import instants_s
 from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import ElementPixels, ElementPoint, SightPath, Sun
 
@@ -57,12 +56,8 @@ _SEED_KEY = 2**18
 _RATE_S = 1e-3
 """Time over which the motion of elements against the image is measured, around the instant."""
 
-
-class Clouds(Protocol):
-    """Clouds of one instant, as :class:`hcss_twin.engine.stream.FrameClouds`."""
-
-    def thickness_m(self, window: Window) -> list[Thickness]:
-        """Thickness of each layer at the points of a window."""
+_STEPS_PER_PIXEL = 8
+"""Instants of the integration time for each pixel by which a small element moves."""
 
 
 class ElementStage:
@@ -71,9 +66,8 @@ class ElementStage:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._paths = ElementPaths(plan)
-        self._views = None if plan.views is None or plan.imager is not None else image_views(plan)
 
-    def at(self, index: int, time_s: float, clouds: Clouds, look_up: AnyLookUp | None) -> InstantElements:
+    def at(self, index: int, time_s: float, clouds: FrameClouds, look_up: AnyLookUp | None) -> InstantElements:
         """Return the elements of a part of a frame.
 
         Parameters
@@ -85,7 +79,9 @@ class ElementStage:
         look_up : LookUp, ViewedLookUp, SurfaceLookUp or None
             Look-up of the part; None without radiance.
         """
-        return InstantElements(self._plan, self._paths, self._views, index, time_s, clouds, look_up)
+        if self._plan.rays.instants > 1:  # what small elements have before them is that of the middle
+            clouds = FrameClouds(self._plan, time_s, rays=self._plan.rays.still())
+        return InstantElements(self._plan, self._paths, index, time_s, clouds, look_up)
 
 
 class InstantElements:
@@ -101,16 +97,9 @@ class InstantElements:
     random: np.random.Generator
 
     def __init__(
-        self,
-        plan: Plan,
-        paths: ElementPaths,
-        views: ImageViews | None,
-        index: int,
-        time_s: float,
-        clouds: Clouds,
-        look_up: AnyLookUp | None,
+        self, plan: Plan, paths: ElementPaths, index: int, time_s: float, clouds: FrameClouds, look_up: AnyLookUp | None
     ) -> None:
-        self._plan, self._paths, self._views = plan, paths, views
+        self._plan, self._paths = plan, paths
         self._clouds, self._look_up = clouds, look_up
         self._time_s, self._number = time_s, plan.scenario.frames.first + index
         self.drawn: dict[tuple[int, int], list[Piece]] = {}
@@ -202,33 +191,29 @@ class InstantElements:
 
         The motion is in rows and columns per second. None if it is not seen.
         """
-        here, before, after = (self._at(point, later) for later in (0.0, -0.5 * _RATE_S, 0.5 * _RATE_S))
-        rate = (after[0] - before[0]) / _RATE_S, (after[1] - before[1]) / _RATE_S
-        return np.array([here[0]]), np.array([here[1]]), rate
+        rays, (row, column) = self._plan.rays, self._at(point, 0.0)
+        beside = max(rays.image.rows, rays.image.columns) + point.side_m / rays.image.pixel_size_m
+        if not all(-beside < at < size + beside for at, size in ((row, rays.image.rows), (column, rays.image.columns))):
+            return None
+        half = 0.5 * (rays.integration_s or _RATE_S)
+        (row_0, column_0), (row_1, column_1) = (self._at(point, later) for later in (-half, half))
+        if rays.integration_s == 0.0:
+            return np.array([row]), np.array([column]), ((row_1 - row_0) / _RATE_S, (column_1 - column_0) / _RATE_S)
+        count = max(rays.instants, math.ceil(_STEPS_PER_PIXEL * math.hypot(row_1 - row_0, column_1 - column_0)))
+        places = [self._at(point, later) for later in instants_s(rays.integration_s, count)]
+        rows, columns = (np.array(each) for each in zip(*places, strict=True))
+        return rows, columns, (0.0, 0.0)
 
     def _at(self, point: ElementPoint, later_s: float) -> Place:
         """Return the row and column of a small element at a time after that of the part."""
         start = point.x_m, point.y_m, point.altitude_m
-        moved = [each + later_s * speed for each, speed in zip(start, point.velocity_m_s, strict=True)]
-        row, column = self._project_at(later_s, *(np.array([each]) for each in moved))
+        x_m, y_m, z_m = (np.array([at + later_s * speed]) for at, speed in zip(start, point.velocity_m_s, strict=True))
+        row, column = self._plan.rays.project(x_m, y_m, z_m, self._time_s, later_s)
         return float(row[0]), float(column[0])
-
-    def _project_at(self, later_s: float, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
-        """Return where points appear in the image of another time."""
-        row, column = self.project(x_m, y_m, altitude_m)
-        moved_m = self._plan.assembly.motion.platform_speed_m_s * later_s
-        return row, column - moved_m / self._plan.grid.pixel_size_m
 
     def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
         """Return where points appear in the image, as :meth:`hcss_twin.providers.ElementScene.project`."""
-        plan, grid = self._plan, self._plan.grid
-        north, east = 0.0 * altitude_m, 0.0 * altitude_m
-        if plan.assembly.slant.parallax:
-            toward = plan.assembly.slant.view
-            north, east = displacement_m(altitude_m, toward.zenith_deg, toward.azimuth_deg)
-        centre_m = plan.assembly.motion.platform_speed_m_s * self._time_s
-        row = (y_m - north) / grid.pixel_size_m + 0.5 * grid.rows
-        return row, (x_m - east - centre_m) / grid.pixel_size_m + 0.5 * grid.columns
+        return self._plan.rays.project(x_m, y_m, altitude_m, self._time_s)
 
     def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
         """Return what is between a point and the sensor, as :meth:`hcss_twin.providers.ElementScene.path`."""
@@ -246,7 +231,7 @@ class InstantElements:
         """Return the thickness (1, 1) of each layer at the point of the scene that a place in the image is in."""
         plan, samples = self._plan, self._plan.samples_per_pixel
         row, column = place
-        if plan.imager is None and not all(hasattr(each, "thickness_around_m") for each in plan.assembly.generators):
+        if plan.is_grid and not all(hasattr(each, "thickness_around_m") for each in plan.assembly.generators):
             row, column = min(max(row, 0.0), plan.grid.rows - 1e-6), min(max(column, 0.0), plan.grid.columns - 1e-6)
         if place not in self._points_of_places:
             y, x = math.floor(row), math.floor(column)
@@ -409,7 +394,8 @@ class InstantElements:
 
     def _area_m2(self, row: float, column: float, point: ElementPoint | None = None) -> float:
         """Area of a pixel across the line of sight, at the distance of a point or else of the ground."""
-        return self._plan.grid.pixel_size_m**2 * math.cos(math.radians(self._zenith_of((row, column))))
+        at_m = None if point is None else (point.x_m, point.y_m, point.altitude_m)
+        return self._plan.rays.pixel_area_m2(row, column, self._time_s, at_m)
 
     def _zenith_of(self, place: Place) -> float:
         """View zenith angle of the pixel that holds a place."""
@@ -417,11 +403,8 @@ class InstantElements:
 
     def _zenith_deg(self, row: int, column: int) -> float:
         """View zenith angle of a pixel, which may lie outside the image."""
-        if self._views is None:
-            return self._plan.view.zenith_deg
-        grid = self._plan.grid
-        place = (2.0 * column + 1.0 - grid.columns) / grid.columns, (2.0 * row + 1.0 - grid.rows) / grid.rows
-        return self._views.at([place])[0].zenith_deg
+        (view,) = self._plan.rays.views_of_pixels(self._time_s, [row], [column])
+        return view.zenith_deg
 
 
 class _Small:

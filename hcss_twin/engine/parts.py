@@ -24,9 +24,10 @@ from hcss_twin.core.memory import naming_memory, out_of_memory
 from hcss_twin.core.processes import worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
+from hcss_twin.engine.clouds import summaries_of
 from hcss_twin.engine.cluster import Cluster, connected
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.stream import Frame, PartMaker, summaries_of
+from hcss_twin.engine.stream import Frame, PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
@@ -187,7 +188,7 @@ def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
     Parameters
     ----------
     summaries : sequence, optional
-        Those of :func:`hcss_twin.engine.stream.summaries_of` for the frame; computed if omitted.
+        Those of :func:`hcss_twin.engine.clouds.summaries_of` for the frame; computed if omitted.
     """
     plan, maker, turn = _maker(task.scenario, task.base)
     sample = PixelSample(plan) if plan.needs_radiance and plan.scenario.output.certificate else None

@@ -277,14 +277,14 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         view_azimuth_deg=plan.view.azimuth_deg,
         solar_zenith_deg=np.asarray(plan.sun_zenith_deg).tolist(),
         solar_azimuth_deg=np.asarray(plan.sun_azimuth_deg).tolist(),
-        variables=tuple(spec for spec in plan.variables if plan.imager is not None or spec.kind != "geometry"),
-        attributes=provenance(plan, tables) | ({} if plan.imager is None else {"comment": FOCAL_PLANE}),
+        variables=tuple(spec for spec in plan.variables if not plan.is_grid or spec.kind != "geometry"),
+        attributes=provenance(plan, tables) | ({} if plan.is_grid else {"comment": FOCAL_PLANE}),
         platform_speed_m_s=plan.assembly.motion.platform_speed_m_s,
         layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
         window=_window(plan),
-        geometry=tuple(spec for spec in plan.variables if plan.imager is None and spec.kind == "geometry"),
+        geometry=tuple(spec for spec in plan.variables if plan.is_grid and spec.kind == "geometry"),
         sensor_altitude_m=scenario.platform.altitude,
-        layout=None if plan.imager is None else plan.imager.layout(plan),
+        layout=plan.rays.layout(),
     )
 
 

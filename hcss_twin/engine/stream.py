@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -14,17 +13,16 @@ from hcss_twin.cube.variables import ELEMENT_POINT_RADIANCE, ELEMENT_RADIANCE, T
 from hcss_twin.cube.writer import round_bits
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import SeenWindow
+from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.shadows import InstantShadows, Shadows
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.over_directions import viewed_look_up
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.engine.tables.waves import WaveStage
 from hcss_twin.engine.truth import TOPS, Truth
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, length, points_of, relative, windows
-from hcss_twin.providers import CloudGenerator, Grid
+from hcss_twin.plan.windows import Window, length, relative, windows
 
 if TYPE_CHECKING:
     from hcss_twin.engine.derived import DerivedStage
@@ -35,97 +33,6 @@ if TYPE_CHECKING:
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage
     from hcss_twin.engine.tables.over_tops import TopStage
     from hcss_twin.engine.tables.texture import TextureStage
-
-Thickness = NDArray[np.float32]
-
-WHOLE_POINTS = 2**24
-"""Maximum points (4096 x 4096) of a frame computed whole by a generator that could also use a summary."""
-
-
-class FrameClouds:
-    """Thickness of every layer at the points of one instant.
-
-    Parameters
-    ----------
-    summaries : sequence, optional
-        Result of :func:`summaries_of` at the same instant, if already known.
-    """
-
-    def __init__(self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None) -> None:
-        self._plan, self._time_s = plan, time_s
-        self._clouds = _generators(plan)
-        self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
-
-    def thickness_m(self, window: Window) -> list[Thickness]:
-        """Thickness of each layer at the points of a window in or around the image.
-
-        Outside the image, only for generators with ``thickness_around_m``.
-        """
-        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
-        inside, layers = _is_inside(window, self._plan.grid), []
-        for index, (generator, cloudy) in enumerate(self._clouds):
-            if not cloudy:
-                layers.append(np.zeros((length(rows), length(columns)), dtype=np.float32))
-            elif not inside:
-                layers.append(generator.thickness_around_m(self._time_s, rows, columns, self._around[index]))
-            elif (whole := self._whole[index]) is not None:
-                layers.append(whole[rows, columns])
-            elif (summary := self._summaries[index]) is not None:
-                layers.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))
-            else:
-                layers.append(generator.thickness_m(self._time_s, rows, columns))
-        return layers
-
-    @cached_property
-    def _whole(self) -> list[Thickness | None]:
-        """Frames of the layers that are computed whole."""
-        plan, samples = self._plan, self._plan.samples_per_pixel
-        points = slice(0, plan.grid.rows * samples), slice(0, plan.grid.columns * samples)
-        return [
-            generator.thickness_m(self._time_s, *points)
-            if cloudy and not generator.declares.tileable and not _is_summed_up(plan, generator)
-            else None
-            for generator, cloudy in self._clouds
-        ]
-
-    @cached_property
-    def _around(self) -> list[Any]:
-        """Frame summaries that windows around the image need."""
-        return [
-            generator.frame_summary(self._time_s)
-            if cloudy and summary is None and not generator.declares.tileable
-            else summary
-            for (generator, cloudy), summary in zip(self._clouds, self._summaries, strict=True)
-        ]
-
-
-def summaries_of(plan: Plan, time_s: float) -> list[Any]:
-    """Return the frame summary that the windows of each layer need; None if none is needed or there is no cloud.
-
-    This takes two to three times as long as computing the frame, without its memory.
-    """
-    return [
-        generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None
-        for generator, cloudy in _generators(plan)
-    ]
-
-
-def _generators(plan: Plan) -> tuple[tuple[Any, bool], ...]:
-    """Return the generator of each layer, possibly with optional methods, and whether it has cloud."""
-    return tuple(zip(plan.assembly.generators, plan.assembly.cloudy_layers, strict=True))
-
-
-def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
-    points = plan.grid.rows * plan.grid.columns * plan.samples_per_pixel**2
-    return not generator.declares.tileable and points > WHOLE_POINTS and sums_up(generator)
-
-
-def _is_inside(window: Window, grid: Grid) -> bool:
-    return all(
-        pixels.start >= 0 and pixels.stop <= size
-        for pixels, size in zip(window, (grid.rows, grid.columns), strict=True)
-    )
-
 
 Frame = dict[str, NDArray[Any]]
 
@@ -190,9 +97,9 @@ class PartMaker:
         self._quantities = () if tables is None else tables.quantities.names
         self._surfaces: SurfaceStage | None = None
         if plan.surfaces is not None:
-            from hcss_twin.engine.tables.over_surfaces import surface_stage  # not for scenes of sea alone
+            from hcss_twin.engine.tables.over_surfaces import SurfaceStage  # not for scenes of sea alone
 
-            self._surfaces = surface_stage(plan, tables)
+            self._surfaces = SurfaceStage(plan, tables)
         self._tops: TopStage | None = None
         if plan.tops is not None and tables is not None:
             from hcss_twin.engine.tables.over_tops import TopStage  # not for layers with tops of their own
@@ -224,7 +131,7 @@ class PartMaker:
         if plan.assembly.elements:
             from hcss_twin.engine.elements import ElementStage  # not for scenes without elements
 
-            self._elements = ElementStage(plan) if plan.imager is None else plan.imager.element_stage(plan)
+            self._elements = ElementStage(plan)
         self._light: LightStage | None = None
         if plan.light is not None and tables is not None:
             from hcss_twin.engine.light import LightStage  # not for independent columns
@@ -275,7 +182,7 @@ class PartMaker:
         time_s : float, optional
             Time after the start; by default that of the frame.
         """
-        plan, bands, imager = self._plan, len(self._plan.bands), self._plan.imager
+        plan, bands = self._plan, len(self._plan.bands)
         time_s = float(plan.frame_times_s[index]) if time_s is None else time_s
         look_up, shadows, clouds = self._at(index, time_s, summaries)
         if look_up is not None and not isinstance(look_up, LookUp):
@@ -324,7 +231,7 @@ class PartMaker:
             if elements is not None:
                 present = elements.add(window, thickness, radiance, added, self._truth.variables, place)
             if sample is not None:
-                unseen = None if imager is None else imager.unseen(time_s, window)
+                unseen = plan.rays.unseen(window, time_s)
                 sample.observe(SeenWindow(place, thickness, shaded, present, surface, over_sea, unseen))
         frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
@@ -336,8 +243,7 @@ class PartMaker:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
         if self._derived is not None:
             frame |= self._derived.values(frame, extent, time_s)
-        if imager is not None:
-            imager.complete(frame, time_s, extent)
+        plan.rays.complete(frame, time_s, extent)
         for name, bits in self._bits.items():
             round_bits(frame[name], bits)
         for name, packing in self._packings.items():
@@ -359,13 +265,12 @@ class PartMaker:
         """Return look-up, shadows and clouds of an instant."""
         if self._instant is None or self._instant[0] != (index, time_s):
             self._instant = None  # one whole frame of clouds at a time
-            plan, imager = self._plan, self._plan.imager
-            clouds = FrameClouds(plan, time_s, summaries) if imager is None else imager.clouds(plan, time_s)
+            clouds = FrameClouds(self._plan, time_s, summaries)
             shadows = [each.at(time_s) for each in self._shadows]
             self._instant = (index, time_s), self._look_up(time_s), shadows, clouds
         return self._instant[1:]
 
-    def _tops_at(self, time_s: float, window: Window) -> Thickness | None:
+    def _tops_at(self, time_s: float, window: Window) -> NDArray[np.float32] | None:
         """Return the altitudes of cloud tops for the truth; None if they are those of the layers."""
         if self._plan.tops is None or self._names.isdisjoint(TOPS):
             return None
@@ -382,9 +287,6 @@ class PartMaker:
         pairs = zip(self._readers, self._look_ups, strict=True)
         look_ups = [LookUp(reader.at(time_s), before) for reader, before in pairs]
         self._look_ups = look_ups
-        if self._plan.imager is not None and look_ups:
-            look_up: AnyLookUp = self._plan.imager.look_up(self._plan, time_s, look_ups)
-            return look_up
         if self._plan.views is not None and look_ups:
-            return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)
+            return viewed_look_up(self._plan, time_s, look_ups)
         return look_ups[0] if look_ups else None

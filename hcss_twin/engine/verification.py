@@ -36,9 +36,9 @@ from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.simulate import cube_header
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.imager import Imager, planned_imager
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays, planned_rays
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.sensor_margin import alone
 from hcss_twin.scenario.scenario import Scenario
@@ -171,11 +171,11 @@ def verify_cube(
     plan: Plan | None = None
     try:
         scenario = Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path), shelf=shelf)
-        if not scenario.sections:  # an imager's size is compared with its cube
+        if not scenario.sections:  # the size of other rays is compared with their cube
             outcome = replace(outcome, layout=_other_size(size, scenario))
         if not outcome.layout:
-            imager = partial(_imager_then, recorded.attributes)
-            plan = make_plan(scenario, keeps_results=False, shelf=shelf, imager=imager)
+            rays = partial(_rays_then, recorded.attributes)
+            plan = make_plan(scenario, keeps_results=False, shelf=shelf, rays=rays)
             if SENSOR_ATTRIBUTE in recorded.attributes:
                 plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
             outcome = _compare(outcome, plan, recorded, axes, frames, progress)
@@ -264,12 +264,12 @@ def _from_scene(attributes: Mapping[str, Any]) -> bool:
         raise CubeError(f"the global attribute {SENSOR_ATTRIBUTE} is malformed: {error}") from error
 
 
-def _imager_then(attributes: Mapping[str, Any], scenario: Scenario, catalog: Catalog) -> Imager | None:
-    """Return the imager of a cube; that of a finished clean cube knew nothing of a sensor that measured it later."""
+def _rays_then(attributes: Mapping[str, Any], scenario: Scenario, catalog: Catalog) -> Rays | None:
+    """Return the rays of a cube; those of a finished clean cube knew nothing of a sensor that measured it later."""
     later = SENSOR_ATTRIBUTE in attributes and not _from_scene(attributes)
     if later and ".integration_time" not in str(attributes.get("hcss_filled_in", "")):
         scenario = scenario.model_copy(update={"sensor": None})
-    return planned_imager(scenario, catalog)
+    return planned_rays(scenario, catalog)
 
 
 def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:

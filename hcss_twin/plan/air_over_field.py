@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import SeaModel, TransmittanceProvider, View
@@ -57,3 +58,8 @@ class AirOverField:
         """Return the air of a view: that of its place, or of the image centre if it has none."""
         place = (view.latitude_deg, view.longitude_deg) if isinstance(view, PlacedView) else self.centre_deg
         return self.at(*place)
+
+
+Climate: TypeAlias = Callable[[Callable[[Profile], Air], Callable[[float], SeaModel]], AirOverField]
+"""Returns air and sea of the places that rays see, from functions for the air of a profile and the sea of a
+temperature."""

@@ -39,7 +39,7 @@ from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
     from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
-    from hcss_twin.plan.imager import Views
+    from hcss_twin.plan.directions import Directions
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
 
 
@@ -95,8 +95,8 @@ class Assembly:
         Where scenes with the same air keep it.
     cloud_notes : tuple of str
         Notes on the cloud types.
-    imager_views : Views or None
-        Directions of view of an imager; None if pixels form a grid on the ground.
+    directions : Directions or None
+        All directions of view; None if pixels form a grid on the ground.
     has_texture : bool
         Whether clear sky has texture.
     """
@@ -137,13 +137,13 @@ class Assembly:
     air_memory: OwnMemory | None = None
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
-    imager_views: Views | None = None
+    directions: Directions | None = None
     has_texture: bool = False
 
     @property
     def own_suns(self) -> Callable[[View], list[Sun | None]] | None:
-        """The suns of a view of an imager's place at some frames; None if all places have one sun."""
-        return getattr(self.imager_views, "suns", None)
+        """The suns of the place of a view at some frames; None if all places have one sun."""
+        return None if self.directions is None else self.directions.suns
 
     @property
     def view(self) -> View:

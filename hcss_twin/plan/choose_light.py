@@ -216,7 +216,7 @@ def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
         for each, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
     )
     for present, field, what, allowed in (
-        (plan.imager is not None, _FIELD, "an image that is no grid on the ground", "no camera"),
+        (not plan.is_grid, _FIELD, "an image that is no grid on the ground", "no camera"),
         (plan.surfaces is not None, "surfaces", "a map of the ground", "sea everywhere"),
         (plan.tops is not None, "clouds.generator", "cloud with tops of its own", "the tops of the layer"),
         (ends, "clouds.generator", "cloud that ends with the image", "a generator that continues it, as 'fractal'"),

@@ -21,12 +21,12 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.imager import Imager, planned_imager
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.sensor import planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
@@ -34,6 +34,7 @@ from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
+from hcss_twin.plan.views import views_over_grid
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
@@ -63,7 +64,7 @@ def make_plan(
     keeps_results: bool = True,
     shelf: ResultCache | None = None,
     between: SeaTemperatures | None = None,
-    imager: Callable[[Scenario, Catalog], Imager | None] = planned_imager,
+    rays: Callable[[Scenario, Catalog], Rays | None] = planned_rays,
 ) -> Plan:
     """Resolve a scenario and decide what to compute.
 
@@ -77,8 +78,8 @@ def make_plan(
         Files and results of scenes planned earlier in this process.
     between : SeaTemperatures, optional
         Where the scene is one of many that differ in the temperature of the sea.
-    imager : callable
-        Makes the image geometry; by default that of the scenario's sections.
+    rays : callable
+        Makes the rays; by default those of the scenario's sections. None: a grid on the ground.
 
     Raises
     ------
@@ -92,21 +93,21 @@ def make_plan(
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf
-        return _make_plan(scenario, catalog, between, imager(scenario, catalog))
+        return _make_plan(scenario, catalog, between, rays(scenario, catalog))
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 
 
-def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | None, imager: Imager | None) -> Plan:
+def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | None, given: Rays | None) -> Plan:
     frames, image = scenario.frames, scenario.image
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
-    view = View(scenario.view.zenith, scenario.view.azimuth) if imager is None else imager.view
+    view = View(scenario.view.zenith, scenario.view.azimuth) if given is None else given.view
     slant = slant_paths(scenario.slant, view, zenith, azimuth)
-    assembly = assemble(scenario, catalog, slant, between, None if imager is None else imager.climate)
-    if imager is not None:
-        assembly = replace(assembly, imager_views=imager.views)
+    assembly = assemble(scenario, catalog, slant, between, None if given is None else given.climate)
+    if given is not None:
+        assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
     if scenario.slant.shadows:
@@ -114,8 +115,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
-    if imager is not None:
-        extent = slice(0, imager.rows), slice(0, imager.columns)
+    if given is not None:
+        extent = slice(0, given.image.rows), slice(0, given.image.columns)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
     doubts = () if sensor is None else examine_geometry(json.loads(scenario.to_json()), sensor.stages)
     probes = _probes(scenario, assembly, catalog)
@@ -141,14 +142,17 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = (
             with_margin(sensor, assembly, waves is not None, analysis.views is not None)
-            if imager is None
+            if given is None
             else alone(sensor)
         )
+    rays = given
+    if rays is None:
+        over_image = None if analysis.views is None else views_over_grid(assembly)
+        rays = GridRays(assembly, image.samples_per_pixel, over_image)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)
-    if imager is not None:
-        variables = imager.variables(variables)
+    variables = rays.variables(variables)
     land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     plan = Plan(
@@ -160,7 +164,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         layers=assembly.layers,
         view=assembly.view,
         grid=assembly.grid,
-        samples_per_pixel=image.samples_per_pixel if imager is None else imager.points,
+        samples_per_pixel=rays.samples_per_pixel,
         extent=extent,
         frame_times_s=times,
         sun_track=track,
@@ -170,7 +174,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         computed=computed,
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
-        filled_in=(*assembly.filled_in, *(() if imager is None else imager.filled_in)),
+        filled_in=(*assembly.filled_in, *rays.filled_in),
         notes=(
             *_notes(scenario, assembly, computed, waves is not None, sunlight),
             *analysis.notes,
@@ -178,7 +182,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
             *doubts,
             *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
             *_on_land(land),
-            *(() if imager is None else imager.notes),
+            *rays.notes,
         ),
         waves=waves,
         faint_sunlight=analysis.faint_sunlight,
@@ -191,10 +195,9 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
         texture=texture,
         land_share=land,
         probes=probes,
-        imager=imager,
+        rays=rays,
     )
-    if imager is not None:
-        imager.require_supported(plan)
+    rays.prepare(scenario, assembly, plan.needs_radiance)
     light = scenario.radiance
     if light.light in ("auto", "columns") and (light.light_profile, light.light_accuracy) == ("uniform", None):
         return plan

@@ -84,7 +84,7 @@ def slant_skipped(
     if zenith == 0.0:
         if slant.parallax:
             yield Omission("parallax of clouds", "the view is vertical: it displaces nothing", 0.0)
-    elif not slant.parallax and assembly.imager_views is None:
+    elif not slant.parallax and assembly.directions is None:
         pixels = farthest / assembly.grid.pixel_size_m
         yield Omission(
             "parallax of clouds",

@@ -42,7 +42,7 @@ def one_direction(
     ends = columns.ends
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
     columns = columns.only(ends)
-    if assembly.imager_views is None and (not own_views or assembly.lines_of_sight is None):
+    if assembly.directions is None and (not own_views or assembly.lines_of_sight is None):
         yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
     if lit and assembly.own_suns is None:

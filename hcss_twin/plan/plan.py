@@ -19,6 +19,8 @@ from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
 from hcss_twin.plan.output import wants_radiance
+from hcss_twin.plan.rays import GridRays, Rays
+from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ViewAxis
@@ -29,7 +31,6 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
-    from hcss_twin.plan.imager import Imager
     from hcss_twin.plan.light import PlannedLight
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
@@ -82,7 +83,7 @@ class Plan:
     faint_sunlight : float or None
         Largest share of sunlight in any band if it is omitted by day; else None.
     sensor : BuiltSensor or None
-        Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with an imager.
+        Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
     views : ViewAxis or None
         None if the view of the image centre is used for all pixels.
     surfaces : PlannedSurfaces or None
@@ -95,9 +96,8 @@ class Plan:
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
         How the providers of other packages fared with the laws of their kinds.
-    imager : Imager or None
-        Image geometry of a plugin, to which ``samples_per_pixel``, ``extent`` and ``variables`` then belong; None for
-        the grid on the ground.
+    rays : Rays
+        Where the pixels look, to which ``samples_per_pixel``, ``extent`` and ``variables`` belong.
     light : PlannedLight or None
         Light between columns of cloud; None for independent columns.
     """
@@ -124,6 +124,7 @@ class Plan:
     notes: tuple[str, ...]
     numerics: NumericalLevel
     grid_refinement: GridRefinement
+    rays: Rays
     waves: PlannedWaves | None = None
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
@@ -133,7 +134,6 @@ class Plan:
     texture: Texture | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
-    imager: Imager | None = None
     light: PlannedLight | None = None
 
     def toward(self, view: View) -> Plan:
@@ -163,13 +163,22 @@ class Plan:
     @property
     def is_window(self) -> bool:
         """Whether the cube covers only part of the image."""
-        return self.imager is None and self.pixels != (self.grid.rows, self.grid.columns)
+        return self.is_grid and self.pixels != (self.grid.rows, self.grid.columns)
 
     @property
     def image(self) -> Grid:
-        """The image, in pixels; without an imager the plane of the scene."""
-        imager = self.imager
-        return self.grid if imager is None else Grid(imager.rows, imager.columns, imager.pixel_size_m)
+        """The image, in pixels."""
+        return self.rays.image
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether the pixels form a grid on the ground, which is then the plane of the scene."""
+        return isinstance(self.rays, GridRays)
+
+    @property
+    def scene(self) -> ScenePlane:
+        """The plane of the scene, in points."""
+        return ScenePlane(self.grid, self.scenario.image.samples_per_pixel)
 
     @property
     def needs_radiance(self) -> bool:

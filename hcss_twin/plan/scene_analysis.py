@@ -122,8 +122,8 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     }
     if assembly.surface is not None:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
-    if assembly.imager_views is not None:
-        parts["views"] = repr(assembly.imager_views.at(EXTREMES + EDGES))
+    if assembly.directions is not None:
+        parts["views"] = repr(assembly.directions.at(EXTREMES + EDGES))
     if assembly.between is not None:
         parts["between"] = assembly.between.nodes_K
     key = result_key(parts, catalog.shelf)

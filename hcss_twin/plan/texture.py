@@ -168,7 +168,7 @@ def _excluding(assembly: Assembly) -> list[str]:
     tops = any(getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators)
     possible = {
         "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
-        "an image that is no grid on the ground": assembly.imager_views is not None,
+        "an image that is no grid on the ground": assembly.directions is not None,
         "cloud tops that vary with the generator": tops,
     }
     return [what for what, present in possible.items() if present]

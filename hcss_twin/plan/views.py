@@ -19,8 +19,8 @@ from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly, expect_views
+from hcss_twin.plan.directions import Views
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
-from hcss_twin.plan.imager import Views
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
@@ -98,16 +98,14 @@ class ImageViews:
             PlacedView(view.zenith_deg, view.azimuth_deg, *place) for view, place in zip(views, places, strict=True)
         ]
 
-    def of_pixels(self, row: Sequence[int], column: Sequence[int]) -> list[View]:
-        """Return the view from the centres of pixels."""
-        x, y = _centres(self.grid.columns)[list(column)], _centres(self.grid.rows)[list(row)]
-        return self.at(zip(x.tolist(), y.tolist(), strict=True))
-
 
 def views_over_image(assembly: Assembly) -> Views | None:
-    """Return the views over the image, or of an imager; None if all pixels share one view and one air."""
-    if assembly.imager_views is not None:
-        return assembly.imager_views
+    """Return the views over the image; None if all pixels share one view and one air."""
+    return views_over_grid(assembly) if assembly.directions is None else assembly.directions
+
+
+def views_over_grid(assembly: Assembly) -> ImageViews | None:
+    """Return the views over a grid on the ground; None if all pixels share one view and one air."""
     air = assembly.air_over_field
     if assembly.lines_of_sight is None and air is None:
         return None
@@ -199,7 +197,8 @@ MAX_ORDER = 16
 """Maximum order along either axis."""
 
 AIR_SHARE = 6.0
-"""Tolerance if the air varies over the image, or of an imager, relative to that for views alone (30 % of the accuracy).
+"""Tolerance if the air varies over the image, or for directions of a pass, relative to that for views alone (30 % of
+the accuracy).
 
 Radiance as a function of the air has kinks, for example where the aerosol changes with humidity, and polynomials
 converge slowly there.
@@ -241,7 +240,7 @@ def choose_views(
         return None
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    own = assembly.imager_views is not None
+    own = assembly.directions is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
         if own:
             message = f"allows view zeniths of {low:g} to {high:g} deg, and pixels have others; allowed: another one"

@@ -64,7 +64,7 @@ def small_tiles(pixels=400):
         patch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
         patch.setattr(tiles_module, "TILE_PIXELS", pixels)
         # Frames of whose coverage windows need a summary are those of large images.
-        patch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 0)
+        patch.setattr("hcss_twin.engine.clouds.WHOLE_POINTS", 0)
         yield
 
 

@@ -167,7 +167,7 @@ def test_large_frames_are_surrounded_tile_by_tile(tmp_path):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hcss_twin.engine.parts.LARGEST_FRAME_BYTES", 2**10)
         patch.setattr("hcss_twin.engine.parts.TILE_PIXELS", 2**8)
-        patch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 2**8)
+        patch.setattr("hcss_twin.engine.clouds.WHOLE_POINTS", 2**8)
         tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
     assert_same(whole, tiled)
 

@@ -61,7 +61,7 @@ def small_tiles():
     def cut():
         patch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
         patch.setattr(tiles_module, "TILE_PIXELS", 150)
-        patch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 0)
+        patch.setattr("hcss_twin.engine.clouds.WHOLE_POINTS", 0)
         patch.setattr("hcss_twin.plan.windows.windows.__defaults__", (77, None))
 
     # Patches of its own, on which no analysis of a scene depends: those of other tests serve.

@@ -8,8 +8,8 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine import stream
-from hcss_twin.engine.stream import FrameClouds
+from hcss_twin.engine import clouds
+from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.tables.spectrum import _sun_moves
 from hcss_twin.engine.truth import Truth
 from hcss_twin.providers import CloudDeclaration
@@ -51,7 +51,7 @@ class Numbered:
 
 def of(plan, generator):
     assembly = SimpleNamespace(generators=(generator,), cloudy_layers=(True,))
-    return SimpleNamespace(assembly=assembly, grid=plan.grid, samples_per_pixel=1)
+    return SimpleNamespace(assembly=assembly, grid=plan.grid, scene=plan.scene, is_grid=True, rays=plan.rays)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def of(plan, generator):
 def test_only_a_large_frame_of_a_generator_of_whole_frames_is_computed_by_its_summary(
     plan, monkeypatch, tileable, largest, asked
 ):
-    monkeypatch.setattr(stream, "WHOLE_POINTS", largest)
+    monkeypatch.setattr(clouds, "WHOLE_POINTS", largest)
     generator = Numbered(tileable)
     (found,) = FrameClouds(of(plan, generator), 0.0).thickness_m((slice(2, 4), slice(3, 7)))
     np.testing.assert_array_equal(found, 1.0 + 100.0 * np.array([[2], [3]]) + np.arange(3, 7))

@@ -61,7 +61,7 @@ class PixelSample:
     ----------
     plan : Plan
         Its ``output.certificate`` is the number of pixels to draw; fewer if a pixel has more than four points,
-        unless an imager has as many anyway.
+        unless rays other than a grid's have as many anyway.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class PixelSample:
         self.frames: list[SampledPixels] = []
         asked, frames = plan.scenario.output.certificate, plan.frame_times_s.size
         count = asked
-        if plan.imager is None:  # whose pixels have views of their own, which cost more than their points
+        if plan.is_grid:  # pixels of other rays have views of their own, which cost more than their points
             count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
         if plan.tops is not None:  # each point has a model of its own
             count = min(count, PIXELS_WITH_TOPS)

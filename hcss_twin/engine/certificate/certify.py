@@ -17,9 +17,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
+from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
 from hcss_twin.engine.certificate.reference_columns import References, columns_afresh
-from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
@@ -51,11 +51,11 @@ def certify(
         If a provider breaks its contract.
     """
     names, bands, between = strata_of(plan), len(plan.bands), plan.assembly.between
-    reasons = REASONS if plan.imager is not None else REASONS[:3] if plan.assembly.elements else REASONS[:2]
+    reasons = REASONS if not plan.is_grid else REASONS[:3] if plan.assembly.elements else REASONS[:2]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    one_model = plan.views is None and plan.imager is None and plan.surfaces is None and plan.tops is None
+    one_model = plan.views is None and plan.surfaces is None and plan.tops is None
     suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
     references = References(suns, from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
     exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
@@ -133,11 +133,11 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
     if plan.tops is not None:
         return _over_tops(plan, quantities, pixels, thickness, points, references)
     places = _perturbations(plan, pixels)
-    if plan.views is None and plan.imager is None:
+    if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s, references, places)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
-    views = _views(plan, pixels.time_s, rows.tolist(), columns.tolist())
-    if plan.imager is None and plan.texture is None and plan.assembly.air_over_field is None:  # one air for all
+    views = plan.rays.views_of_pixels(pixels.time_s, rows.tolist(), columns.tolist())
+    if plan.is_grid and plan.texture is None and plan.assembly.air_over_field is None:  # one air for all
         return _means(plan, quantities, thickness, points, pixels.time_s, references, views=views)
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
     return np.concatenate(
@@ -147,14 +147,6 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
             for view, own, place in zip(views, thickness.reshape(count, points, layers), places[:, None], strict=True)
         ]
     )
-
-
-def _views(plan: Plan, time_s: float, rows: list[int], columns: list[int]) -> list[View]:
-    imager = plan.imager
-    views: list[View] = (
-        image_views(plan).of_pixels(rows, columns) if imager is None else imager.views_of_pixels(time_s, rows, columns)
-    )
-    return views
 
 
 def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
@@ -191,7 +183,8 @@ def _means(
     def solved(columns: Array) -> Array:
         return quantities.of(references.terms(plan, columns, time_s, toward))
 
-    known = solved(columns) if plan.imager is None else plan.imager.solve(solved, columns, plan.accuracy)
+    # Pixels of other rays are the mean of many points, all with thicknesses of their own.
+    known = solved(columns) if plan.is_grid else solve_many(solved, columns, plan.accuracy.relative)
     if places is not None and places.size:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 
@@ -208,14 +201,14 @@ def _over_surfaces(
     plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int, references: References
 ) -> Array:
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
-    from hcss_twin.engine.tables.over_surfaces import plan_over, surface_stage  # not for scenes of sea alone
+    from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
 
-    stage = surface_stage(plan, None)
+    stage = SurfaceStage(plan, None)
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     places = list(zip(rows.tolist(), columns.tolist(), strict=True))
     groups: dict[tuple[SurfaceState, View | None], list[int]] = {}
-    one = plan.views is None and plan.imager is None
-    views = [None] * len(places) if one else _views(plan, pixels.time_s, rows.tolist(), columns.tolist())
+    seen = plan.rays.views_of_pixels(pixels.time_s, rows.tolist(), columns.tolist())
+    views = [None] * len(places) if plan.views is None else seen
     for pixel, ((row, column), view) in enumerate(zip(places, views, strict=True)):
         ground = stage.at(pixels.time_s, (slice(row, row + 1), slice(column, column + 1)))
         for point, state in enumerate(stage.states(ground)):
@@ -236,7 +229,8 @@ def _over_tops(
     from hcss_twin.engine.tables.over_tops import cloud_tops_m, plan_hanging_from  # not for tops of the layers
 
     rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
-    views = [None] * rows.size if plan.views is None else image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    seen = plan.rays.views_of_pixels(pixels.time_s, rows.tolist(), columns.tolist())
+    views = [None] * rows.size if plan.views is None else seen
     exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
     for pixel, (row, column, view) in enumerate(zip(rows.tolist(), columns.tolist(), views, strict=True)):
         tops = cloud_tops_m(plan, pixels.time_s, (slice(row, row + 1), slice(column, column + 1))).ravel().tolist()

@@ -143,7 +143,7 @@ class SeenWindow:
     over_sea : sequence of ndarray or None
         ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
     unseen : ndarray of bool (window rows, window columns) or None
-        Pixels of an imager that do not see the ground, or see it at a larger zenith than is computed.
+        Pixels that do not see the ground, or see it at a larger zenith than is computed.
     """
 
     window: Window

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_directions import PixelViews
 from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
@@ -46,11 +47,16 @@ class Group:
 
 
 class PointLookUp(ABC):
-    """Look-up at one instant in the tables of each point; the points of a pixel are averaged afterwards."""
+    """Look-up at one instant in the tables of each point; the points of a pixel are averaged afterwards.
 
-    def __init__(self, plan: Plan) -> None:
-        self._bands = len(plan.bands)
-        self._views = None if plan.views is None else plan.views.weights(plan.grid)
+    Parameters
+    ----------
+    views : PixelViews or None
+        Weights of the nodes of the view at each pixel; None for one view.
+    """
+
+    def __init__(self, plan: Plan, views: PixelViews | None) -> None:
+        self._bands, self._views = len(plan.bands), views
         self._extent: Window = slice(0, plan.image.rows), slice(0, plan.image.columns)
 
     @abstractmethod
@@ -118,10 +124,8 @@ class PointLookUp(ABC):
         """Return the weight (views, N) of each view at some points of a window; None with one view."""
         if self._views is None:
             return None
-        across, up = self._views
         row, column = np.divmod(here, length(window[1]) * samples)
-        by_row, by_column = up[window[0].start + row // samples], across[window[1].start + column // samples]
-        weights: Array = (by_row[:, :, None] * by_column[:, None, :]).reshape(here.size, -1).T
+        weights: Array = self._views.weights_of(window)[:, row // samples * length(window[1]) + column // samples]
         return weights
 
     def _moved(self, window: Window) -> Window:

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import SURFACE_CLASS, SURFACE_TEMPERATURE
+from hcss_twin.engine.scene_points import nearest
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_directions import PixelViews, pixel_views
 from hcss_twin.engine.tables.over_points import Group, PointLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, with_largest_errors
 from hcss_twin.plan.plan import Plan
@@ -80,13 +82,31 @@ class SurfaceStage:
         """Return the surface at the points of a window of pixels; the last one is kept."""
         if self._last is None or self._last[:2] != (time_s, window):
             rows, columns = (points_of(pixels, self._samples) for pixels in window)
-            self._last = time_s, window, self._provider.surface(time_s, rows, columns)
+            of_window = (
+                self._provider.surface(time_s, rows, columns) if self._plan.is_grid else self._sampled(time_s, window)
+            )
+            self._last = time_s, window, of_window
         return self._last[2]
 
     def look_up(self, time_s: float) -> SurfaceLookUp:
         """Return the look-up at an instant."""
         look_ups = [[[LookUp(one.at(time_s)) for one in views] for views in own] for own in self._readers]
-        return SurfaceLookUp(self._plan, self, look_ups, self._axes, time_s)
+        views = pixel_views(self._plan, time_s, [each.table for each in look_ups[0][0]])
+        if views is not None:
+            look_ups = [[views.look_ups(each) for each in own] for own in look_ups]
+        return SurfaceLookUp(self._plan, self, look_ups, self._axes, time_s, views)
+
+    def _sampled(self, time_s: float, window: Window) -> SurfaceMap:
+        """Return the surface at the points of the scene that are nearest to those of a window of pixels."""
+        scene = self._plan.scene
+        row, column = scene.in_points(*self._plan.rays.points_m(window, time_s, 0.0))
+        below = scene.around(row, column)
+        if below is None:
+            return SurfaceMap(np.zeros(row.shape, dtype=np.uint8), np.full(row.shape, self._classes[0].low_K))
+        ground = self._provider.surface(time_s, *(points_of(pixels, scene.samples) for pixels in below))
+        corner, kelvin = scene.corner_of(below), ground.temperature_K
+        kelvin = None if kelvin is None else nearest(kelvin, row, column, corner)
+        return SurfaceMap(nearest(ground.number, row, column, corner), kelvin)
 
     def other_than(self, number: int, ground: SurfaceMap) -> Thickness:
         """Return 1 where the surface is of another class, else 0: in place of a cloud layer, it hides these points."""
@@ -130,14 +150,6 @@ class SurfaceStage:
         return [self._classes[number].at(kelvin) for number, kelvin in pairs]
 
 
-def surface_stage(plan: Plan, tables: RadianceTables | None) -> SurfaceStage:
-    """Return the surfaces of a scene at the points of its frames, or at those of its imager."""
-    if plan.imager is None:
-        return SurfaceStage(plan, tables)
-    stage: SurfaceStage = plan.imager.surface_stage(plan, tables)
-    return stage
-
-
 class SurfaceLookUp(PointLookUp):
     """Look-up at one instant in the tables of each point's surface.
 
@@ -155,8 +167,9 @@ class SurfaceLookUp(PointLookUp):
         look_ups: Sequence[Sequence[Sequence[LookUp]]],
         axes: Sequence[TemperatureAxis | None],
         time_s: float,
+        views: PixelViews | None,
     ) -> None:
-        super().__init__(plan)
+        super().__init__(plan, views)
         self._stage, self._look_ups, self._axes, self._time_s = stage, look_ups, axes, time_s
 
     def _groups(self, window: Window, samples: int) -> Iterator[Group]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_directions import pixel_views
 from hcss_twin.engine.tables.over_points import Group, PointLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, with_largest_errors
 from hcss_twin.plan.cloud_tops import SHARE
@@ -68,7 +69,7 @@ class TopLookUp(PointLookUp):
     """
 
     def __init__(self, plan: Plan, look_ups: Sequence[Sequence[LookUp]], time_s: float) -> None:
-        super().__init__(plan)
+        super().__init__(plan, pixel_views(plan, time_s, ()))
         assert plan.tops is not None
         self._plan, self._tops, self._look_ups, self._time_s = plan, plan.tops, look_ups, time_s
         (layer,) = plan.layers

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +19,6 @@ from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Grid
 
 
-def image_views(plan: Plan) -> Any:
-    """Return the :class:`ImageViews` of a plan whose view or air varies, or the :class:`Views` of its imager."""
-    views = views_over_image(plan.assembly)
-    assert views is not None
-    return views
-
-
 def plans_over_views(plan: Plan) -> Iterator[Plan]:
     """Yield a plan for each view with tables, or the plan itself if one view is used for all pixels.
 
@@ -35,7 +27,9 @@ def plans_over_views(plan: Plan) -> Iterator[Plan]:
     if plan.views is None:
         yield plan
         return
-    for view in image_views(plan).at(plan.views.places):
+    views = views_over_image(plan.assembly)
+    assert views is not None
+    for view in views.at(plan.views.places):
         yield plan.toward(view)
 
 
@@ -63,6 +57,23 @@ Thickness = NDArray[np.float32]
 
 VALUES_AT_ONCE = 2**21
 """Maximum pixels times channels that are summed together; 16 MB."""
+
+
+class GridViews:
+    """Weights of the nodes of the view for the pixels of a grid on the ground."""
+
+    def __init__(self, axis: ViewAxis, grid: Grid) -> None:
+        self._across, self._up = axis.weights(grid)
+
+    def look_ups(self, of_nodes: Sequence[LookUp]) -> list[LookUp]:
+        """Return the look-ups at the nodes."""
+        return list(of_nodes)
+
+    def weights_of(self, window: Window) -> Array:
+        """Return the weights (N, pixels) of the nodes for the pixels of a window."""
+        up, across = self._up[window[0]], self._across[window[1]]
+        weights: Array = up[:, None, :, None] * across[None, :, None, :]
+        return weights.reshape(up.shape[0] * across.shape[0], -1).T
 
 
 class ViewedLookUp:

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from hcss_twin.engine.tables.columns import BandColumns
-from hcss_twin.engine.tables.over_views import image_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TextureTables
 from hcss_twin.engine.tables.spectrum import choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import ColumnsAt, Source, place_axis
@@ -22,7 +21,7 @@ from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.assembly import expect_views
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import EDGES, EXTREMES
+from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
 from hcss_twin.providers import Sun, View
 
 PLACED_SHARE = 0.5
@@ -55,7 +54,8 @@ def tables_together(
         If a provider fails at a required state.
     """
     assert plan.views is not None
-    views, allowed = image_views(plan), plan.budget
+    views, allowed = views_over_image(plan.assembly), plan.budget
+    assert views is not None
     extreme, edges = views.at(EXTREMES), views.at(EDGES)
     few_streams = replace(plan, assembly=for_spectra(plan.assembly))
     spectrum = choose_spectrum(few_streams, allowed.wavenumbers, extreme, edges)
@@ -64,7 +64,7 @@ def tables_together(
     toward = [_columns(plan, view, together, spectrum.nodes) for view in extreme]
     times = [time_nodes(each, each.plan, allowed.time) for each in toward]
     frames, time_error = max((each for each, _ in times), key=len), max(error for _, error in times)
-    if len(frames) > 1 and plan.imager is None:
+    if len(frames) > 1 and plan.is_grid:
         return None
     suns = [plan.sun_at(time_s) for time_s in frames]
     sun = suns[len(suns) // 2]

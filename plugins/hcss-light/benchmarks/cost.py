@@ -22,8 +22,9 @@ from hcss_light.source import Direction, Particles, Surroundings, scattered_sour
 from hcss_light.transport import InstantLight
 
 from hcss_twin import Scenario
+from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.stream import FrameClouds, stream
+from hcss_twin.engine.stream import stream
 from hcss_twin.plan.make_plan import make_plan
 
 

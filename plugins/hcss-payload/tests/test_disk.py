@@ -8,9 +8,6 @@ from camera_scenes import scenario
 from hcss_payload.climate import ZonalClimate
 from hcss_payload.directions import Hemisphere
 from hcss_payload.disk import Disk, with_glint
-from hcss_payload.ray_geometry import GROUND
-from hcss_payload.ray_look_up import frame_views
-from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.scene_plane import toward_camera
 from hcss_payload.trajectory import Geostationary
 from hcss_payload.zonal_disk import ZonalDisk, zonal_disk
@@ -19,12 +16,11 @@ from test_cube import DISK
 import hcss_twin
 from hcss_twin import ScenarioError
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.physics.geodesy import to_earth_centred
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan import views
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.views import ViewAxis
 
 NOON = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
 CAMERA_M = Geostationary(140.7).at(0.0)
@@ -105,16 +101,16 @@ def test_a_disk_by_day_has_suns_of_its_places():
     day = {"time": "2024-04-20T02:30:00Z", "accuracy": 0.1, "output": {"certificate": 3}}
     cube = hcss_twin.simulate(scenario(DISK, day))
     assert cube.attrs["hcss_certificate"].startswith("PASSED: 3 random pixels")
-    assert isinstance(hcss_twin.make_plan(scenario(DISK)).imager.views, Hemisphere)  # midnight
+    assert isinstance(hcss_twin.make_plan(scenario(DISK)).rays.directions, Hemisphere)  # midnight
 
 
 def test_a_disk_by_night_has_the_air_of_its_latitudes():
     night = {"camera": {"climate": "latitude"}, "sea": {"temperature": None}, "output": {"certificate": 3}}
     planned = scenario(DISK, night, {"accuracy": 0.03})
-    assert isinstance(hcss_twin.make_plan(planned).imager.views, ZonalDisk)
+    assert isinstance(hcss_twin.make_plan(planned).rays.directions, ZonalDisk)
     assert hcss_twin.simulate(planned).attrs["hcss_certificate"].startswith("PASSED: 3 random pixels")
     beside = hcss_twin.make_plan(scenario(DISK, night, {"accuracy": 0.1, "sea": {"wind_from": 271.0}}))
-    assert isinstance(beside.imager.views, Disk)  # the wind differs between east and west
+    assert isinstance(beside.rays.directions, Disk)  # the wind differs between east and west
 
 
 @pytest.mark.parametrize(
@@ -148,27 +144,24 @@ def test_the_columns_of_a_pixel_follow_from_few():
         asked.append(len(own))
         return (30.0 + 12.0 * np.exp(-own / 300.0))[:, :, None]
 
-    assert solve_pixel(solved, columns, 1e-3) == pytest.approx(solved(columns), rel=1e-6)
+    assert solve_many(solved, columns, 1e-3) == pytest.approx(solved(columns), rel=1e-6)
     assert asked == [10, 60]
 
     def rough(own):
         asked.append(len(own))
         return (30.0 + np.sin(own))[:, :, None]
 
-    assert np.array_equal(solve_pixel(rough, columns, 1e-3), rough(columns))
+    assert np.array_equal(solve_many(rough, columns, 1e-3), rough(columns))
 
 
 def test_frames_with_the_limb_have_nodes_around_all_their_pixels():
     # Rays of the mesh are 8 pixels apart: the outermost that meet the ground lie far inside this disk.
-    imager = hcss_twin.make_plan(
-        scenario(DISK, {"camera": {"rows": 32, "columns": 32, "detector_pitch": 9.6e-4}})
-    ).imager
-    geometry, table = imager._geometry(0.0), DenseTable(np.ones(1), (), (), None)
-    seen = frame_views(ViewAxis(6, 6, 0.0), disk(), geometry, [table] * 49)
-    rays = geometry.window(slice(0, 32), slice(0, 32))
-    x, y = disk().places(*(each[rays.kind == GROUND] for each in (rays.toward, rays.position_m)))
-    assert geometry.sees_limb
-    assert max(np.abs(x - seen.middle[0]).max() / seen.half[0], np.abs(y - seen.middle[1]).max() / seen.half[1]) <= 1.0
+    rays = hcss_twin.make_plan(scenario(DISK, {"camera": {"rows": 32, "columns": 32, "detector_pitch": 9.6e-4}})).rays
+    everywhere = slice(0, 32), slice(0, 32)
+    x, y = rays.positions(everywhere, 0.0)
+    assert np.array_equal(np.isnan(x), rays.unseen(everywhere, 0.0))
+    assert rays.bounds(0.0) is None  # tables are those of the pass
+    assert max(np.nanmax(np.abs(x)), np.nanmax(np.abs(y))) <= 1.0
 
 
 @pytest.mark.parametrize(("kink", "accepted"), [(1.0, True), (3.0, True), (9.0, False)])

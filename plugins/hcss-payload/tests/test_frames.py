@@ -5,7 +5,6 @@ import pytest
 from camera_scenes import PASS, scenario
 from hcss_payload import Camera, Circular, Nadir, PayloadError, PositionTable, Track
 from hcss_payload.frames import frames
-from hcss_payload.ray_clouds import _interpolate
 
 import hcss_twin
 from hcss_twin.core.errors import ScenarioError
@@ -65,17 +64,6 @@ def test_clouds_move_against_the_sea_as_with_parallax_of_the_engine():
     shown, still = (each[row[inside], column[inside]] for each in (expected, without))
     assert np.corrcoef(frame.radiance[-1][inside], shown)[0, 1] > 0.95
     assert np.corrcoef(frame.radiance[-1][inside], still)[0, 1] < 0.8
-
-
-def test_interpolated_clouds_are_never_thinner_than_the_thinnest():
-    rng = np.random.default_rng(5)
-    field = np.where(rng.random((40, 50)) < 0.5, rng.uniform(20.0, 300.0, (40, 50)), 0.0).astype(np.float32)
-    between, same = np.empty((1, 10_000), np.float32), np.empty_like(field)
-    _interpolate(between, field, rng.uniform(-0.5, 39.5, (1, 10_000)), rng.uniform(-0.5, 49.5, (1, 10_000)), 0, 0)
-    assert between[between > 0.0].min() >= 20.0 * (1 - 1e-6)
-    assert np.mean(between > 0.0) == pytest.approx(0.5, abs=0.03)
-    _interpolate(same, field, *np.indices(field.shape, dtype=float), 0, 0)
-    assert same == pytest.approx(field)
 
 
 def test_what_cannot_be_shown_is_refused_by_name():

@@ -205,7 +205,7 @@ def test_what_live_frames_cannot_show_is_refused_by_name():
     assert twin.plan.texture is None
     with pytest.raises(PayloadError, match=r"sea\.temperature_texture"):
         LiveTwin(scene(sea=SEA | {"temperature_texture": 0.3}), camera)
-    for part, name in ({"light": object()}, "radiance.light"), ({"imager": object()}, "camera"):
+    for part, name in ({"light": object()}, "radiance.light"), ({"rays": object()}, "camera"):
         with pytest.raises(PayloadError, match=name):
             require_supported(replace(twin.plan, **part))
     with pytest.raises(PayloadError, match="start_s, end_s: 0 to 31 s; allowed: within 0 to 30 s"):

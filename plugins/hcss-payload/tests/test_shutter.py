@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from camera_scenes import PASS, scenario
 from hcss_payload import Camera, Circular, Jitter, PayloadError, PushBroom, Track, pose_at
-from hcss_payload.imager import make_imager
+from hcss_payload.camera_rays import make_rays
 from hcss_payload.rays import geographic, meet
 from hcss_payload.shutter import Shutter, instants_for, smear_px
 
@@ -105,8 +105,8 @@ def test_an_integration_time_of_the_camera_that_the_sensor_contradicts_is_refuse
         return scenario(PASS, STILL, {"camera": camera, "sensor": sensor})
 
     for camera in ({}, {"integration_time": 0.0}):
-        assert make_imager(given(False, **camera), Catalog()).filled_in == ()
-    (filled,) = make_imager(given(True), Catalog()).filled_in
+        assert make_rays(given(False, **camera), Catalog()).filled_in == ()
+    (filled,) = make_rays(given(True), Catalog()).filled_in
     assert (filled.field, filled.value) == ("camera.integration_time", "0.022 s")
     with pytest.raises(ScenarioError, match=r"integration_time: 0\.022 s, and camera\.integration_time 0 s; allowed"):
         hcss_twin.make_plan(given(True, integration_time=0.0))

@@ -16,15 +16,15 @@ from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario
 from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.light import LARGEST_SQUARE
-from hcss_twin.engine.stream import FrameClouds, PartMaker
+from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.choose_light import cloudy_layers, light_inputs
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import ImageViews, views_over_image
 from hcss_twin.providers import Array, Sun
 from hcss_twin.providers.light import LightInputs
 
@@ -121,13 +121,13 @@ def _compared(
 ) -> dict[str, Any]:  # fmt: skip
     """Return the result of :func:`compare` for pixels at some rows and columns."""
     inputs, time_s = light_inputs(plan, tables.spectrum.nodes), float(plan.frame_times_s[frame])
-    sampled, views = SampledClouds(plan, inputs), views_over_image(plan.assembly)
+    sampled = SampledClouds(plan, inputs)
     sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
     mean, error = np.empty((2, len(places), len(plan.bands)))
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
     for number, (row, column) in enumerate(places):
-        if plan.views is not None and isinstance(views, ImageViews):
-            toward = plan.toward(views.of_pixels([row], [column])[0])
+        if plan.views is not None:
+            toward = plan.toward(plan.rays.views_of_pixels(time_s, [row], [column])[0])
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             sampled = SampledClouds(plan, inputs)
         found = sampled.radiance((row, column), time_s, clouds, sun, photons, seed + 7919 * number)

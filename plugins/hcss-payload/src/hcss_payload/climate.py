@@ -43,7 +43,7 @@ _SEA_ORDER, _SEA_STEP_DEG = 6, 4.0
 
 
 class ZonalClimate:
-    """Air and sea by latitude; implements :data:`hcss_twin.plan.imager.Climate`.
+    """Air and sea by latitude; implements :data:`hcss_twin.plan.air_over_field.Climate`.
 
     Parameters
     ----------

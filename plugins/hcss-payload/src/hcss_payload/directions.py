@@ -14,8 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
-from hcss_payload.checks import PayloadError
 from hcss_twin.core.arrays import Array
+from hcss_twin.plan.directions import Directions
 from hcss_twin.providers import View
 
 NARROWEST_RAD = 1e-5
@@ -27,16 +27,9 @@ PADDING = 0.01
 WIDEST_RAD = np.radians(50.0)
 """Full width of the wider strips that become zenith and azimuth; their corners would lie near the horizon."""
 
-OUTSIDE = 0.02
-"""Farthest position beyond the edge at -1 or 1."""
 
-
-class Directions(Protocol):
+class PassDirections(Directions, Protocol):
     """A rectangle of coordinates of directions."""
-
-    def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
-        """Return the view from positions (x, y), -1 to 1 from edge to edge."""
-        ...
 
     def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions x and y (...) of directions (..., 3) from Earth-fixed positions (..., 3)."""
@@ -66,6 +59,7 @@ class Strip:
     axes: Array
     along_rad: tuple[float, float]
     across_rad: tuple[float, float]
+    suns: None = None
 
     def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
         """Return the view from positions."""
@@ -96,6 +90,7 @@ class Hemisphere:
     """
 
     slant: tuple[float, float]
+    suns: None = None
 
     def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
         """Return the view from positions."""
@@ -111,7 +106,7 @@ class Hemisphere:
         return _scaled(1.0 / toward[..., 2], self.slant), azimuth / np.pi - 1.0
 
 
-def directions_around(toward: Array, limit_deg: float | None = None) -> Directions:
+def directions_around(toward: Array, limit_deg: float | None = None) -> PassDirections:
     """Return coordinates whose rectangle contains directions (N, 3) of a whole pass.
 
     Parameters
@@ -135,15 +130,6 @@ def directions_around(toward: Array, limit_deg: float | None = None) -> Directio
     low = 1.0 if low < 1.0 + PADDING * (high - 1.0) else low - PADDING * (high - low)
     high += PADDING * (high - low)
     return Hemisphere((0.5 * (low + high), 0.5 * (high - low)))
-
-
-def require_inside(x: Array, y: Array) -> None:
-    """Raise a :class:`PayloadError` for positions outside the rectangle: the tables do not hold there."""
-    if max(np.abs(x).max(initial=0.0), np.abs(y).max(initial=0.0)) > 1.0 + OUTSIDE:
-        raise PayloadError(
-            "attitude: a pixel looks in a direction beyond those of 33 times of the pass, which are examined; allowed: "
-            "attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
-        )
 
 
 def _angles(axes: Array, toward: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcss_payload.climate import ZonalClimate
-from hcss_payload.directions import Directions, Hemisphere
+from hcss_payload.directions import Hemisphere, PassDirections
 from hcss_payload.disk import Disk, disk_around, with_glint
 from hcss_payload.sampled_pass import SampledPass
 from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
@@ -60,7 +60,7 @@ def whole_disk(
     scenario: Scenario,
     catalog: Catalog,
     trajectory: Trajectory,
-    views: Directions,
+    views: PassDirections,
     seen: SampledPass,
     times_s: Array,
     climate: bool,

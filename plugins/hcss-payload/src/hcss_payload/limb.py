@@ -29,7 +29,7 @@ from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_twin.physics.paths import Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
-from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.assembly import Assembly
 
 TOP_M = 100e3
 """Altitude above which there is no air."""
@@ -56,7 +56,7 @@ _OFFSET_M = 50e3
 
 
 class Limb:
-    """Radiance of the limb above the ground of a plan's scene.
+    """Radiance of the limb above the ground of a scene.
 
     Raises
     ------
@@ -64,8 +64,8 @@ class Limb:
         If the atmosphere has no amounts of absorbers, which add along a line.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        grid, assembly = plan.spectral_grid, plan.assembly
+    def __init__(self, assembly: Assembly) -> None:
+        grid = assembly.spectral_grid
         if not hasattr(assembly.transmittance, "absorber_amounts"):
             message = (
                 "'limb' needs an atmosphere with amounts of absorbers, which add along a line of sight, as "

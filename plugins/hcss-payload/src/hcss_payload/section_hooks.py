@@ -13,10 +13,10 @@ _MODELS = "hcss_payload.sections"
 @hookimpl
 def hcss_sections() -> Sequence[SectionSpec]:
     """Return the specs of the sections of a camera in orbit."""
-    imager = "hcss_payload.imager:make_imager"
+    rays = "hcss_payload.camera_rays:make_rays"
     return [
-        SectionSpec("camera", f"{_MODELS}:CameraSection", "Detector and lens of a camera; needs [orbit].", imager),
-        SectionSpec("orbit", f"{_MODELS}:OrbitSection", "Trajectory of the camera.", imager),
-        SectionSpec("attitude", f"{_MODELS}:AttitudeSection", "Orientation of the camera's body.", imager),
-        SectionSpec("jitter", f"{_MODELS}:JitterSection", "Small turns of the body.", imager),
+        SectionSpec("camera", f"{_MODELS}:CameraSection", "Detector and lens of a camera; needs [orbit].", rays),
+        SectionSpec("orbit", f"{_MODELS}:OrbitSection", "Trajectory of the camera.", rays),
+        SectionSpec("attitude", f"{_MODELS}:AttitudeSection", "Orientation of the camera's body.", rays),
+        SectionSpec("jitter", f"{_MODELS}:JitterSection", "Small turns of the body.", rays),
     ]

@@ -23,6 +23,7 @@ from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import meet
 from hcss_payload.trajectory import Trajectory
 from hcss_twin.core.arrays import Array
+from hcss_twin.plan.rays import instants_s
 
 PoseAt = Callable[[float], Pose]
 
@@ -85,14 +86,8 @@ class Shutter:
     instants: int = 1
 
     def times_s(self, time_s: float) -> list[float]:
-        """Return the instants of a frame, evenly spaced, with the variance of the integration time T, T^2 / 12.
-
-        In the middles of equal parts, N instants would have 1 - 1 / N^2 of it.
-        """
-        if self.instants == 1:
-            return [time_s]
-        step = self.integration_s / math.sqrt(self.instants**2 - 1.0)
-        return [time_s + (number - 0.5 * (self.instants - 1)) * step for number in range(self.instants)]
+        """Return the instants of a frame."""
+        return [time_s + later for later in instants_s(self.integration_s, self.instants)]
 
     def lines(self, time_s: float, camera: Camera, pose_at: PoseAt) -> LinePoses | None:
         """Return the poses of the lines of an instant; None if all lines see the same instant."""

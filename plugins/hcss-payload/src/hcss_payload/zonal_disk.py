@@ -19,7 +19,7 @@ from hcss_payload.scene_plane import surface_place
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.air_over_field import PlacedView
-from hcss_twin.providers import View
+from hcss_twin.providers import Sun, View
 
 BESIDE_DEG = 0.3
 """Margin of latitudes: those of the ellipsoid differ by up to 0.2 degrees from those of a sphere."""
@@ -71,7 +71,7 @@ class ZonalDisk:
             (latitude - self.latitude_deg[0]) / self.latitude_deg[1],
         )
 
-    def suns(self, view: View) -> list[None]:
+    def suns(self, view: View) -> list[Sun | None]:
         """Return the sun of the place of a view: none."""
         return [None]
 

@@ -25,7 +25,7 @@ def require_supported(plan: Plan) -> None:
         "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture > 0.0,
         "radiance.light: light between columns": plan.light is not None,
         "image.window": scenario.image.window is not None,
-        "camera: the twin has its own, as live_pass() gives it": plan.imager is not None,
+        "camera: the twin has its own, as live_pass() gives it": not plan.is_grid,
         "slant.shadows": scenario.slant.shadows,
         "slant.parallax: the camera has its own": scenario.slant.parallax,
         "motion.platform_speed: the trajectory moves the camera": scenario.motion.platform_speed != 0.0,

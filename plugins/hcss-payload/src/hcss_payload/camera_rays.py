@@ -1,9 +1,11 @@
-"""The image geometry of a camera in orbit, through which ``hcss run`` writes cubes in focal-plane coordinates."""
+"""The rays of a camera in orbit, through which ``hcss run`` writes cubes in focal-plane coordinates."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -11,23 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.build import Payload, payload_of
+from hcss_payload.camera_points import CameraPoints
 from hcss_payload.checks import PayloadError
 from hcss_payload.complete import complete
-from hcss_payload.directions import directions_around, view_of
+from hcss_payload.directions import PassDirections, directions_around, view_of
 from hcss_payload.disk import Disk
 from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
 from hcss_payload.examination import examine, examine_place
 from hcss_payload.limb import Limb
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
-from hcss_payload.ray_clouds import RayClouds, require_in_reach
-from hcss_payload.ray_elements import RayElementStage
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
-from hcss_payload.ray_look_up import RayLookUp, frame_views
-from hcss_payload.ray_surfaces import RaySurfaceStage
 from hcss_payload.rays import geographic
-from hcss_payload.reference_pixel import solve_pixel
 from hcss_payload.sampled_pass import FIELD, sample_pass
-from hcss_payload.shutter import LEAST_SMEAR_PX, Exposure, Shutter, exposure_of, instants_for, largest_smear_px
+from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.core.arrays import Array
@@ -35,12 +33,14 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.plan import Plan
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.rays import NOWHERE, Range, Rays
+from hcss_twin.plan.scene_plane import ScenePlane
+from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.windows import Window
-from hcss_twin.providers import View
+from hcss_twin.providers import Grid, View
 
 TIMES = 33
 """Times of the pass at which directions and extent are sampled."""
@@ -57,6 +57,12 @@ NOTES = (
 
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
+OUTSIDE = 0.02
+"""Farthest position beyond the edge of the rectangle of a pass at -1 or 1."""
+
+_LINE_STEPS = 4
+"""Steps to the line that sees an element; each reduces the error by the ratio of image motion to the speed of lines."""
+
 _SMEARLESS = "views, and the clouds before small elements, are those of its middle"
 
 LIMB_NOTE = (
@@ -65,21 +71,21 @@ LIMB_NOTE = (
 )
 
 
-def make_imager(scenario: Scenario, catalog: Catalog) -> CameraImager:
-    """Return the imager of a scenario with ``[camera]`` and ``[orbit]``.
+def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
+    """Return the rays of a scenario with ``[camera]`` and ``[orbit]``.
 
     Raises
     ------
     ScenarioError
         If a section is invalid, contradicts other keys, or the camera looks beyond what is computed.
     """
-    return camera_imager(scenario, payload_of(scenario, catalog), catalog)
+    return camera_rays(scenario, payload_of(scenario, catalog), catalog)
 
 
-def camera_imager(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraImager:
-    """Return the imager of a payload above a scenario; raises as :func:`make_imager`."""
+def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
+    """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
     _require_no_other_view(scenario)
-    return CameraImager(scenario, payload, catalog)
+    return CameraRays(scenario, payload, catalog)
 
 
 def _require_no_other_view(scenario: Scenario) -> None:
@@ -109,22 +115,24 @@ def _require_no_other_view(scenario: Scenario) -> None:
         raise ScenarioError(problems)
 
 
-class CameraImager:
-    """Image geometry of a camera in orbit; implements :class:`hcss_twin.plan.imager.Imager`."""
+class CameraRays(Rays):
+    """Rays of a camera in orbit."""
+
+    directions: PassDirections
 
     def __init__(self, scenario: Scenario, payload: Payload, catalog: Catalog) -> None:
         self._payload, self._scenario = payload, scenario
         self._largest_deg = LARGEST_WITH_LIMB_DEG if payload.beyond == "limb" else LARGEST_ZENITH_DEG
         self.camera = payload.camera
-        self.rows, self.columns = self.camera.rows, self.camera.columns
-        self._centre = scenario.place.latitude, scenario.place.longitude
+        self._place_deg = self._centre = scenario.place.latitude, scenario.place.longitude
         frames = scenario.frames
         first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
         self._last: tuple[float, FrameGeometry] | None = None
         self._limb: Limb | None = None
-        self.notes: tuple[str, ...] = ()
-        self.filled_in: tuple[FilledIn, ...] = ()
+        self._points: dict[float, CameraPoints] = {}
+        self._points_s = math.nan
+        self.may_miss_ground = payload.beyond != "refuse"
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
         with _named():
@@ -133,13 +141,13 @@ class CameraImager:
         jitter = payload.jitter
         margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
         seen = sample_pass(self.camera, self._geometry, self._require_ground, times, margin, self._largest_deg)
-        self.views, footprints = directions_around(seen.toward, seen.limit_deg), seen.footprint_m
+        self.directions, footprints = directions_around(seen.toward, seen.limit_deg), seen.footprint_m
         self.climate = climate_of(scenario, catalog, payload.climate)
-        disk = whole_disk(scenario, catalog, payload.trajectory, self.views, seen, times, self.climate is not None)
+        disk = whole_disk(scenario, catalog, payload.trajectory, self.directions, seen, times, self.climate is not None)
         if disk is not None:
-            self.views, self._centre, self._last = disk, disk.centre, None
+            self.directions, self._centre, self._last = disk, disk.centre, None
         else:
-            apart_m = max(self.rows, self.columns) / (FIELD - 1) * float(np.max(footprints))
+            apart_m = max(self.camera.rows, self.camera.columns) / (FIELD - 1) * float(np.max(footprints))
             positions_m = np.array([payload.trajectory.at(each) for each in times.tolist()])
             places = seen.place_deg
             if payload.beyond == "limb":  # whose scene is the disk below the camera
@@ -149,11 +157,12 @@ class CameraImager:
         middle, _ = self._geometry(float(times[times.size // 2])).nodes()
         self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(seen.toward[len(seen.toward) // 2])
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
-        self.pixel_size_m = float(np.median(footprints))
+        self.image = Grid(self.camera.rows, self.camera.columns, float(np.median(footprints)))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
         own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
-        instants = self._shutter.instants
-        self.points = -(-(payload.points or own) // instants) * instants
+        self.integration_s, self.instants = self._shutter.integration_s, self._shutter.instants
+        instants = self.instants
+        self.samples_per_pixel = -(-(payload.points or own) // instants) * instants
         self.notes = (
             *NOTES,
             *self.notes,
@@ -161,8 +170,8 @@ class CameraImager:
             *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
-            f"camera: {self.points} x {self.points} points per pixel; its footprint is {np.min(footprints):.4g} to "
-            f"{np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
+            f"camera: {self.samples_per_pixel} x {self.samples_per_pixel} points per pixel; its footprint is "
+            f"{np.min(footprints):.4g} to {np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
@@ -182,9 +191,6 @@ class CameraImager:
             lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
             self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
         return self._last[1]
-
-    def _exposure(self, time_s: float) -> Exposure:
-        return exposure_of(self._shutter, time_s, self.camera, self._payload.pose)
 
     def _shutter_over(self, times_s: Array) -> Shutter:
         """Return the shutter with the instants that the largest smear of the pass needs."""
@@ -210,89 +216,128 @@ class CameraImager:
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the requested variables, missing where nothing is computed, and the coordinates of pixels."""
-        kept = (spec for spec in requested if spec.kind != "geometry")
-        if self._payload.beyond != "refuse":
-            kept = (
-                replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
-                for spec in kept
-            )
-        return (*kept, *PIXEL_VARIABLES, *((TANGENT_HEIGHT,) if self._payload.beyond == "limb" else ()))
+        limb = (TANGENT_HEIGHT,) if self._payload.beyond == "limb" else ()
+        return (*super().variables(requested), *PIXEL_VARIABLES, *limb)
 
-    def require_supported(self, plan: Plan) -> None:
+    def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
-        problems = []
-        for number, (layer, generator) in enumerate(zip(plan.layers, plan.assembly.generators, strict=True)):
-            if not 0.0 < layer.coverage < 1.0 or getattr(generator, "image_coverage", None) is not None:
-                continue
-            if layer.coverage_mode == "frame":
-                field = self._scenario.field_as_typed(f"clouds.layers[{number}].coverage_mode")
-                message = "'frame' with [camera]: the image moves over the clouds; allowed: 'field'; closest is 'field'"
-                problems.append(Problem(field, message))
-        if plan.tops is not None:
-            problems.append(Problem("clouds", "tops of their own with [camera]; allowed: tops of the layer"))
-        if plan.assembly.air_over_field is not None and self.climate is None:
-            problems.append(Problem("atmosphere.profile", "several profiles with [camera]; allowed: one"))
-        if problems:
-            raise ScenarioError(problems)
-        try:
-            for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
-                clouds = self.clouds(plan, float(time_s))
-                for layer_number in range(len(plan.layers)):
-                    below = clouds.below(layer_number)
-                    if below is not None:
-                        require_in_reach(plan, layer_number, below, float(time_s))
-        except PayloadError as error:
-            raise ScenarioError([Problem("image", str(error))]) from error
-        self._limb = Limb(plan) if self._payload.beyond == "limb" and plan.needs_radiance else None
+        super().prepare(scenario, assembly, radiance)
+        scene = ScenePlane(assembly.grid, scenario.image.samples_per_pixel)
+        for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
+            for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
+                points = self._points_at(float(time_s), reference_height_m(layer))
+                below = scene.around(*scene.in_points(*points.at_nodes()))
+                if below is not None:
+                    scene.require_in_reach(generator, below, float(time_s))
+        self._limb = Limb(assembly) if self._payload.beyond == "limb" and radiance else None
 
-    def layout(self, plan: Plan) -> ImageLayout:
+    def layout(self) -> ImageLayout:
         """Return rows, columns and poses, and the extent of the ground that the frames show."""
         poses = [self._payload.pose(float(time_s)) for time_s in self._times_s]
-        return ImageLayout(coordinates(self.rows, self.columns, poses), *self._extent)
+        return ImageLayout(coordinates(self.camera.rows, self.camera.columns, poses), *self._extent)
 
-    def clouds(self, plan: Plan, time_s: float) -> RayClouds:
-        """Return the clouds of a frame."""
-        return RayClouds(plan, self.camera, self._exposure(time_s))
+    def still(self) -> CameraRays:
+        """Return the rays of the middle of the integration time."""
+        other = copy(self)
+        other._shutter, other._points, other.instants = replace(self._shutter, instants=1), {}, 1
+        return other
 
-    def look_up(self, plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> RayLookUp:
-        """Return the look-up of a frame."""
-        assert plan.views is not None
+    def points_m(self, window: Window, time_s: float, height_m: float) -> tuple[Array, Array]:
+        """Return where the rays of a window meet a height."""
+        return self._points_at(time_s, height_m).window(window)
+
+    def _points_at(self, time_s: float, height_m: float) -> CameraPoints:
+        if self._points_s != time_s:
+            self._points_s, self._points = time_s, {}
+        if height_m not in self._points:
+            exposure = exposure_of(self._shutter, time_s, self.camera, self._payload.pose)
+            self._points[height_m] = CameraPoints(
+                self.camera, exposure, self._place_deg, height_m, self.samples_per_pixel
+            )
+        return self._points[height_m]
+
+    def positions(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return the positions of pixels in the rectangle of the pass; raises :class:`PayloadError` outside it."""
+        rays = self._geometry(time_s).window(*window)
+        ground = rays.kind == GROUND
+        seen = (np.where(ground[..., None], each, 1.0) for each in (rays.toward, rays.position_m))
+        x, y = (np.where(ground, each, np.nan) for each in self.directions.places(*seen))
+        if np.any(np.abs(x) > 1.0 + OUTSIDE) or np.any(np.abs(y) > 1.0 + OUTSIDE):
+            raise PayloadError(
+                f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; "
+                "allowed: attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
+            )
+        return x, y
+
+    def bounds(self, time_s: float) -> tuple[Range, Range] | None:
+        """Return what a frame sees of the rectangle of the pass.
+
+        None with the limb: between the outermost rays of the mesh that meet the ground and the limb other pixels do.
+        """
         geometry = self._geometry(time_s)
-        views = frame_views(plan.views, self.views, geometry, [each.table for each in look_ups])
-        return RayLookUp(views, look_ups, self.views, geometry)
-
-    def surface_stage(self, plan: Plan, tables: Any) -> RaySurfaceStage:
-        """Return the surfaces at the points of the frames."""
-        return RaySurfaceStage(plan, tables, self._geometry, self._exposure, self.views)
-
-    def element_stage(self, plan: Plan) -> RayElementStage:
-        """Return the elements as the camera sees them."""
-        pose, still = self._payload.pose, replace(self._shutter, instants=1)
-
-        def clouds(time_s: float) -> RayClouds:
-            return RayClouds(plan, self.camera, exposure_of(still, time_s, self.camera, pose))
-
-        return RayElementStage(plan, self._geometry, clouds, self._shutter, pose)
+        toward, position_m = geometry.nodes()
+        if not toward.size or geometry.sees_limb:
+            return None
+        x, y = (_range(each) for each in self.directions.places(toward, position_m))
+        return x, y
 
     def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
         """Return the exact view of pixels."""
         row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
         rays = self._geometry(time_s).exact(row, column)
-        if isinstance(self.views, Disk | ZonalDisk):
-            return self.views.views_of(rays.position_m)
+        if isinstance(self.directions, Disk | ZonalDisk):
+            return self.directions.views_of(rays.position_m)
         return [view_of(toward) for toward in rays.toward]
 
-    def solve(self, solved: Callable[[Array], Array], columns: Array, accuracy: RequestedAccuracy) -> Array:
-        """Return the values of the columns of a pixel of the certificate."""
-        return solve_pixel(solved, columns, accuracy.relative)
-
-    def unseen(self, time_s: float, window: Window) -> NDArray[np.bool_] | None:
+    def unseen(self, window: Window, time_s: float) -> NDArray[np.bool_] | None:
         """Return which pixels of a window do not show the ground that is computed."""
-        geometry = self._geometry(time_s)
-        kind = geometry.window(*window).kind
+        kind = self._geometry(time_s).window(*window).kind
         self._require_ground(kind, time_s)
         beyond: NDArray[np.bool_] = kind != GROUND
         return beyond if beyond.any() else None
+
+    def project(
+        self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
+    ) -> tuple[Array, Array]:
+        """Return where points appear through the pose of a time."""
+        geometry = self._geometry(time_s)
+        pose, lines = geometry.pose, geometry.mesh.lines
+        if later_s:
+            pose = self._payload.pose(time_s + later_s)
+            lines = self._shutter.lines(time_s + later_s, self.camera, self._payload.pose)
+        position, up = self._position_m(x_m, y_m, altitude_m)
+        away = position - pose.position_m
+        row, column = self.camera.pixels(pose.to_body(away))
+        for _ in range(_LINE_STEPS):  # the row decides over the pose, and this over the row
+            if lines is None:
+                break
+            turn, origin = lines.at(row)
+            away = position - origin
+            row, column = self.camera.pixels(np.einsum("...ji,...j->...i", turn, away))
+        hidden = np.sum(away * up, axis=-1) >= 0.0  # below the horizon
+        nowhere = hidden | np.isnan(row)
+        return np.where(nowhere, NOWHERE, row + 0.5), np.where(nowhere, NOWHERE, column + 0.5)
+
+    def pixel_area_m2(
+        self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
+    ) -> float:
+        """Return the area of a pixel across its line of sight, at the distance of a point or else of the ground."""
+        geometry, at = self._geometry(time_s), (np.float64(row - 0.5), np.float64(column - 0.5))
+        ray = self.camera.directions(*at)  # type: ignore[arg-type]
+        axis = self.camera.directions(*(np.float64(each) for each in self.camera.centre))  # type: ignore[arg-type]
+        if point_m is None:
+            seen = geometry.exact(*at).position_m  # type: ignore[arg-type]
+        else:
+            seen = self._position_m(*(np.array(each) for each in point_m))[0]
+        distance = float(np.linalg.norm(geometry.pose.position_m - seen))
+        # A detector sees the solid angle pitch^2 cos^3 / focal length^2.
+        return distance**2 * self.camera.pixel_rad**2 * float(ray @ axis) ** 3
+
+    def _position_m(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        """Return Earth-fixed positions and vertical directions (..., 3) of points."""
+        latitude, longitude = to_geographic(x_m, y_m, *self._place_deg)
+        up = east_north_up(latitude, longitude)[2]
+        return to_earth_centred(latitude, longitude) + np.asarray(altitude_m)[..., None] * up, up
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""

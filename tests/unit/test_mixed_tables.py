@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hcss_payload.mixed_tables import mix, mixed_tables
 
 from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.mixed_tables import mix, mixed_tables
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 

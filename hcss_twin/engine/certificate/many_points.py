@@ -1,4 +1,4 @@
-"""Columns of a pixel of the certificate: that of a camera is the mean of many points with thicknesses of their own."""
+"""Columns of a pixel of the certificate that is the mean of many points with thicknesses of their own."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ORDER, HALF_ORDER_SHARE = 8, 0.3
 from it: the error of the whole order is about the square of this difference."""
 
 
-def solve_pixel(solved: Callable[[Array], Array], columns: Array, accuracy: float) -> Array:
+def solve_many(solved: Callable[[Array], Array], columns: Array, accuracy: float) -> Array:
     """Return values (N, Q, B) of columns (N, L): those of many from few, along the logarithm of thickness.
 
     Parameters

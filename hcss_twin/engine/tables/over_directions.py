@@ -2,7 +2,7 @@
 
 The tables of a pass lie at the nodes of polynomials over its rectangle of directions. A frame covers a small part of
 the rectangle, where polynomials of lower order do: their tables are combinations of those of the pass. These in turn
-are combinations of still fewer (:mod:`hcss_payload.mixed_tables`), which are looked up together.
+are combinations of still fewer (:mod:`hcss_twin.engine.tables.mixed_tables`), which are looked up together.
 """
 
 from __future__ import annotations
@@ -10,18 +10,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_payload.directions import Directions, require_inside
-from hcss_payload.mixed_tables import mix, mixed_tables, on_common_nodes
-from hcss_payload.ray_geometry import GROUND, FrameGeometry
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import VALUES_AT_ONCE, Thickness, ViewedLookUp
+from hcss_twin.engine.tables.mixed_tables import mix, mixed_tables, on_common_nodes
+from hcss_twin.engine.tables.over_views import VALUES_AT_ONCE, GridViews, Thickness, ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.views import ViewAxis
 from hcss_twin.plan.windows import Window, length, points_of
 
@@ -35,6 +36,9 @@ class FrameViews:
 
     Attributes
     ----------
+    rays : Rays
+    time_s : float
+        Of the frame.
     middle, half : (float, float)
         Of the frame's rectangle, in coordinates of the pass.
     orders : (int, int)
@@ -43,6 +47,8 @@ class FrameViews:
         Weight of the M tables of the pass at the N nodes; None: the nodes are those of the pass.
     """
 
+    rays: Rays
+    time_s: float
     middle: tuple[float, float]
     half: tuple[float, float]
     orders: tuple[int, int]
@@ -56,6 +62,17 @@ class FrameViews:
         """Return positions in the frame's rectangle, -1 to 1, of those of the pass."""
         (at_x, at_y), (half_x, half_y) = self.middle, self.half
         return (x - at_x) / half_x, (y - at_y) / half_y
+
+    def positions(self, window: Window) -> tuple[Array, Array]:
+        """Return the positions x and y (y, x) of pixels in the frame's rectangle; 0 off the ground."""
+        places = self.rays.positions(window, self.time_s)
+        x, y = (np.where(np.isnan(each), at, each) for each, at in zip(places, self.middle, strict=True))
+        return self.within(x, y)
+
+    def weights_of(self, window: Window) -> Array:
+        """Return the weights (N, pixels) of the nodes for the pixels of a window."""
+        x, y = self.positions(window)
+        return self.weights_at(x.ravel(), y.ravel())
 
     def weights_at(self, x: Array, y: Array) -> Array:
         """Return the weights (N, n) of the nodes at positions x and y (n,) in the frame's rectangle."""
@@ -77,22 +94,19 @@ class FrameViews:
         return made
 
 
-def frame_views(
-    axis: ViewAxis, directions: Directions, geometry: FrameGeometry, tables: Sequence[DenseTable]
-) -> FrameViews:
+def frame_views(axis: ViewAxis, rays: Rays, time_s: float, tables: Sequence[DenseTable]) -> FrameViews:
     """Return the nodes of a frame: the fewest whose polynomials equal those of the pass within ``LOST``.
 
-    Tables with clouds in two layers are not combined, nor are those of frames with the limb: between the outermost rays
-    of the mesh that meet the ground and the limb other pixels do.
+    Tables with clouds in two layers are not combined, nor are those of frames whose rays do not say what they see.
     """
     orders = axis.order_x, axis.order_y
-    whole = FrameViews((0.0, 0.0), (1.0, 1.0), orders, None)
-    (toward, positions), at_limb = geometry.nodes(), geometry.sees_limb
-    if max(orders) == 0 or not toward.size or at_limb or any(table.both is not None for table in tables):
+    whole = FrameViews(rays, time_s, (0.0, 0.0), (1.0, 1.0), orders, None)
+    bounds = None if max(orders) == 0 or any(table.both is not None for table in tables) else rays.bounds(time_s)
+    if bounds is None:
         return whole
-    places = [np.clip(each, -1.0, 1.0) for each in directions.places(toward, positions)]
-    middle = tuple(float(0.5 * (each.min() + each.max())) for each in places)
-    half = tuple(max(float(0.5 * (each.max() - each.min())), 1e-9) for each in places)
+    clipped = [(max(-1.0, min(low, 1.0)), max(-1.0, min(high, 1.0))) for low, high in bounds]
+    middle = tuple(0.5 * (low + high) for low, high in clipped)
+    half = tuple(max(0.5 * (high - low), 1e-9) for low, high in clipped)
     sample = np.stack(
         [
             np.concatenate((table.clear, *(each[[0, -1]].ravel() for each in table.alone if each.size)))
@@ -110,25 +124,41 @@ def frame_views(
         at_x = middle[0] + half[0] * quadrature.nodes(few[0])
         at_y = middle[1] + half[1] * quadrature.nodes(few[1])
         node_x, node_y = (each.ravel() for each in np.meshgrid(at_x, at_y))
-        guess = FrameViews((middle[0], middle[1]), (half[0], half[1]), few, whole.weights(node_x, node_y).T)
-        assert guess.of_pass is not None
-        if np.max(np.abs(guess.weights(x, y).T @ (guess.of_pass @ sample) - true) / scale) <= LOST:
+        of_pass = whole.weights(node_x, node_y).T
+        guess = FrameViews(rays, time_s, (middle[0], middle[1]), (half[0], half[1]), few, of_pass)
+        if np.max(np.abs(guess.weights(x, y).T @ (of_pass @ sample) - true) / scale) <= LOST:
             return guess
     return whole
 
 
-class RayLookUp(ViewedLookUp):
+PixelViews: TypeAlias = GridViews | FrameViews
+
+
+def pixel_views(plan: Plan, time_s: float, tables: Sequence[DenseTable]) -> PixelViews | None:
+    """Return the views of the pixels of a frame, from its tables for the nodes of the axis; None if they share one."""
+    if plan.views is None:
+        return None
+    return GridViews(plan.views, plan.grid) if plan.is_grid else frame_views(plan.views, plan.rays, time_s, tables)
+
+
+def viewed_look_up(plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> ViewedLookUp:
+    """Return the look-up of a frame with the view of each pixel, from one for each node of the axis."""
+    assert plan.views is not None
+    if plan.is_grid:
+        return ViewedLookUp(plan.views, plan.grid, look_ups)
+    views = frame_views(plan.views, plan.rays, time_s, [each.table for each in look_ups])
+    return DirectedLookUp(views, views.look_ups(look_ups), plan.extent)
+
+
+class DirectedLookUp(ViewedLookUp):
     """Look-up of a frame with the direction of each pixel."""
 
-    def __init__(
-        self, views: FrameViews, look_ups: Sequence[LookUp], directions: Directions, geometry: FrameGeometry
-    ) -> None:
-        self._views, self._look_ups = views, views.look_ups(look_ups)
-        self._mixed = mixed_tables([each.table for each in self._look_ups], views.orders, LOST)
-        self._directions, self._geometry = directions, geometry
-        self._rows, self._columns = slice(0, geometry.camera.rows), slice(0, geometry.camera.columns)
+    def __init__(self, views: FrameViews, look_ups: Sequence[LookUp], extent: Window) -> None:
+        self._views, self._look_ups = views, look_ups
+        self._mixed = mixed_tables([each.table for each in look_ups], views.orders, LOST)
+        self._rows, self._columns = extent
 
-    def of_part(self, extent: Window) -> RayLookUp:
+    def of_part(self, extent: Window) -> DirectedLookUp:
         """Return the look-up of some rows and columns of the image, counted from the first of them."""
         part = copy(self)
         part._rows, part._columns = extent
@@ -176,27 +206,4 @@ class RayLookUp(ViewedLookUp):
             slice(each.start + whole.start, each.stop + whole.start)
             for each, whole in ((y, self._rows), (x, self._columns))
         )
-        return _pixel_positions(self._views, self._directions, self._geometry, (rows, columns))
-
-
-def pixel_weights(views: FrameViews, directions: Directions, geometry: FrameGeometry, window: Window) -> Array:
-    """Return the weights (N, pixels) of the nodes for the pixels of a window; those of the middle off the ground."""
-    x, y = _pixel_positions(views, directions, geometry, window)
-    return views.weights_at(x.ravel(), y.ravel())
-
-
-def _pixel_positions(
-    views: FrameViews, directions: Directions, geometry: FrameGeometry, window: Window
-) -> tuple[Array, Array]:
-    rays = geometry.window(*window)
-    ground = rays.kind == GROUND
-    x, y = (
-        np.where(ground, each, middle)
-        for each, middle in zip(
-            directions.places(*(np.where(ground[..., None], each, 1.0) for each in (rays.toward, rays.position_m))),
-            views.middle,
-            strict=True,
-        )
-    )
-    require_inside(x, y)
-    return views.within(x, y)
+        return self._views.positions((rows, columns))

@@ -1,0 +1,133 @@
+"""Thickness of the clouds at the points that the pixels of a frame see.
+
+Each layer is met at the height of its flat side, as in :mod:`hcss_twin.plan.slant_paths`. Rays that form no grid on the
+ground meet it between the points of the scene, so that every layer moves against the sea, and against the others, with
+the direction of view.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.engine.scene_points import interpolated
+from hcss_twin.plan.clouds import sums_up
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays
+from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.plan.windows import Window, length, points_of
+from hcss_twin.providers import CloudGenerator, Grid
+
+Thickness = NDArray[np.float32]
+
+WHOLE_POINTS = 2**24
+"""Maximum points (4096 x 4096) of a frame computed whole by a generator that could also use a summary."""
+
+
+class FrameClouds:
+    """Thickness of every layer at the points of one instant.
+
+    Parameters
+    ----------
+    summaries : sequence, optional
+        Result of :func:`summaries_of` at the same instant, if already known.
+    rays : Rays, optional
+        By default those of the plan.
+    """
+
+    def __init__(
+        self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None, rays: Rays | None = None
+    ) -> None:
+        self._plan, self._time_s, self._rays = plan, time_s, rays or plan.rays
+        self._clouds = _generators(plan)
+        self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
+
+    def thickness_m(self, window: Window) -> list[Thickness]:
+        """Thickness of each layer at the points of a window in or around the image.
+
+        Outside the scene, only for generators with ``thickness_around_m``.
+        """
+        thickness_of = self._of_scene if self._plan.is_grid else self._sampled
+        return [thickness_of(number, window) for number in range(len(self._clouds))]
+
+    def _of_scene(self, number: int, window: Window) -> Thickness:
+        """Return the thickness of a layer at the points of a window of the scene's plane."""
+        rows, columns = (points_of(pixels, self._plan.scene.samples) for pixels in window)
+        generator, cloudy = self._clouds[number]
+        thickness: Thickness
+        if not cloudy:
+            thickness = np.zeros((length(rows), length(columns)), dtype=np.float32)
+        elif not _is_inside(window, self._plan.grid):
+            thickness = generator.thickness_around_m(self._time_s, rows, columns, self._around[number])
+        elif (whole := self._whole[number]) is not None:
+            thickness = whole[rows, columns]
+        elif (summary := self._summaries[number]) is not None:
+            thickness = generator.thickness_in_frame_m(self._time_s, rows, columns, summary)
+        else:
+            thickness = generator.thickness_m(self._time_s, rows, columns)
+        return thickness
+
+    def _sampled(self, number: int, window: Window) -> Thickness:
+        """Return the thickness of a layer where the rays of a window meet it."""
+        scene, (generator, cloudy) = self._plan.scene, self._clouds[number]
+        height_m = reference_height_m(self._plan.layers[number])
+        row, column = scene.in_points(*self._rays.points_m(window, self._time_s, height_m))
+        below = scene.around(row, column)
+        if below is None or not cloudy:
+            return np.zeros(row.shape, dtype=np.float32)
+        scene.require_in_reach(generator, below, self._time_s)
+        return interpolated(self._of_scene(number, below), row, column, scene.corner_of(below))
+
+    @cached_property
+    def _whole(self) -> list[Thickness | None]:
+        """Frames of the layers that are computed whole."""
+        plan, samples = self._plan, self._plan.scene.samples
+        points = slice(0, plan.grid.rows * samples), slice(0, plan.grid.columns * samples)
+        return [
+            generator.thickness_m(self._time_s, *points)
+            if cloudy and not generator.declares.tileable and not _is_summed_up(plan, generator)
+            else None
+            for generator, cloudy in self._clouds
+        ]
+
+    @cached_property
+    def _around(self) -> list[Any]:
+        """Frame summaries that windows around the image need."""
+        return [
+            generator.frame_summary(self._time_s)
+            if cloudy and summary is None and not generator.declares.tileable
+            else summary
+            for (generator, cloudy), summary in zip(self._clouds, self._summaries, strict=True)
+        ]
+
+
+def summaries_of(plan: Plan, time_s: float) -> list[Any]:
+    """Return the frame summary that the windows of each layer need; None if none is needed or there is no cloud.
+
+    This takes two to three times as long as computing the frame, without its memory.
+    """
+    return [
+        generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None
+        for generator, cloudy in _generators(plan)
+    ]
+
+
+def _generators(plan: Plan) -> tuple[tuple[Any, bool], ...]:
+    """Return the generator of each layer, possibly with optional methods, and whether it has cloud."""
+    return tuple(zip(plan.assembly.generators, plan.assembly.cloudy_layers, strict=True))
+
+
+def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
+    points = plan.grid.rows * plan.grid.columns * plan.scene.samples**2
+    return not generator.declares.tileable and points > WHOLE_POINTS and sums_up(generator)
+
+
+def _is_inside(window: Window, grid: Grid) -> bool:
+    return all(
+        pixels.start >= 0 and pixels.stop <= size
+        for pixels, size in zip(window, (grid.rows, grid.columns), strict=True)
+    )

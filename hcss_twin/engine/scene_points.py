@@ -1,0 +1,66 @@
+"""Values between the points of the scene, where rays meet it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
+
+
+def nearest(values: NDArray[Any], row: Array, column: Array, corner: tuple[int, int]) -> NDArray[Any]:
+    """Return the values (Y, X) of points from a corner on, nearest to places (y, x); those of the edge beyond it."""
+    y, x = (
+        np.clip(np.rint(np.nan_to_num(place)).astype(np.int64) - first, 0, size - 1)
+        for place, first, size in zip((row, column), corner, values.shape, strict=True)
+    )
+    return values[y, x]
+
+
+def interpolated(
+    thickness_m: NDArray[np.float32], row: Array, column: Array, corner: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return the thickness (Y, X) of points from a corner on, interpolated at places (y, x); 0 where they are NaN."""
+    result = np.empty(row.shape, dtype=np.float32)
+    _interpolate(result, np.ascontiguousarray(thickness_m), row, column, *corner)
+    return result
+
+
+@kernel()
+def _interpolate(result, field, row, column, first_row, first_column):  # type: ignore[no-untyped-def]
+    """Interpolate the thickness of a field (Y, X) at places (y, x), counted from the first point of the scene.
+
+    A place is cloudy if the bilinear weights of its cloudy neighbours are at least half; then its thickness is their
+    mean, so that none is thinner than the thinnest cloud. Places that are NaN are clear.
+    """
+    last_y, last_x = field.shape[0] - 1, field.shape[1] - 1
+    for i in range(row.shape[0]):
+        for j in range(row.shape[1]):
+            result[i, j] = 0.0
+            if not (row[i, j] == row[i, j] and column[i, j] == column[i, j]):
+                continue
+            # Whole parts first: a place has the same bits whatever the window.
+            top, left = np.floor(row[i, j]), np.floor(column[i, j])
+            y, x = row[i, j] - top, column[i, j] - left
+            up, side = np.int64(top) - first_row, np.int64(left) - first_column
+            if up < 0:
+                up, y = 0, 0.0
+            elif up >= last_y:
+                up, y = max(last_y - 1, 0), 1.0 if last_y > 0 else 0.0
+            if side < 0:
+                side, x = 0, 0.0
+            elif side >= last_x:
+                side, x = max(last_x - 1, 0), 1.0 if last_x > 0 else 0.0
+            cloudy, total = 0.0, 0.0
+            for a in range(2):
+                for b in range(2):
+                    weight = (y if a else 1.0 - y) * (x if b else 1.0 - x)
+                    value = np.float64(field[min(up + a, last_y), min(side + b, last_x)])
+                    if weight > 0.0 and value > 0.0:
+                        cloudy += weight
+                        total += weight * value
+            if cloudy >= 0.5:
+                result[i, j] = np.float32(total / cloudy)

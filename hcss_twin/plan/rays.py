@@ -1,0 +1,289 @@
+"""Rays: which points of the scene, and which views, belong to the pixels of an image.
+
+Clouds, surfaces and elements are defined in the plane of the scene, ``plan.grid``. The cube has the rows and columns of
+``plan.rays``, which say where each pixel looks: at the same plane (:class:`GridRays`, the default), or through a camera
+in orbit or another instrument of a plugin, which is one class derived from :class:`Rays`.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.cube.header import ImageLayout
+from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.plan.air_over_field import Climate
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.directions import Directions
+from hcss_twin.plan.slant_paths import displacement_m
+from hcss_twin.plan.surroundings import FilledIn
+from hcss_twin.plan.views import ImageViews
+from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import Grid, View
+from hcss_twin.scenario.scenario import Scenario
+
+Range: TypeAlias = tuple[float, float]
+
+NOWHERE = -1e9
+"""Row and column of what is hidden."""
+
+
+class Rays(ABC):
+    """Which points of the scene, and which views, belong to the pixels of an image.
+
+    Attributes
+    ----------
+    image : Grid
+        Rows, columns, and typical size of a pixel on the ground.
+    samples_per_pixel : int
+        Points along each side of a pixel, which is their mean.
+    view : View
+        Typical direction to the sensor.
+    directions : Directions or None
+        Rectangle of all directions to the sensor, between whose edges tables are made; None if the plan finds out
+        whether the view varies over a grid on the ground.
+    climate : Climate or None
+        Air and sea of places; None for those of the scenario.
+    notes, filled_in : tuple
+        For the plan.
+    integration_s : float
+        Time during which a frame sees the scene.
+    instants : int
+        Instants of that time which the points of a pixel stand for.
+    may_miss_ground : bool
+        Whether some pixels may not see the ground, so that they are not computed.
+    """
+
+    image: Grid
+    samples_per_pixel: int
+    view: View
+    directions: Directions | None
+    climate: Climate | None = None
+    notes: tuple[str, ...] = ()
+    filled_in: tuple[FilledIn, ...] = ()
+    integration_s: float = 0.0
+    instants: int = 1
+    may_miss_ground: bool = False
+
+    @abstractmethod
+    def points_m(self, window: Window, time_s: float, height_m: float) -> tuple[Array, Array]:
+        """Return where the lines of sight of a window meet a height, in the plane of the scene.
+
+        Parameters
+        ----------
+        window : (slice, slice)
+            Rows and columns of the image, or around it.
+        time_s : float
+            Time of the frame after the scenario's start.
+        height_m : float
+            Above the sea.
+
+        Returns
+        -------
+        x_m, y_m : ndarray (rows x samples, columns x samples)
+            Eastward and northward from the centre of the scene; NaN where a line of sight misses.
+        """
+
+    @abstractmethod
+    def positions(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return the positions (rows, columns) of the pixels of a window in ``directions``, -1 to 1 along x and y.
+
+        NaN where a pixel does not see the ground.
+        """
+
+    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
+        """Return the exact view of some pixels, for the certificate; by default those of their positions."""
+        assert self.directions is not None
+        windows = ((slice(row, row + 1), slice(column, column + 1)) for row, column in zip(rows, columns, strict=True))
+        places = (self.positions(window, time_s) for window in windows)
+        return self.directions.at((float(x[0, 0]), float(y[0, 0])) for x, y in places)
+
+    def bounds(self, time_s: float) -> tuple[Range, Range] | None:
+        """Return what part of ``directions`` along x and y a frame sees, in which fewer tables do; None: any."""
+        return None
+
+    def still(self) -> Rays:
+        """Return the same rays at the middle of the integration time alone."""
+        return self
+
+    def unseen(self, window: Window, time_s: float) -> NDArray[np.bool_] | None:
+        """Return a mask (rows, columns) of the pixels that do not see the ground; None if all do."""
+        return None
+
+    def project(
+        self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
+    ) -> tuple[Array, Array]:
+        """Return row and column (N,) in which points of the scene (N,) appear; ``NOWHERE`` where they are hidden.
+
+        Pixel n extends from n to n + 1. The image is that of a time ``later_s`` after that of the frame. Scenes with
+        elements need it.
+        """
+        raise ProviderError(f"{type(self).__name__}: it does not say where elements appear; allowed: no [[elements]]")
+
+    def pixel_area_m2(
+        self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
+    ) -> float:
+        """Return the area of a pixel across its line of sight, at the distance of a point or else of the ground.
+
+        Scenes with elements need it.
+        """
+        raise ProviderError(f"{type(self).__name__}: pixels have no area; allowed: no [[elements]]")
+
+    def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
+        """Return the variables of the cube: those that are requested, and coordinates of pixels."""
+        kept = tuple(spec for spec in requested if spec.kind != "geometry")
+        if not self.may_miss_ground:
+            return kept
+        return tuple(
+            replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
+            for spec in kept
+        )
+
+    def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
+        """Take note of the scene that will be seen; raise a :class:`ScenarioError` for what cannot be shown."""
+        problems = []
+        for number, (layer, generator) in enumerate(zip(assembly.layers, assembly.generators, strict=True)):
+            from_image = getattr(generator, "image_coverage", None) is not None
+            if 0.0 < layer.coverage < 1.0 and layer.coverage_mode == "frame" and not from_image:
+                field = scenario.field_as_typed(f"clouds.layers[{number}].coverage_mode")
+                message = "'frame', but the image moves over the clouds; allowed: 'field'; closest is 'field'"
+                problems.append(Problem(field, message))
+            if getattr(generator, "cloud_top_range_m", None) is not None:
+                message = "tops of their own in an image that is no grid on the ground; allowed: tops of the layer"
+                problems.append(Problem("clouds", message))
+        if assembly.air_over_field is not None and self.climate is None:
+            message = "several profiles, but the image is no grid on the ground; allowed: one"
+            problems.append(Problem("atmosphere.profile", message))
+        if problems:
+            raise ScenarioError(problems)
+
+    def layout(self) -> ImageLayout | None:
+        """Return the coordinates of the cube; None for a grid on the ground."""
+        return None
+
+    def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
+        """Set what pixels without ground show to missing in a part of a frame, and add the coordinates of pixels."""
+        unseen = self.unseen(extent, time_s)
+        if unseen is not None:
+            for values in frame.values():
+                if values.dtype.kind == "f":
+                    values[..., unseen] = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class GridRays(Rays):
+    """Pixels that form a grid on the ground, seen from one direction or toward a sensor at a known altitude.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Plane of the scene, view and motion.
+    views : ImageViews or None
+        Views over the image if they vary; None for one view.
+    """
+
+    assembly: Assembly
+    samples_per_pixel: int
+    views: ImageViews | None
+    directions: None = None
+
+    @property
+    def image(self) -> Grid:  # type: ignore[override]
+        """The plane of the scene."""
+        return self.assembly.grid
+
+    @property
+    def view(self) -> View:  # type: ignore[override]
+        """View of the image centre."""
+        return self.assembly.view
+
+    def points_m(self, window: Window, time_s: float, height_m: float) -> tuple[Array, Array]:
+        """Return the points of the plane itself: generators know how far layers are displaced."""
+        point_m = self.image.pixel_size_m / self.samples_per_pixel
+        y_m, x_m = (
+            (np.arange(points.start, points.stop) + 0.5) * point_m - 0.5 * count * self.image.pixel_size_m
+            for points, count in zip(
+                (points_of(pixels, self.samples_per_pixel) for pixels in window),
+                (self.image.rows, self.image.columns),
+                strict=True,
+            )
+        )
+        return np.broadcast_arrays(x_m[None, :], y_m[:, None])  # type: ignore[return-value]
+
+    def positions(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return the positions in the image."""
+        y, x = (
+            (2.0 * np.arange(pixels.start, pixels.stop) + 1.0 - count) / count
+            for pixels, count in zip(window, (self.image.rows, self.image.columns), strict=True)
+        )
+        return np.broadcast_arrays(x[None, :], y[:, None])  # type: ignore[return-value]
+
+    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
+        """Return the view from the centres of pixels, which may lie outside the image."""
+        if self.views is None:
+            return [self.view] * len(rows)
+        image = self.image
+        return self.views.at(
+            ((2.0 * column + 1.0 - image.columns) / image.columns, (2.0 * row + 1.0 - image.rows) / image.rows)
+            for row, column in zip(rows, columns, strict=True)
+        )
+
+    def project(
+        self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
+    ) -> tuple[Array, Array]:
+        """Return where points appear: displaced by their parallax, if the scene has it."""
+        grid, slant, speed_m_s = self.image, self.assembly.slant, self.assembly.motion.platform_speed_m_s
+        north, east = 0.0 * altitude_m, 0.0 * altitude_m
+        if slant.parallax:
+            north, east = displacement_m(altitude_m, slant.view.zenith_deg, slant.view.azimuth_deg)
+        row = (y_m - north) / grid.pixel_size_m + 0.5 * grid.rows
+        column = (x_m - east - speed_m_s * time_s) / grid.pixel_size_m + 0.5 * grid.columns
+        return row, column - speed_m_s * later_s / grid.pixel_size_m
+
+    def pixel_area_m2(
+        self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
+    ) -> float:
+        """Return the area of a pixel across its line of sight, the same at all distances."""
+        (view,) = self.views_of_pixels(time_s, [math.floor(row)], [math.floor(column)])
+        return self.image.pixel_size_m**2 * math.cos(math.radians(view.zenith_deg))
+
+    def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
+        """Return the requested variables; those of the geometry are the same in all frames."""
+        return requested
+
+    def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
+        """Accept all scenes."""
+        return
+
+
+def instants_s(integration_s: float, count: int) -> list[float]:
+    """Return evenly spaced instants around 0 with the variance of an integration time T, T^2 / 12.
+
+    In the middles of equal parts, N instants would have 1 - 1 / N^2 of it.
+    """
+    if count == 1:
+        return [0.0]
+    step = integration_s / math.sqrt(count**2 - 1.0)
+    return [(number - 0.5 * (count - 1)) * step for number in range(count)]
+
+
+def planned_rays(scenario: Scenario, catalog: Catalog) -> Rays | None:
+    """Return the rays of a scenario's sections; None if its image is the grid on the ground."""
+    if not scenario.sections:
+        return None
+    from hcss_twin.core.sections import plugin_sections  # not for scenarios without such sections
+
+    owners = [owner for name, owner in plugin_sections().items() if name in scenario.sections]
+    makers = {owner.spec.rays: owner for owner in owners if owner.spec.rays is not None}
+    if len(makers) > 1:
+        raise ProviderError(f"several image geometries: {', '.join(map(str, makers))}; allowed: one")
+    return next((owner.load(str(target))(scenario, catalog) for target, owner in makers.items()), None)
