@@ -99,7 +99,7 @@ def test_the_table_is_accurate_between_its_heights(plan):
     heights = np.array([600.0, 9.8e3, 16.2e3, 30.4e3, 45.6e3])
     shells, spectral = Shells(air.profile), (grid.wavenumber_cm1, grid.weights_cm1)
     exact = limb_radiance(air.transmittance, shells, *spectral, heights)
-    limb = Limb(plan)
+    limb = Limb(plan.assembly)
     assert limb(np.array([shells.straight_m(each) for each in heights])) == pytest.approx(exact.T, rel=5e-3)
     grazing = np.array([-23.3e3, -7.3e3, 0.0, 1.3e3])
     below = ground_radiance(air.transmittance, shells, *spectral, grazing, air.sea_temperature_K)
@@ -114,7 +114,7 @@ def test_grazing_ground_continues_that_of_the_tables(plan):
     clear = air.model_toward(View(85.0, 0.0)).clear(grid.wavenumber_cm1, None)
     band = sum(clear.values()) @ grid.weights_cm1.T
     height = EARTH_RADIUS_M * (np.sin(np.radians(85.0)) - 1.0)
-    assert Limb(plan)(np.array([height]))[:, 0] == pytest.approx(band, rel=5e-3)
+    assert Limb(plan.assembly)(np.array([height]))[:, 0] == pytest.approx(band, rel=5e-3)
 
 
 def test_tangent_heights_are_the_least_along_a_line():
