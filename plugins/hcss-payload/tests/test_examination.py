@@ -1,6 +1,6 @@
 """Trajectories: right ones are read as SGP4 and sidereal time have them, impossible ones refused, doubtful ones noted.
 
-Inputs are a fixed sample of the campaign ``tests/campaign/trajectories``, which was made before the readers were tried.
+Inputs are a fixed sample of the campaign ``campaigns/trajectories``, which was made before the readers were tried.
 """
 
 import os
@@ -19,7 +19,7 @@ from hcss_payload.examination import examine, examine_place
 from hcss_payload.two_lines import read_two_lines
 from payload_scenes import LINES, START
 
-CAMPAIGN = Path(__file__).parents[3] / "tests" / "campaign" / "trajectories"
+CAMPAIGN = Path(__file__).parents[3] / "campaigns" / "trajectories"
 
 
 @pytest.fixture(scope="module")

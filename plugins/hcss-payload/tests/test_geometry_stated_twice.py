@@ -1,6 +1,6 @@
 """Keys of sensor, platform and camera that state one quantity: agreement is accepted, contradiction refused by name.
 
-Scenarios are those of the campaign ``tests/campaign/trajectories``, which were made before the readers were tried; what
+Scenarios are those of the campaign ``campaigns/trajectories``, which were made before the readers were tried; what
 keys imply is computed there from triangles and Kepler's third law.
 """
 
@@ -22,7 +22,7 @@ from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands, spectral_band
 from hcss_twin.scenario.viewing import viewing_notes
 
-CAMPAIGN = Path(__file__).parents[3] / "tests" / "campaign" / "trajectories"
+CAMPAIGN = Path(__file__).parents[3] / "campaigns" / "trajectories"
 
 
 @pytest.fixture(scope="module")
