@@ -72,8 +72,6 @@ TRIED = {
     "the same against the finest level": ("random_scenarios/table-finest.csv", "accuracy "),
     "scenarios at the bounds of all keys": ("unbreakable/table.csv", "scenarios"),
     "numbers at their limits and beyond": ("unbreakable/table.csv", "limits"),
-    "bombs, full disks, little memory": ("unbreakable/table.csv", "faults"),
-    "commands killed at random": ("unbreakable/table.csv", "kills"),
     "damaged files": ("unbreakable/table.csv", "files"),
     "wrong arguments": ("arguments/table.csv", ""),
 }

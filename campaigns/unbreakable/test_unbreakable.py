@@ -3,8 +3,6 @@
 import itertools
 
 import air_rows
-import faults
-import kills
 import limits
 import pytest
 import schema_scenarios
@@ -33,23 +31,6 @@ def test_values_beyond_bounds_are_refused_with_the_names_of_their_keys(tmp_path)
         outcome, touched, message = schema_scenarios.outcome_of(number, tmp_path)
         assert (outcome, message) == ("refused", "")
         assert len(touched) == len(beyond[number - first])
-
-
-@pytest.mark.parametrize(
-    "name", ["array", "picture with a profile", "Zarr cube", "nested TOML", "sweep of 1e10 points"]
-)
-def test_bombs_are_refused(name):
-    row = faults.compute(f"bomb: {name}")
-    assert row["codes"] != [0]
-    assert not row["problems"]
-
-
-@pytest.mark.parametrize("key", ["1", "2", "3"])
-def test_a_killed_command_leaves_nothing_torn(key, monkeypatch, tmp_path):
-    monkeypatch.setattr(kills, "usual_s", lambda name: 2.0)
-    monkeypatch.setattr(kills, "COMMANDS", {"new plugin": kills.COMMANDS["new plugin"], "run": kills.COMMANDS["run"]})
-    monkeypatch.setattr(kills, "sound", lambda: (tmp_path, None))
-    assert not kills.compute(key)["problems"]
 
 
 @pytest.mark.parametrize("number", [6, 7, 28])

@@ -351,15 +351,6 @@ def test_a_scene_that_is_run_again_is_certified_from_the_same_columns():
     assert again.attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
 
 
-def test_kept_columns_that_cannot_be_read_are_computed_again(monkeypatch, tmp_path):
-    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
-    first = cube()
-    (kept,) = (tmp_path / reference_columns.REFERENCES[0]).glob("*.npz")
-    kept.write_bytes(b"")
-    assert cube().attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
-    assert kept.stat().st_size > 0
-
-
 def test_a_pixel_that_is_no_number_exceeds():
     plan = make_plan(Scenario.load("stratus", SMALL))
     tables, sample = compile_tables(plan), PixelSample(plan)

@@ -7,7 +7,6 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.waves import _change
 from hcss_twin.models.sea.wave_field import MOST, MOST_SIGMAS
 
 BASE = {
@@ -109,14 +108,6 @@ def test_the_mean_over_waves_is_the_radiance_of_the_mean_sea(planned, frame):
 def _with(plan, waves):
     other = make_plan(Scenario.from_dict(plan.scenario.model_dump(), {"sea.waves": waves}))
     return other, compile_tables(other)
-
-
-def test_scaling_leaves_terms_without_waves_alone():
-    values = np.ones((5, 5, 2, 1))
-    values[..., 1, :] = 0.0
-    change, level = _change(values, np.array([[1.0], [0.0]]), (9, 9))
-    np.testing.assert_allclose(change, 0.0, atol=1e-15)
-    np.testing.assert_allclose(level, 1.0, rtol=1e-15)
 
 
 def test_terms_sum_to_the_total(frame):

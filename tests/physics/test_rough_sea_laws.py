@@ -59,21 +59,6 @@ def test_a_calm_sea_emits_one_minus_fresnel(slopes):
     np.testing.assert_allclose(found, 1.0 - unpolarised_reflectance(index, mu[:, None]), rtol=0.0, atol=0.0015)
 
 
-@pytest.mark.parametrize("shadowing", ["none", "separable", "height-correlated"])
-@pytest.mark.parametrize("slopes", SLOPES)
-def test_brdf_is_reciprocal_for_every_pair_of_directions(slopes, shadowing):
-    random = np.random.default_rng(3)
-    out, into = random.uniform(np.cos(np.radians(85.0)), 1.0, (2, 400))
-    azimuth, wind = random.uniform(0.0, np.pi, 400), random.uniform(-4.0, 4.0, 400)
-    model = sea(10.0, slopes=slopes, shadowing=shadowing)
-    forth = model.brdf(WAVENUMBER, out, into, azimuth, wind)
-    back = model.brdf(WAVENUMBER, into, out, azimuth, -(wind + azimuth))
-    np.testing.assert_allclose(forth, back, rtol=1e-9, atol=1e-30)
-    mean = model.brdf(WAVENUMBER, out, into, azimuth), model.brdf(WAVENUMBER, into, out, azimuth)
-    np.testing.assert_allclose(*mean, rtol=1e-9, atol=1e-30)
-    assert forth.min() >= 0.0
-
-
 @pytest.mark.parametrize("zenith_deg", [0.0, 40.0, 60.0, 70.0])
 def test_what_is_not_emitted_is_reflected_once_or_twice(zenith_deg):
     """The BRDF's integral over directions is the slopes' integral over escaping rays; the rest is the second hit."""
@@ -117,19 +102,6 @@ def test_unshadowed_facets_reflect_more_than_there_is_beyond_80_degrees(wind):
         gained[shadowing] = once + model.emissivity(WAVENUMBER, view[:1])[0]
     assert np.all(gained["none"] > 1.01)
     assert np.all(gained["height-correlated"] < 1.0)
-
-
-@pytest.mark.parametrize("slopes", SLOPES)
-@pytest.mark.parametrize("basis", ["linear", "lagrange"])
-def test_weights_and_emissivity_share_all_light(slopes, basis):
-    x, _ = np.polynomial.legendre.leggauss(8)
-    mu = np.array([0.05, 0.8])
-    model = sea(8.0, slopes=slopes)
-    weights = model.reflection_weights(WAVENUMBER, mu, 0.5 * (x + 1.0), basis)
-    total = weights.sum(axis=1) + model.emissivity(WAVENUMBER, mu)
-    np.testing.assert_allclose(total, 1.0, rtol=0.0, atol=1e-12)
-    if basis == "linear":
-        assert weights.min() > -1e-7
 
 
 @pytest.mark.parametrize("slopes", SLOPES)
