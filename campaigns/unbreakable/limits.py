@@ -22,7 +22,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).parents[2] / "tests" / "stability"))
 
 from hang import Hang, limited
-from schema_keys import COARSE, COMPANIONS, _context, _leaves, _parameters
+from schema_keys import COARSE, COMPANIONS, context_of, leaves, parameters_of
 
 TOGETHER_ENDS = 200
 """Random scenarios with several keys at their ends."""
@@ -76,14 +76,14 @@ WORDS = {
 def trials():
     """Return the trials within limits and beyond them: (name, value, context)."""
     inside, beyond = [], []
-    for name, leaf, context in itertools.chain(_leaves(json_schema(), ""), _parameters(None)):
+    for name, leaf, context in itertools.chain(leaves(json_schema(), ""), parameters_of(None)):
         if leaf.get("type") in ("number", "integer"):
-            own = _context(name) if context is None else context
+            own = context_of(name) if context is None else context
             for side, values in zip((inside, beyond), _ends(leaf), strict=True):
                 side += [(name, value, own) for value in values]
     for name, both in WORDS.items():
         for side, values in zip((inside, beyond), both, strict=True):
-            side += [(name, value, _context(name)) for value in values]
+            side += [(name, value, context_of(name)) for value in values]
     return inside, beyond
 
 

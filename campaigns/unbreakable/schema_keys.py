@@ -223,11 +223,11 @@ def groups():
 def trials():
     """Return the trials of all keys, and the keys without any."""
     found, without = [], []
-    entries = list(_leaves(json_schema(), "")) + list(_parameters())
+    entries = list(leaves(json_schema(), "")) + list(parameters_of())
     for key in dict.fromkeys(key for key, *_ in entries):
         own = [each for name, leaf, context in entries if name == key for each in _of_key(key, leaf, context)]
         example = EXAMPLES.get(key, EXAMPLES.get(key.replace("clouds.layers.0.", "clouds."), []))
-        context = next((given for name, _, given in entries if name == key and given is not None), _context(key))
+        context = next((given for name, _, given in entries if name == key and given is not None), context_of(key))
         own += [Trial(key, value, context=context) for value in example]
         found += own
         if not own:
@@ -236,7 +236,7 @@ def trials():
 
 
 def _of_key(key, leaf, context):
-    context = _context(key) if context is None else context
+    context = context_of(key) if context is None else context
     for name, sign in _BOUNDS.items():
         if name in leaf:
             bound, whole = leaf[name], leaf["type"] == "integer"
@@ -254,32 +254,32 @@ def _of_key(key, leaf, context):
         yield Trial(key, value, context=context)
 
 
-def _context(key):
+def context_of(key):
     fitting = [name for name in CONTEXT if f"{key}.".startswith(f"{name}.")]
     return CONTEXT[max(fitting, key=len)] if fitting else {}
 
 
-def _leaves(entry, path, definitions=None):
+def leaves(entry, path, definitions=None):
     """Yield key, JSON schema and None for each value of a schema."""
     definitions = entry.get("$defs", {}) if definitions is None else definitions
     if "$ref" in entry:
-        yield from _leaves(definitions[entry["$ref"].rpartition("/")[2]], path, definitions)
+        yield from leaves(definitions[entry["$ref"].rpartition("/")[2]], path, definitions)
     elif "properties" in entry:
         for name, each in entry["properties"].items():
-            yield from _leaves(each, f"{path}.{name}".lstrip("."), definitions)
+            yield from leaves(each, f"{path}.{name}".lstrip("."), definitions)
     elif "anyOf" in entry or "oneOf" in entry:
         for each in entry.get("anyOf", entry.get("oneOf")):
-            yield from _leaves(each, path, definitions)
+            yield from leaves(each, path, definitions)
     elif entry.get("type") == "array":
         yield path, {"type": "array"}, None
         items = entry.get("items")
         if isinstance(items, dict):
-            yield from (leaf for leaf in _leaves(items, f"{path}.0", definitions) if leaf[0] != f"{path}.0")
+            yield from (leaf for leaf in leaves(items, f"{path}.0", definitions) if leaf[0] != f"{path}.0")
     elif entry.get("type") != "null":
         yield path, entry, None
 
 
-def _parameters(distribution="hcss-twin"):
+def parameters_of(distribution="hcss-twin"):
     """Yield the same for the parameters of providers (None: of all packages), with the section that selects them."""
     registry = Registry.discover()
     for entry in registry.entries():
@@ -291,8 +291,8 @@ def _parameters(distribution="hcss-twin"):
         ):
             continue
         section = _SECTIONS[str(entry.kind)]
-        context = _context(section) | _PROVIDERS.get(entry.name, {})
-        for key, leaf, _ in _leaves(model.model_json_schema(), f"{section}.parameters"):
+        context = context_of(section) | _PROVIDERS.get(entry.name, {})
+        for key, leaf, _ in leaves(model.model_json_schema(), f"{section}.parameters"):
             own = _PARAMETERS.get(f"{entry.name} {key.rpartition('.')[2]}", {})
             merged = _with_provider(context, section, entry, own)
             yield f"{key} of {entry.name}", leaf, merged

@@ -159,7 +159,8 @@ def test_without_wind_there_are_no_waves():
 def test_wind_whose_waves_no_pixel_resolves_is_not_called_calm():
     breeze = skipped(**{"sea.wind_speed": 3.55, "image.pixel_size": 200.0})["waves as shapes"]
     assert breeze.bound == 0.0
-    assert breeze.why == "a wind of 3.55 m/s raises no waves longer than two points of 200 m; slopes are averaged"
+    assert "3.55 m/s" in breeze.why
+    assert "200 m" in breeze.why
 
 
 def test_pixels_of_20_m_see_less(frame):

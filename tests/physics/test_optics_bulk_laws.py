@@ -31,15 +31,6 @@ def test_large_spheres_remove_twice_their_shadow() -> None:
     assert (q_ext[0] - 2.0) / (q_ext[1] - 2.0) == pytest.approx(4.0, rel=0.02)
 
 
-def test_small_spheres_follow_rayleigh() -> None:
-    x, index = np.array([0.002, 0.02]), 1.3 + 0.2j
-    factor = (index**2 - 1) / (index**2 + 2)
-    q_ext, q_sca, g = mie_efficiencies(np.full(2, index), x)
-    np.testing.assert_allclose(q_sca, 8 / 3 * x**4 * abs(factor) ** 2, rtol=1e-3)
-    np.testing.assert_allclose(q_ext - q_sca, 4 * x * factor.imag, rtol=1e-3)
-    assert np.all(np.abs(g) < 1e-3)
-
-
 def test_window_properties_of_a_10_um_cloud_are_those_of_hu_and_stamnes() -> None:
     # Y. X. Hu and K. Stamnes, J. Climate 6, 728 (1993), at 10.8 um: 129.8 m2/kg, albedo .522, asymmetry .923,
     # fitted over size distributions. Effective variance 0.172 is the closest of the usual ones.

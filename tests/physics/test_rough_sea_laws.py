@@ -118,15 +118,6 @@ def test_the_emissivity_does_not_depend_on_what_was_asked_before(slopes, bearing
     np.testing.assert_array_equal(asked.emissivity(WAVENUMBER, mu, wind_azimuth=turn), expected)
 
 
-def test_without_a_bearing_the_emissivity_is_the_mean_over_all_bearings():
-    model = sea(12.0, slopes="upwind-crosswind", foam=False)
-    mu = np.cos(np.radians([65.0]))
-    nu = WAVENUMBER[1:2]
-    at = [model.emissivity(nu, mu, wind_azimuth=np.array([angle])).item() for angle in np.arange(24) * np.pi / 12.0]
-    assert max(at) - min(at) > 2e-3
-    assert model.emissivity(nu, mu).item() == pytest.approx(np.mean(at), abs=2e-4)
-
-
 def test_a_calm_sea_mirrors_the_sky_at_the_angle_of_view():
     nodes = np.linspace(0.01, 1.0, 100)
     mu = np.array([0.4, 0.7, 0.95])

@@ -161,16 +161,6 @@ def test_a_fixed_pattern_is_fixed(fixed_pattern, axes):
 NOISY = {**COUNTING, "read_noise": 5.0, "gain_deviation": 0.01, "offset_electrons": 3.0}
 
 
-def test_every_random_number_follows_from_seed_frame_and_stage():
-    provider, again = radiometer(**NOISY), radiometer(**NOISY)
-    forward = [provider.measure(scene(), frame, 0.0).radiance for frame in (0, 1, 2)]
-    backward = [again.measure(scene(), frame, 0.0).radiance for frame in (2, 1, 0)][::-1]
-    for one, other in zip(forward, backward, strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert not np.array_equal(forward[0], forward[1])
-    assert not np.array_equal(forward[0], radiometer(seed=2, **NOISY).measure(scene(), 0, 0.0).radiance)
-
-
 def test_noise_of_frames_bands_and_stages_has_nothing_in_common():
     provider = radiometer(noise="ner", ner=1.0, offset_radiance=1.0)
     one, other = (provider.measure(flat(0.0), frame, 0.0).radiance for frame in (0, 1))
