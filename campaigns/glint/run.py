@@ -1,21 +1,20 @@
-"""Sunlight of thin clouds over a rough sea near the glint: the product against Monte Carlo and discrete ordinates.
+"""Sunlight of thin clouds over a rough sea near the glint: the product against discrete ordinates.
 
     python campaigns/glint/run.py                        # rows that ``results.csv`` lacks
-    python campaigns/glint/run.py --photons 4000000      # more photons for the rows that are computed
 
-Columns: sunlight over the irradiance on a horizontal plane, sr-1, by discrete ordinates, by Monte Carlo with its
-standard error, and at levels of the physical model; and the share of sunlight in the radiance of the column.
+Columns: sunlight over the irradiance on a horizontal plane, sr-1, by discrete ordinates and at levels of the physical
+model; and the share of sunlight in the radiance of the column. A Monte Carlo of a million photons agreed with the
+discrete ordinates of all 20 within 1.7 of its standard errors, of at most 0.9 % (commit b69a821f).
 """
 
 from __future__ import annotations
 
-import argparse
 import csv
 import warnings
 from pathlib import Path
 
 from glint_product import matter_of, product
-from glint_references import discrete_ordinates, monte_carlo
+from glint_references import discrete_ordinates
 from glint_scenes import glint_scenes
 
 RESULTS = Path(__file__).with_name("results.csv")
@@ -23,7 +22,7 @@ LEVELS = (1, 2, 4)
 SUNLIGHT = 6
 """Level of sunlight that clouds scatter toward the sensor: it is not what is examined here."""
 
-FIELDS = ["scene", "discrete_ordinates", "monte_carlo", "standard_error", *(f"level_{n}" for n in LEVELS), "share"]
+FIELDS = ["scene", "discrete_ordinates", *(f"level_{n}" for n in LEVELS), "share"]
 
 
 def read() -> dict[int, dict[str, float]]:
@@ -43,22 +42,16 @@ def write(rows: dict[int, dict[str, float]]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--photons", type=int, default=1_000_000)
-    given = parser.parse_args()
     warnings.filterwarnings("ignore", message="`NFourier` is large")
     rows = read()
     for number, scene in enumerate(glint_scenes()):
         if number in rows:
             continue
         matter = matter_of(scene)
-        mean, error = monte_carlo(scene, matter, given.photons, number)
         found = {f"level_{level}": product(scene, level, SUNLIGHT - level) for level in LEVELS}
         rows[number] = {
             "scene": number,
             "discrete_ordinates": discrete_ordinates(scene, matter),
-            "monte_carlo": mean,
-            "standard_error": error,
             **{name: value for name, (value, _) in found.items()},
             "share": found["level_1"][1],
         }
@@ -68,7 +61,6 @@ def main() -> None:
         print(
             number,
             *(f"{name} {1e3 * share * (row[name] / exact - 1.0):+.2f}" for name in found),
-            f"Monte Carlo {1e3 * share * (mean / exact - 1.0):+.2f} +- {1e3 * share * error / exact:.2f}",
             "(1e-3 of the radiance)",
             flush=True,
         )

@@ -1,6 +1,6 @@
 """Sunlight that thin clouds scatter and a rough sea mirrors, against discrete ordinates with all 128 moments.
 
-Scenes and reference values are those of the campaign ``glint``, which also has a Monte Carlo of them.
+Scenes and reference values are those of the campaign ``glint``.
 """
 
 import csv
