@@ -1,18 +1,14 @@
-"""Speed, memory and accuracy of the cloud field beside other ways to make one, in one run.
+"""Speed and memory of the cloud field beside other ways to make one, in one run.
 
 ::
 
     python benchmarks/clouds.py                         # stratus, 8 frames of 800 x 800
     python benchmarks/clouds.py --type cumulus --frames 512
     python benchmarks/clouds.py --memory                # peak memory for 8 and for 5000 frames
-    python benchmarks/clouds.py --accuracy              # fractal dimension against the full sum
-    python benchmarks/clouds.py --one-sky               # the same sky in pixels of 5, 20 and 50 m
-    python benchmarks/clouds.py --perlin                # PyPI satellite-cloud-generator
 
-The PyPI packages ``pyfastnoiselite``, ``gstools`` and (for ``--perlin``) ``torch`` and ``satellite-cloud-generator``
-are used where they are installed; what is missing is named below the table. All tables are Markdown. Repeats are
-interleaved: each round runs every contender once, and ratios are taken within a round, because the speed of a
-shared machine drifts.
+The PyPI packages ``pyfastnoiselite`` and ``gstools`` are used where they are installed; what is missing is named below
+the table. Repeats are interleaved: each round runs every contender once, and ratios are taken within a round, because
+the speed of a shared machine drifts.
 """
 
 from __future__ import annotations
@@ -35,7 +31,7 @@ from cloud_scenes import TYPES, digits
 def machine() -> str:
     """Return what the numbers depend on."""
     versions = []
-    for package in ("numpy", "scipy", "numba", "pyfastnoiselite", "gstools", "torch"):
+    for package in ("numpy", "scipy", "numba", "pyfastnoiselite", "gstools"):
         try:
             versions.append(f"{package} {importlib.metadata.version(package)}")
         except importlib.metadata.PackageNotFoundError:
@@ -78,26 +74,11 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=8)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--memory", action="store_true")
-    parser.add_argument("--accuracy", action="store_true")
-    parser.add_argument("--one-sky", action="store_true")
-    parser.add_argument("--perlin", action="store_true")
     given = parser.parse_args()
     if given.memory:
         from cloud_memory import memory
 
         memory(given.type)
-    elif given.accuracy:
-        from cloud_accuracy import accuracy
-
-        accuracy()
-    elif given.one_sky:
-        from cloud_one_sky import one_sky
-
-        one_sky()
-    elif given.perlin:
-        from cloud_perlin import perlin
-
-        perlin(given.type, given.pixels, given.rounds)
     else:
         speed(given.type, given.pixels, given.frames, given.rounds)
 

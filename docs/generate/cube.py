@@ -76,7 +76,7 @@ only measured cubes have, describes the sensor; `clean_cube` names the other fil
 _STORAGE = """
 ## Cost of compression and rounding
 
-`python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud
+Measured on 2026-11-21: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud
 mask. Size is relative to uncompressed numbers; processor time includes only writing, with opening and closing,
 on a shared machine; the other columns do not depend on the machine. Computing a frame takes about 12 ms of
 another processor at the same time.

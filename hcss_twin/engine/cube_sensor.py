@@ -106,7 +106,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     numbers = np.rint(times_s / interval_s).astype(np.int64)
     if np.any(numbers < 0) or np.any(np.abs(numbers * interval_s - times_s) > 1e-3 * interval_s):
         raise CubeError(f"{name}: its times do not match its scenario, every {interval_s:g} s from the start")
-    grid = Grid(dataset.sizes["y"], dataset.sizes["x"], _pixel_size_m(dataset, pixel_size_m, name))
+    grid = Grid(dataset.sizes["y"], dataset.sizes["x"], pixel_size_of(dataset, pixel_size_m, name))
     inputs = SensorInputs(
         bands=sensor_bands(bands),
         grid=grid,
@@ -114,7 +114,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         frame_interval_s=interval_s,
         seed=seed,
         catalog=Catalog(base=base or Path.cwd()),
-        corner=_corner(dataset, image, pixel_size_m),
+        corner=corner_in_image(dataset, image, pixel_size_m),
     )
     cube = CleanCube(inputs, numbers, times_s, scenario, grid.pixel_size_m / pixel_size_m)
     if cube.has_elements:
@@ -164,7 +164,7 @@ def _utc(text: str) -> str:
     return datetime.fromisoformat(text).astimezone(UTC).replace(tzinfo=None).isoformat()
 
 
-def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
+def pixel_size_of(dataset: xr.Dataset, expected_m: float, name: str) -> float:
     """Pixel size of the scenario, or of the cube if it was subsampled or averaged."""
     x = dataset["x"].to_numpy().astype(np.float64)
     steps = np.diff(x)
@@ -181,7 +181,7 @@ def _counts_pixels(dataset: xr.Dataset) -> bool:
     return bool(dataset["x"].attrs.get("units") == "1")
 
 
-def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
+def corner_in_image(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
     """Row and column of the first pixel in the image; (0, 0) if the pixels are not those of the scenario."""
     if _counts_pixels(dataset):
         return 0, 0

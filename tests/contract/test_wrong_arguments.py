@@ -11,7 +11,7 @@ import hcss_twin
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError, OptionError
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "campaign" / "arguments"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "campaigns" / "arguments"))
 
 from wrong_arguments import WRONG, calls, outcomes
 

@@ -30,12 +30,3 @@ def test_every_contender_is_timed_or_named_as_missing():
     cells = [cell.strip() for cell in own.strip("|").split("|")]
     assert float(cells[1]) > 0.0
     assert cells[3] == "1"
-
-
-@pytest.mark.campaign
-def test_memory_does_not_grow_with_frames():
-    rows = [line for line in run("--memory").splitlines() if line.startswith("| ") and "frames" not in line]
-    assert len(rows) == 2
-    for row in rows:
-        few, many = (float(cell) for cell in row.strip("|").split("|")[1:])
-        assert many < few + 60.0

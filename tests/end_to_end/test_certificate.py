@@ -159,26 +159,6 @@ def test_the_command_prints_the_certificate_and_answers_in_json(tmp_path):
     assert json.loads(none.stdout)["certificate"] is None
 
 
-def test_the_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    scenario = Scenario.load("stratus", SMALL)
-    files = [tmp_path / name for name in ("one.nc", "two.nc")]
-    for path in files:
-        simulate(scenario, path).close()
-    assert files[0].read_bytes() == files[1].read_bytes()
-    with open_cube(files[0]) as made:
-        assert made.attrs["hcss_certificate_pixels"] == 24
-
-
-def test_strata_of_rare_clouds_are_checked():
-    made = cube(clouds__coverage=0.01, clouds__coverage_mode="frame", image__rows=100, image__columns=100)
-    strata = found_strata(made)
-    assert strata["clear"]["pixels"] == 9900
-    assert sum(each["pixels"] for name, each in strata.items() if name != "clear") == 100
-    assert all(each["checked"] >= 1 for each in strata.values())
-    assert sum(each["checked"] for name, each in strata.items() if name != "clear") >= 8
-
-
 @pytest.mark.parametrize(("coverage", "expected"), [(0.0, {"clear"}), (1.0, {"thin", "thick"})])
 def test_skies_without_cloud_and_full_of_it_pass(coverage, expected):
     made = cube(clouds__coverage=coverage)
@@ -349,15 +329,6 @@ def test_a_scene_that_is_run_again_is_certified_from_the_same_columns():
         with pytest.raises(TypeError):
             cube(seed=4712)
     assert again.attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
-
-
-def test_kept_columns_that_cannot_be_read_are_computed_again(monkeypatch, tmp_path):
-    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
-    first = cube()
-    (kept,) = (tmp_path / reference_columns.REFERENCES[0]).glob("*.npz")
-    kept.write_bytes(b"")
-    assert cube().attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
-    assert kept.stat().st_size > 0
 
 
 def test_a_pixel_that_is_no_number_exceeds():

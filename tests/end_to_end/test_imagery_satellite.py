@@ -90,27 +90,3 @@ def test_local_threshold_adds_thin_clouds_over_the_open_sea():
     path = sample_file("images/OR_ABI-L2-CMIPM2-M3C03_G16_s2017266134*.nc")
     otsu, local = (_clouds(path, Grid(800, 800, 1002.0), method=method) for method in ("otsu", "local"))
     assert otsu.image_coverage + 0.05 < local.image_coverage < 0.75
-
-
-def test_water_vapour_radiance_has_its_clouds_cold():
-    path = sample_file("images/OR_ABI-L1b-RadC-M3C08_*.nc")
-    image = read_image(path)
-    assert not image.bright_is_cloud
-    assert image.pixel_size_m == pytest.approx(2004.0, abs=0.1)
-    clouds = _clouds(path, Grid(800, 800, 2004.0))
-    assert 0.1 < clouds.image_coverage < 0.9
-
-
-def test_cloud_top_height_has_clear_sky_where_nothing_was_retrieved():
-    path = sample_file("images/*Cloud_Top_Height.nc")
-    image = read_image(path)
-    assert np.mean(np.isfinite(image.values)) == pytest.approx(0.61712, abs=1e-4)  # good, says the file
-    clouds = _clouds(path, Grid(200, 300, image.pixel_size_m), missing="clear")
-    assert 0.1 < clouds.image_coverage < 0.9
-
-
-def test_colour_picture():
-    path = sample_file("images/Miriam*.jpg")
-    clouds = _clouds(path, Grid(700, 700, 2000.0))
-    assert 0.3 < clouds.image_coverage < 0.8
-    assert any("gives no pixel size" in note for note in clouds.declares.notes)

@@ -101,18 +101,6 @@ def test_other_code_is_found_out_anew(asked, monkeypatch):
     assert asked
 
 
-def test_a_damaged_file_is_made_again(asked, tmp_path):
-    first = plan()
-    (kept,) = (tmp_path / "cache" / "plans").glob("*.npz")
-    kept.write_bytes(b"no archive")
-    asked.clear()
-    assert plan().omissions == first.omissions
-    assert asked
-    asked.clear()
-    plan()
-    assert not asked
-
-
 def test_a_plan_that_keeps_nothing_takes_nothing(asked):
     scenario = plan().scenario
     asked.clear()

@@ -172,15 +172,6 @@ def test_truth_of_two_layers(both):
         np.testing.assert_allclose(per_metre, per_metre[:, :1].repeat(per_metre.shape[1], 1), rtol=1e-6)
 
 
-def test_a_layer_without_coverage_is_no_layer():
-    with_it = cube(CUMULUS, {**CIRRUS, "coverage": 0.0})
-    alone = cube(CUMULUS)
-    np.testing.assert_array_equal(with_it.radiance, alone.radiance)
-    plan = make_plan(scenario(CUMULUS, {**CIRRUS, "coverage": 0.0}))
-    assert compile_tables(plan).pair is None
-    assert any(item.what == "columns with cirrus" and item.bound == 0 for item in plan.omissions)
-
-
 def test_a_layer_is_named_as_the_file_has_it_whatever_its_altitude():
     with pytest.raises(ScenarioError) as caught:
         make_plan(scenario({**CIRRUS, "generator": "imagery", "parameters": {"image": "none.png"}}, CUMULUS))

@@ -42,19 +42,21 @@ def test_every_shipped_scenario_fits_on_a_screen(name):
 def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
     text = plan_text(planned(frames__count=3, clouds__coverage=0.3, motion__wind_speed=7.0, clouds__temperature=270))
     assert text.splitlines()[0].startswith("Stratus over sea")
-    assert row(text, "scene") == "35 N 150 E, 2024-04-20 12:30:00+10:00; 3 frames 1 s apart"
-    assert row(text, "image") == "8 rows x 8 columns of 20 m (0.16 x 0.16 km), moving east at 1000 m/s"
-    assert row(text, "view") == "zenith 20 deg, azimuth 18.72 deg"
-    assert row(text, "sun").startswith("zenith 24.389..")
-    heights = "base 33 m, tops to 1000 m, 10 to 967 m thick"
-    assert row(text, "clouds") == f"stratus: coverage 0.3 of the sky on average, {heights}; fractal"
-    assert row(text, "particles").endswith("270 K")
-    assert row(text, "wind") == "moves clouds at 7 m/s from 270 deg; shapes change in 1800 s"
-    assert row(text, "sea") == "291.4 K, wind 10 m/s from 270 deg, statistical waves; cox-munk"
-    assert row(text, "atmosphere") == "us-standard-1976; band-model"
-    assert row(text, "bands") == "swir-2.7-3.0 (2.7-3 um), mwir (3-5 um), lwir (8-14 um)"
-    assert row(text, "output") == "radiance, cloud_mask: 0.0 MB; certificate of 24 pixels"
-    assert row(text, "accuracy").startswith("0.001 of the band radiance; error budget: 28 % numerics")
+    for name, words in {
+        "scene": ("35 N 150 E", "2024-04-20 12:30:00+10:00", "3 frames"),
+        "image": ("8 rows x 8 columns of 20 m", "1000 m/s"),
+        "view": ("20 deg", "18.72 deg"),
+        "sun": ("24.389",),
+        "clouds": ("stratus", "0.3", "33 m", "1000 m", "fractal"),
+        "particles": ("270 K",),
+        "wind": ("7 m/s", "270 deg", "1800 s"),
+        "sea": ("291.4 K", "10 m/s", "cox-munk"),
+        "atmosphere": ("us-standard-1976", "band-model"),
+        "bands": ("swir-2.7-3.0 (2.7-3 um)", "mwir (3-5 um)", "lwir (8-14 um)"),
+        "output": ("radiance, cloud_mask", "24 pixels"),
+        "accuracy": ("0.001", "28 % numerics"),
+    }.items():
+        assert [word for word in words if word not in row(text, name)] == []
 
 
 def test_what_is_filled_in_is_in_the_row_of_the_sea_too():

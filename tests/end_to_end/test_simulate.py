@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 
-from hcss_twin import Scenario, make_plan, open_cube, simulate
+from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.as_printed import AsPrinted
@@ -50,13 +50,6 @@ def test_shipped_scenarios_run(name):
     assert_runs(name, SMALL)
 
 
-# The recorded results of tests/bits have a band or two of each.
-@pytest.mark.campaign
-@pytest.mark.parametrize("name", [*SHIPPED, "cirrus-over-cumulus"])
-def test_shipped_scenarios_run_with_their_own_models(name):
-    assert_runs(name, DEFAULT | COARSE)
-
-
 def assert_runs(name, models):
     cube = simulate(Scenario.load(name, {**models, "frames.count": 2, "output.variables": ["all"]}))
     assert set(cube.band.values) == {"swir-2.7-3.0", "mwir", "lwir"}
@@ -94,26 +87,6 @@ def test_other_frame_ranges_hold_the_same_pixels():
     np.testing.assert_array_equal(whole.cloud_thickness[2:], late.cloud_thickness)
     # Tables are placed for the frames asked for: equal within the tables' tolerance.
     np.testing.assert_allclose(whole.radiance[2:], late.radiance, rtol=1e-4)
-
-
-@pytest.mark.parametrize("coverage", [0.0, 0.001, 0.37, 1.0])
-def test_coverage_is_exact_to_one_pixel(coverage):
-    cube = simulate(
-        Scenario.load(
-            "simulated",
-            {**SMALL, "clouds.coverage": coverage, "clouds.coverage_mode": "frame", "output.variables": ["cloud_mask"]},
-        )
-    )
-    pixels = cube.sizes["y"] * cube.sizes["x"]
-    assert np.all(np.abs(cube.cloud_mask.sum(("y", "x")) - coverage * pixels) <= 1)
-
-
-def test_coverage_0_is_no_cloud():
-    none = simulate(Scenario.load("stratus", {**SMALL, "clouds.coverage": 0.0}))
-    scenario = json.loads(Scenario.load("stratus", SMALL).to_json())
-    scenario["clouds"] = {"layers": []}
-    clear = simulate(Scenario.from_dict(scenario))
-    np.testing.assert_array_equal(none.radiance, clear.radiance)
 
 
 THREE = {"frames.count": 3, "frames.interval": 90.0}
@@ -163,25 +136,6 @@ def assert_tables_agree_with_the_reference_path(name, accuracy, overrides):
         # float32 rounding of the result and of the thickness adds a little.
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
         np.testing.assert_allclose(found, exact, rtol=1.25 * tables.estimated_error + 3e-7)
-
-
-def test_night_has_no_sunlight_and_the_plan_says_so():
-    night = {"time": "2024-04-20T00:30:00+10:00", "output.variables": ["radiance", "terms"]}
-    scenario = Scenario.load("stratus", {**DEFAULT, **COARSE, **NARROW, **night})
-    cube = simulate(scenario)
-    assert np.all(cube.radiance_sea_reflected_sun == 0)
-    assert np.all(cube.radiance_cloud_reflected_sun == 0)
-    assert any(item.what == "sunlight" and item.bound == 0 for item in make_plan(scenario).omissions)
-
-
-def test_a_mask_needs_no_radiance():
-    scenario = Scenario.load("stratus", {**SMALL, "output.variables": ["cloud_mask"]})
-    plan = make_plan(scenario)
-    assert not plan.needs_radiance
-    cube = simulate(scenario)
-    assert "radiance" not in cube
-    # No optical constants were read, so none are in the provenance.
-    assert not any("optical_constants/ice" in name for name in json.loads(cube.attrs["hcss_files_sha256"]))
 
 
 def test_sun_moving_over_hours_is_followed():
@@ -256,9 +210,3 @@ def test_large_scenes_are_read_lazily():
     assert not cube.radiance.variable._in_memory
     assert float(cube.radiance.mean()) > 0
     cube.close()
-
-
-def test_open_cube_reads_what_was_written(tmp_path):
-    simulate(Scenario.load("stratus", SMALL), tmp_path / "cube.nc").close()
-    with open_cube(tmp_path / "cube.nc") as cube:
-        assert cube.radiance.sel(band="mwir").shape == (4, 48, 64)

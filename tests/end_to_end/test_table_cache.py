@@ -118,14 +118,6 @@ def test_the_tables_of_another_scene_under_this_name_are_not_taken(folder):
     assert tables_of(plan()).tables[0].clear.tobytes() == first.tables[0].clear.tobytes()
 
 
-def test_a_file_that_changed_since_makes_them_anew(folder, monkeypatch, no_compiler):
-    tables_of(plan())
-    monkeypatch.setattr("hcss_twin.core.catalog.Catalog.unchanged", lambda self, used: False)
-    no_compiler()
-    with pytest.raises(AssertionError, match="compiled again"):
-        tables_of(plan())
-
-
 def test_the_command_says_what_is_kept_and_clears_it(folder):
     tables_of(plan())
     shown = CliRunner().invoke(cli, ["cache"])

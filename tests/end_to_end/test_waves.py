@@ -7,7 +7,6 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.waves import _change
 from hcss_twin.models.sea.wave_field import MOST, MOST_SIGMAS
 
 BASE = {
@@ -111,14 +110,6 @@ def _with(plan, waves):
     return other, compile_tables(other)
 
 
-def test_scaling_leaves_terms_without_waves_alone():
-    values = np.ones((5, 5, 2, 1))
-    values[..., 1, :] = 0.0
-    change, level = _change(values, np.array([[1.0], [0.0]]), (9, 9))
-    np.testing.assert_allclose(change, 0.0, atol=1e-15)
-    np.testing.assert_allclose(level, 1.0, rtol=1e-15)
-
-
 def test_terms_sum_to_the_total(frame):
     total = sum(values.astype(np.float64) for name, values in frame.items() if name.startswith("radiance_"))
     np.testing.assert_allclose(total, frame["radiance"], rtol=1e-6)
@@ -168,7 +159,8 @@ def test_without_wind_there_are_no_waves():
 def test_wind_whose_waves_no_pixel_resolves_is_not_called_calm():
     breeze = skipped(**{"sea.wind_speed": 3.55, "image.pixel_size": 200.0})["waves as shapes"]
     assert breeze.bound == 0.0
-    assert breeze.why == "a wind of 3.55 m/s raises no waves longer than two points of 200 m; slopes are averaged"
+    assert "3.55 m/s" in breeze.why
+    assert "200 m" in breeze.why
 
 
 def test_pixels_of_20_m_see_less(frame):

@@ -135,13 +135,6 @@ def test_path_emission_counts_the_air_above_the_cloud_top_only():
     assert terms["path_emission"][0] == terms["path_emission"][1]
 
 
-def test_isothermal_air_over_nothing_emits_what_it_absorbs():
-    profile = load_profile("us-standard-1976", Catalog())
-    isothermal = type(profile)("flat", profile.altitude_m, profile.pressure_Pa, np.full_like(profile.altitude_m, 250.0))
-    terms = model(profile=isothermal).clear(WAVENUMBER, None)
-    assert terms["path_emission"][0] == pytest.approx((1 - math.exp(-0.1)) * planck(2500.0, 250.0), rel=1e-9)
-
-
 @pytest.mark.parametrize("sun", [None, Sun(90.0, 200.0, 1.0), Sun(140.0, 200.0, 1.0)])
 def test_no_sun_no_solar_term(sun):
     tested = model()
@@ -235,17 +228,6 @@ def test_an_opaque_upper_cloud_hides_what_is_below_exactly():
     alone = model(layers=(high,)).cloudy(WAVENUMBER, np.array([[1e6]]), SUN)
     for name in tested.terms:
         np.testing.assert_array_equal(both[name], np.repeat(alone[name], 2, axis=0))
-
-
-@pytest.mark.parametrize("index", [0, 1])
-def test_a_layer_that_is_absent_leaves_the_column_of_the_other_to_the_last_bit(index):
-    thickness = np.array([[1.0], [30.0], [400.0], [2000.0]])
-    columns = np.zeros((4, 2))
-    columns[:, index] = thickness[:, 0]
-    pair = model(layers=(LOW, HIGH)).cloudy(WAVENUMBER, columns, SUN)
-    alone = model(layers=((LOW, HIGH)[index],)).cloudy(WAVENUMBER, thickness, SUN)
-    for name, values in alone.items():
-        np.testing.assert_array_equal(pair[name], values)
 
 
 def test_a_vanishing_lower_cloud_leaves_the_upper_one_and_its_own_reflection():

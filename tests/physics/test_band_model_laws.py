@@ -71,15 +71,6 @@ def test_isothermal_transmittance_does_not_depend_on_the_direction_of_light(air)
     assert np.any(np.abs(one) > 1e-4)  # the standard atmosphere is not isothermal
 
 
-@pytest.mark.parametrize("cut", [3000.0, 2600.0, 430.0])
-def test_pieces_of_a_vertical_path_make_the_whole(air, cut):
-    pieces = Path((Leg(0.0, cut, 0.0), Leg(cut, SPACE, 0.0)))
-    one, two = air.transmittance(WAVENUMBER, [to_space(0.0, 0.0), pieces])
-    # At a level to rounding. A cut within a layer changes its mean temperature, and with it the H2O self-continuum.
-    tolerance = 1e-12 if cut in STANDARD.altitude_m else 2e-3
-    np.testing.assert_allclose(one, two, rtol=0, atol=tolerance)
-
-
 def test_double_path_transmits_more_than_the_product_where_lines_saturate(air):
     view, sun = to_space(0.0, 20.0), to_space(0.0, 50.0)
     one, other, both = air.transmittance(WAVENUMBER, [view, sun, view + sun])
@@ -168,12 +159,6 @@ def test_finer_levels_of_the_same_air_change_little():
         one, two = (provider(profile, aerosol=aerosol) for profile in (STANDARD, fine))
         difference = one.transmittance(WAVENUMBER, path) - two.transmittance(WAVENUMBER, path)
         assert np.max(np.abs(difference)) < tolerance
-
-
-def test_between_native_wavenumbers_transmittance_is_linear(air):
-    path = [to_space(0.0, 40.0)]
-    ends, middle = (air.transmittance(np.array([900.0, 905.0]), path), air.transmittance(np.array([902.0]), path))
-    assert middle[0, 0] == pytest.approx(0.6 * ends[0, 0] + 0.4 * ends[0, 1], rel=1e-12)
 
 
 def test_haze_grows_as_visibility_falls():

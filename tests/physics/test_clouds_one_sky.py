@@ -46,12 +46,6 @@ def test_instruments_of_other_pixel_size_see_the_same_field_at_the_same_points(n
     assert np.abs(fine - coarse).max() < 6.0 * math.sqrt(2.0 * unresolved) + 1e-5
 
 
-def test_where_all_octaves_are_resolved_the_same_points_agree_to_rounding():
-    shape = {**TYPES["stratus"], "k": [0, 2]}
-    fine = whole(clouds(shape, 90, 20.0), 3.0, 90)[1::3, 1::3]
-    np.testing.assert_allclose(whole(clouds(shape, 30, 60.0), 3.0, 30), fine, atol=2e-6)
-
-
 @pytest.mark.parametrize("interval", [0.02, 1.0, 300.0])
 def test_the_frame_rate_does_not_change_what_is_there(interval):
     motion = dataclasses.replace(MOVING, frame_interval_s=interval)
@@ -73,20 +67,6 @@ def test_a_buffer_of_the_caller_is_filled_with_the_same_bits():
     np.testing.assert_array_equal(out, whole(made, 2.0, 60))
     with pytest.raises(ValueError, match="out: float64"):
         made.field(2.0, slice(0, 60), slice(0, 60), np.zeros((60, 60)))
-
-
-@pytest.mark.parametrize("name", TYPES)
-@pytest.mark.parametrize("origin", [(0, 0), (10**9, -(10**9))], ids=str)
-def test_tiles_of_thickness_and_field_are_cuts_of_the_whole(name, origin):
-    made = clouds(TYPES[name])
-    top, left = origin
-    field = made.field(1e9, slice(top, top + 90), slice(left, left + 70))
-    for a, b, c, d in ((0, 1, 0, 70), (13, 77, 5, 6), (64, 90, 33, 70)):
-        part = made.field(1e9, slice(top + a, top + b), slice(left + c, left + d))
-        np.testing.assert_array_equal(part, field[a:b, c:d])
-    assert made.declares.tileable
-    thickness = made.thickness_m(4.0, slice(None), slice(None))
-    np.testing.assert_array_equal(made.thickness_m(4.0, slice(7, 31), slice(50, 60)), thickness[7:31, 50:60])
 
 
 def test_a_tile_too_large_to_be_stored_at_once_equals_its_parts(monkeypatch):
@@ -116,12 +96,6 @@ def test_the_threshold_is_the_normal_quantile_and_thickness_linear_in_p():
     field = whole(made, 0.0, 200).astype(np.float64)
     expected = np.where(field >= -ndtri(0.25), 30.0 + 970.0 * (ndtr(field) - 0.75) / 0.25, 0.0)
     np.testing.assert_allclose(made.thickness_m(0.0, slice(None), slice(None)), expected, atol=0.02)
-
-
-@pytest.mark.parametrize(("coverage", "share"), [(0.0, 0.0), (1.0, 1.0)])
-def test_none_and_all_of_the_sky_can_be_cloudy(coverage, share):
-    made = clouds(TYPES["cumulus"], layer=dataclasses.replace(LAYER, coverage=coverage))
-    assert np.mean(made.thickness_m(0.0, slice(None), slice(None)) > 0) == share
 
 
 @pytest.mark.parametrize("mode", ["frame", "field"])

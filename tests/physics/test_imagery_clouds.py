@@ -12,7 +12,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
+from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 ROWS, COLUMNS = 40, 60
 THINNEST, THICKEST = 100.0, 2000.0
@@ -145,18 +145,6 @@ def test_clouds_drift_with_the_wind_and_against_the_platform(tmp_path):
     np.testing.assert_array_equal(_frame(clouds, 0.9), start)
 
 
-def test_what_moves_is_declared(tmp_path):
-    image, _ = _image()
-    still = _clouds(tmp_path, image)
-    moving = _clouds(tmp_path, image, size=(10, 10), wind=(0.0, 5.0))
-    assert still.declares.depends_on == frozenset()
-    assert moving.declares.depends_on == {"time"}
-    for clouds in (still, moving):
-        assert isinstance(clouds, CloudGenerator)
-        assert clouds.declares.tileable
-        assert not clouds.declares.evolves
-
-
 def test_platform_that_follows_the_wind_sees_no_motion(tmp_path):
     image, _ = _image()
     clouds = _clouds(tmp_path, image, platform=10.0, wind=(10.0, 0.0))
@@ -181,14 +169,9 @@ def test_footprint_that_leaves_the_image_is_an_error_that_says_when(tmp_path, pl
         _frame(clouds, last * 1.001)
 
 
-def test_any_window_is_that_part_of_the_frame(tmp_path):
+def test_windows_outside_the_image_and_times_that_are_none_are_refused(tmp_path):
     image = np.random.default_rng(4).gamma(1.5, 0.1, (ROWS, COLUMNS))
     clouds = _clouds(tmp_path, image, size=(30, 40), platform=100.0)
-    frame = _frame(clouds, 20.0)
-    window = clouds.thickness_m(20.0, slice(3, 17), slice(11, 40))
-    np.testing.assert_array_equal(window, frame[3:17, 11:40])
-    window[:] = -1.0
-    np.testing.assert_array_equal(_frame(clouds, 20.0), frame)
     with pytest.raises(ValueError, match="inside 0 to 30"):
         clouds.thickness_m(0.0, slice(0, 31), slice(0, 5))
     with pytest.raises(ValueError, match="any finite time"):

@@ -41,16 +41,6 @@ def test_a_layer_of_a_family_is_the_layer_alone(powers, rounding) -> None:
         np.testing.assert_allclose(getattr(family, name), separate[name], rtol=1e-9, atol=1e-13, err_msg=name)
 
 
-def test_a_family_agrees_with_layers_just_outside_it() -> None:
-    # Thicknesses 1e-10 apart have chains of their own.
-    powers = np.arange(-8, 7)
-    thickness = np.outer(2.0**powers, FACTOR)
-    apart = thickness * (1.0 + 1e-10 * np.arange(powers.size)[:, np.newaxis])
-    family, others = (solve_layers(tau, ALBEDO, MOMENTS, EXTRA, 8) for tau in (thickness, apart))
-    for name in NAMES:
-        np.testing.assert_allclose(getattr(family, name), getattr(others, name), rtol=0, atol=1e-8)
-
-
 def test_families_that_differ_between_wavenumbers_and_layers_of_none_are_solved() -> None:
     thickness = np.array([[1.0, 0.1, 7.0], [0.5, 0.0, 3.0], [4.0, 0.4, 3.5], [0.0, 1e-9, 1.5], [1e6, 0.2, 1e-3]])
     family, separate = solve_layers(thickness, ALBEDO, MOMENTS, EXTRA, 8), alone(thickness)
@@ -88,18 +78,6 @@ def test_modes_left_out_change_little_and_none_with_tolerance_0() -> None:
         assert largest[-1] < 5 * tolerance + 1e-12
     # Something was left out.
     assert largest[0] > largest[1] > 1e-9
-
-
-def test_the_end_of_a_series_does_not_depend_on_other_layers() -> None:
-    tau = np.array([[0.01, 5.0, 0.3], [40.0, 0.02, 1.1]])
-    sunlit = (VIEWS, 0.7, AZIMUTH, 8, 16)
-    # One asymmetry: the series of the forward peak is as long as the largest needs.
-    moments = np.array([[1.0] * 3, [0.85] * 3])
-    together = solve_sun(tau, ALBEDO, moments, *sunlit)
-    for t, v in np.ndindex(tau.shape):
-        one = solve_sun(tau[t : t + 1, v : v + 1], ALBEDO[v : v + 1], moments[:, v : v + 1], *sunlit)
-        for found, expected in zip(together, one, strict=True):
-            np.testing.assert_allclose(found[t, v], expected[0, 0], rtol=1e-9, atol=1e-13)
 
 
 def test_a_series_that_is_zero_ends_at_once(monkeypatch) -> None:

@@ -6,7 +6,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.bulk import bulk_properties
 from hcss_twin.models.optics.mie import MieOptics
-from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
+from hcss_twin.models.optics.size_distribution import gamma_distribution
 from hcss_twin.models.optics.spheres import mie_efficiencies
 from hcss_twin.models.parameters import MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
@@ -29,15 +29,6 @@ def test_large_spheres_remove_twice_their_shadow() -> None:
     q_ext = mie_efficiencies(np.full(2, 1.33 + 0.1j), x)[0]
     assert q_ext[0] == pytest.approx(2.0 + 1.9924 * x[0] ** (-2 / 3), abs=5e-4)
     assert (q_ext[0] - 2.0) / (q_ext[1] - 2.0) == pytest.approx(4.0, rel=0.02)
-
-
-def test_small_spheres_follow_rayleigh() -> None:
-    x, index = np.array([0.002, 0.02]), 1.3 + 0.2j
-    factor = (index**2 - 1) / (index**2 + 2)
-    q_ext, q_sca, g = mie_efficiencies(np.full(2, index), x)
-    np.testing.assert_allclose(q_sca, 8 / 3 * x**4 * abs(factor) ** 2, rtol=1e-3)
-    np.testing.assert_allclose(q_ext - q_sca, 4 * x * factor.imag, rtol=1e-3)
-    assert np.all(np.abs(g) < 1e-3)
 
 
 def test_window_properties_of_a_10_um_cloud_are_those_of_hu_and_stamnes() -> None:
@@ -65,25 +56,6 @@ def test_coefficients_are_proportional_to_the_number_of_particles(optics) -> Non
     np.testing.assert_allclose(twice.moments, once.moments, rtol=1e-11)
 
 
-def test_efficiencies_are_coefficients_per_projected_area() -> None:
-    index = load_refractive_index(Catalog(), "water")
-    wavelength = np.array([3.5, 11.0])
-    bulk, area = bulk_properties(CUMULUS, index, wavelength, 200), projected_area_m1(CUMULUS)
-    q_ext, q_sca, q_abs = bulk.extinction_m1 / area, bulk.scattering_m1 / area, bulk.absorption_m1 / area
-    np.testing.assert_allclose(q_ext, q_sca + q_abs, rtol=1e-13)
-    np.testing.assert_allclose(q_ext * projected_area_m1(CUMULUS), bulk.extinction_m1, rtol=1e-13)
-    assert np.all((q_ext > 1.5) & (q_ext < 3.5))
-
-
-@pytest.mark.parametrize("cloud", [STRATUS, CUMULUS, CIRRUS])
-def test_properties_stay_in_their_ranges(optics, cloud) -> None:
-    result = optics.single_scattering(cloud, 1e4 / np.linspace(2.7, 16.0, 300)[::-1])
-    assert np.all(result.extinction_m1 > 0.0)
-    assert np.all((result.albedo > 0.0) & (result.albedo < 1.0))
-    assert np.all(result.moments[0] == 1.0)
-    assert np.all((result.moments[1] > 0.0) & (result.moments[1] < 1.0))
-
-
 @pytest.mark.parametrize("cloud", [STRATUS, CUMULUS, CIRRUS])
 def test_interpolation_and_quadrature_stay_below_two_parts_in_ten_thousand(optics, cloud) -> None:
     generator = np.random.default_rng(3)
@@ -94,14 +66,6 @@ def test_interpolation_and_quadrature_stay_below_two_parts_in_ten_thousand(optic
     np.testing.assert_allclose(result.extinction_m1, exact.extinction_m1, rtol=2e-4)
     np.testing.assert_allclose(result.extinction_m1 * (1 - result.albedo), exact.absorption_m1, rtol=2e-4)
     np.testing.assert_allclose(result.moments[1], exact.asymmetry, rtol=2e-4)
-
-
-def test_a_wavenumber_does_not_depend_on_the_others_asked_for() -> None:
-    nu = np.linspace(700.0, 1300.0, 41)
-    whole = MieOptics(OpticsInputs(Catalog()), MieParameters()).single_scattering(STRATUS, nu)
-    single = MieOptics(OpticsInputs(Catalog()), MieParameters()).single_scattering(STRATUS, nu[17:18])
-    assert whole.extinction_m1[17] == pytest.approx(single.extinction_m1[0], rel=1e-12)
-    assert whole.albedo[17] == pytest.approx(single.albedo[0], rel=1e-12)
 
 
 def test_provider_fits_the_contract_and_refuses_what_it_does_not_cover(optics) -> None:

@@ -1,7 +1,6 @@
 """Laws of radiation that the physical model keeps with any providers."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -100,13 +99,6 @@ PAIRWISE = [
 ]
 
 
-def test_every_two_choices_of_an_enclosure_meet():
-    choices = GASES, SEAS, OPTICS, ZENITHS_DEG
-    for one, other in itertools.combinations(range(4), 2):
-        met = {(case[one], case[other]) for case in PAIRWISE}
-        assert met == set(itertools.product(choices[one], choices[other]))
-
-
 @pytest.mark.parametrize(("gas_name", "sea_name", "optics_name", "zenith"), PAIRWISE)
 def test_an_isothermal_enclosure_is_black(gas_name, sea_name, optics_name, zenith):
     inputs = scene(profile_at(ENCLOSURE_K), gas_name, sea_name, optics_name, zenith)
@@ -132,18 +124,6 @@ def test_a_cloud_that_vanishes_leaves_clear_sky(sun):
     # One hundredth of a metre has an optical thickness of 2e-4.
     np.testing.assert_allclose(thin[0], clear, rtol=1e-4)
     np.testing.assert_allclose(thin[0] - clear, (thin[1] - clear) / 10.0, rtol=0.05, atol=1e-7 * clear.max())
-
-
-@pytest.mark.parametrize("model", [Physical, PhysicalTwoStream])
-def test_an_opaque_cloud_radiates_at_the_temperature_of_its_top(model):
-    """Its base is 5 K warmer, 8 % in the window; light comes from the first tens of metres."""
-    inputs = scene(profile_at(None), optics_name="bulk", zenith=0.0)
-    window, thickness = np.array([900.0, 1000.0]), np.array([[800.0]])
-    with_gradient, without = (
-        total(model(inputs, PhysicalParameters(cloud_temperature=choice)).cloudy(window, thickness, None))
-        for choice in ("profile", "isothermal-top")
-    )
-    np.testing.assert_allclose(with_gradient, without, rtol=0.03)
 
 
 def test_one_exact_change_of_direction_is_enough():

@@ -116,13 +116,6 @@ def test_the_same_seed_gives_the_same_waves_and_another_others():
     assert np.corrcoef(first.ravel(), sea().wave_field(GRID, STILL, 8).slopes(*window).ravel())[0, 1] < 0.3
 
 
-def test_a_window_equals_the_same_part_of_the_whole():
-    waves = sea().wave_field(GRID, FLYING, 3)
-    whole = waves.slopes(5.0, slice(0, 120), slice(0, 160))
-    part = waves.slopes(5.0, slice(30, 50), slice(7, 9))
-    np.testing.assert_array_equal(part, whole[:, 30:50, 7:9])
-
-
 def test_time_runs_back_to_the_same_waves():
     waves = sea().wave_field(GRID, FLYING, 3)
     window = slice(0, 20), slice(0, 20)
@@ -155,12 +148,6 @@ def test_waves_run_downwind():
     best = max(((dy, dx) for dy in range(-8, 9) for dx in range(-8, 9)), key=lambda shift: likeness(*shift))
     assert best[1] >= 1
     assert best[0] >= 0
-
-
-def test_no_wind_raises_no_waves():
-    calm = sea(wind=0.0)
-    assert calm.wave_slope_rms(PIXEL_M) == (0.0, 0.0)
-    assert not calm.wave_field(GRID, STILL, 1).slopes(1.0, slice(0, 4), slice(0, 4)).any()
 
 
 def test_calls_without_a_bearing_give_the_sea_as_a_whole():

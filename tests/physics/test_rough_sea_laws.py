@@ -59,21 +59,6 @@ def test_a_calm_sea_emits_one_minus_fresnel(slopes):
     np.testing.assert_allclose(found, 1.0 - unpolarised_reflectance(index, mu[:, None]), rtol=0.0, atol=0.0015)
 
 
-@pytest.mark.parametrize("shadowing", ["none", "separable", "height-correlated"])
-@pytest.mark.parametrize("slopes", SLOPES)
-def test_brdf_is_reciprocal_for_every_pair_of_directions(slopes, shadowing):
-    random = np.random.default_rng(3)
-    out, into = random.uniform(np.cos(np.radians(85.0)), 1.0, (2, 400))
-    azimuth, wind = random.uniform(0.0, np.pi, 400), random.uniform(-4.0, 4.0, 400)
-    model = sea(10.0, slopes=slopes, shadowing=shadowing)
-    forth = model.brdf(WAVENUMBER, out, into, azimuth, wind)
-    back = model.brdf(WAVENUMBER, into, out, azimuth, -(wind + azimuth))
-    np.testing.assert_allclose(forth, back, rtol=1e-9, atol=1e-30)
-    mean = model.brdf(WAVENUMBER, out, into, azimuth), model.brdf(WAVENUMBER, into, out, azimuth)
-    np.testing.assert_allclose(*mean, rtol=1e-9, atol=1e-30)
-    assert forth.min() >= 0.0
-
-
 @pytest.mark.parametrize("zenith_deg", [0.0, 40.0, 60.0, 70.0])
 def test_what_is_not_emitted_is_reflected_once_or_twice(zenith_deg):
     """The BRDF's integral over directions is the slopes' integral over escaping rays; the rest is the second hit."""
@@ -120,19 +105,6 @@ def test_unshadowed_facets_reflect_more_than_there_is_beyond_80_degrees(wind):
 
 
 @pytest.mark.parametrize("slopes", SLOPES)
-@pytest.mark.parametrize("basis", ["linear", "lagrange"])
-def test_weights_and_emissivity_share_all_light(slopes, basis):
-    x, _ = np.polynomial.legendre.leggauss(8)
-    mu = np.array([0.05, 0.8])
-    model = sea(8.0, slopes=slopes)
-    weights = model.reflection_weights(WAVENUMBER, mu, 0.5 * (x + 1.0), basis)
-    total = weights.sum(axis=1) + model.emissivity(WAVENUMBER, mu)
-    np.testing.assert_allclose(total, 1.0, rtol=0.0, atol=1e-12)
-    if basis == "linear":
-        assert weights.min() > -1e-7
-
-
-@pytest.mark.parametrize("slopes", SLOPES)
 @pytest.mark.parametrize("bearing", [None, 0.7])
 def test_the_emissivity_does_not_depend_on_what_was_asked_before(slopes, bearing):
     mu = np.cos(np.radians([0.0, 80.0]))
@@ -144,15 +116,6 @@ def test_the_emissivity_does_not_depend_on_what_was_asked_before(slopes, bearing
     asked.reflection_weights(WAVENUMBER, mu, nodes, wind_azimuth=np.full(mu.size, 2.0))
     expected = fresh.emissivity(WAVENUMBER, mu, wind_azimuth=turn)
     np.testing.assert_array_equal(asked.emissivity(WAVENUMBER, mu, wind_azimuth=turn), expected)
-
-
-def test_without_a_bearing_the_emissivity_is_the_mean_over_all_bearings():
-    model = sea(12.0, slopes="upwind-crosswind", foam=False)
-    mu = np.cos(np.radians([65.0]))
-    nu = WAVENUMBER[1:2]
-    at = [model.emissivity(nu, mu, wind_azimuth=np.array([angle])).item() for angle in np.arange(24) * np.pi / 12.0]
-    assert max(at) - min(at) > 2e-3
-    assert model.emissivity(nu, mu).item() == pytest.approx(np.mean(at), abs=2e-4)
 
 
 def test_a_calm_sea_mirrors_the_sky_at_the_angle_of_view():

@@ -28,25 +28,6 @@ def hemisphere(mu_count: int = 200, azimuth_count: int = 200) -> tuple[np.ndarra
     return mu.ravel(), azimuth.ravel(), weight.ravel()
 
 
-@pytest.mark.parametrize("wind", [0.0, 10.0, 60.0])
-def test_brdf_is_reciprocal_and_not_negative(wind: float) -> None:
-    random = np.random.default_rng(3)
-    out, into = random.uniform(1e-3, 1.0, (2, 500))
-    azimuth = random.uniform(0.0, np.pi, 500)
-    forth = sea(wind).brdf(WAVENUMBER, out, into, azimuth)
-    back = sea(wind).brdf(WAVENUMBER, into, out, azimuth)
-    np.testing.assert_allclose(forth, back, rtol=1e-12, atol=0.0)
-    assert np.all(forth >= 0.0)
-    assert forth.max() > 0.0
-
-
-@pytest.mark.parametrize("wind", [0.0, 5.0, 14.0, 60.0])
-def test_emissivity_lies_between_zero_and_one_for_every_view(wind: float) -> None:
-    mu = np.concatenate([[1e-6, 1e-3], np.linspace(0.01, 1.0, 60)])
-    found = sea(wind).emissivity(np.linspace(60.0, 49000.0, 400), mu)
-    assert np.all((found >= 0.0) & (found <= 1.0))
-
-
 def test_a_nearly_flat_sea_emits_one_minus_fresnel() -> None:
     index = load_refractive_index(Catalog(), "water").at(WAVENUMBER)
     mu = np.array([0.2, 0.5, 0.8, 1.0])

@@ -85,38 +85,6 @@ def test_a_kernel_is_the_sum_over_its_pixels_up_to_the_mirrored_edges(kernel, me
     np.testing.assert_allclose(measured, expected, atol=error)
 
 
-def test_spread_by_transfer_is_that_of_a_kernel_up_to_the_mirrored_edges():
-    measured = radiometer(psf="gaussian", psf_sigma=1.5).measure(scene(), 0, 0.0).radiance
-    axis = np.exp(-0.5 * (np.arange(-12, 13) / 1.5) ** 2)
-    kernel = np.outer(axis, axis) / axis.sum() ** 2
-    expected = [convolve(each, kernel, mode="reflect") for each in scene()]
-    np.testing.assert_allclose(measured, expected, atol=1e-5)  # samples of the spread alias a little
-
-
-@pytest.mark.parametrize("method", ["rows", "frames"])
-@pytest.mark.parametrize("electrons", [3.0, 40.0, 2e4, 5e7])
-def test_the_variance_of_counted_electrons_is_their_mean(electrons, method):
-    provider = radiometer(**COUNTING, method=method)
-    factor = electrons_per_radiance(provider)
-    frames = np.stack(
-        [provider.measure(flat(1.0) * electrons / factor, frame, 0.0).radiance * factor for frame in range(40)]
-    )
-    assert np.allclose(frames, np.round(frames), rtol=1e-7, atol=1e-6)  # counted
-    count = frames[:, 0].size
-    assert frames[:, 0].mean() == pytest.approx(electrons, abs=5.0 * np.sqrt(electrons / count))
-    assert frames[:, 0].var() == pytest.approx(electrons, rel=0.02)
-
-
-def test_dark_current_adds_noise_and_no_signal_and_reading_adds_its_own():
-    provider = radiometer(**COUNTING, dark_current=2e7, read_noise=60.0)
-    factor = electrons_per_radiance(provider)
-    signal = np.stack(
-        [provider.measure(flat(1.0) * 5000.0 / factor, frame, 0.0).radiance * factor for frame in range(30)]
-    )
-    assert signal.mean() == pytest.approx(5000.0, abs=1.0)
-    assert signal.var() == pytest.approx(5000.0 + 2000.0 + 60.0**2, rel=0.02)
-
-
 def test_without_shot_noise_the_mean_is_read():
     provider = radiometer(**COUNTING, shot_noise=False)
     np.testing.assert_allclose(provider.measure(scene(), 0, 0.0).radiance, scene(), rtol=3e-7)
@@ -191,16 +159,6 @@ def test_a_fixed_pattern_is_fixed(fixed_pattern, axes):
 
 
 NOISY = {**COUNTING, "read_noise": 5.0, "gain_deviation": 0.01, "offset_electrons": 3.0}
-
-
-def test_every_random_number_follows_from_seed_frame_and_stage():
-    provider, again = radiometer(**NOISY), radiometer(**NOISY)
-    forward = [provider.measure(scene(), frame, 0.0).radiance for frame in (0, 1, 2)]
-    backward = [again.measure(scene(), frame, 0.0).radiance for frame in (2, 1, 0)][::-1]
-    for one, other in zip(forward, backward, strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert not np.array_equal(forward[0], forward[1])
-    assert not np.array_equal(forward[0], radiometer(seed=2, **NOISY).measure(scene(), 0, 0.0).radiance)
 
 
 def test_noise_of_frames_bands_and_stages_has_nothing_in_common():

@@ -308,13 +308,6 @@ def test_windows_of_a_frame_are_parts_of_the_whole(model, monkeypatch):
         np.testing.assert_array_equal(values, parts[name])
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_seed_other_shadows():
-    first, again, other = (cube([THICK], **ON, **ALL, seed=seed) for seed in (4, 4, 5))
-    for name in first:
-        np.testing.assert_array_equal(first[name], again[name])
-    assert not np.array_equal(first.shadow_mask, other.shadow_mask)
-
-
 def test_a_pixel_in_shadow_is_the_mean_of_its_points():
     fine = cube([THICK], **ON, **ALL)
     half = {"image.rows": SIZE // 2, "image.columns": SIZE // 2, "image.pixel_size": 2 * PIXEL_M}

@@ -83,28 +83,6 @@ def test_smear_has_the_transfer_of_a_box(frequency):
     assert transfer(provider, 160, frequency, 0.0) == pytest.approx(1.0, abs=1e-3)
 
 
-def test_transfer_by_a_slanted_edge():
-    # ISO 12233: an edge a few degrees off the columns samples its own profile more finely than pixels
-    size, slope, sigma, fine = 240, np.tan(np.radians(5.0)), 0.8, 8
-    y, x = np.mgrid[:size, :size].astype(float)
-    along = x - size / 2 - slope * (y - size / 2)
-    share = np.clip(along + 0.5, 0.0, 1.0)  # of the pixel beyond the edge, for an edge along the columns
-    measured = sensor(size, size, psf="gaussian", psf_sigma=sigma).measure((1.0 + share)[None], 0, 0.0).radiance[0]
-    inner = slice(30, -30)
-    place = np.round(along[inner, inner].ravel() * fine).astype(int)
-    keep = np.abs(place) <= 20 * fine
-    count = np.bincount(place[keep] + 20 * fine)
-    edge = np.bincount(place[keep] + 20 * fine, measured[inner, inner].ravel()[keep]) / count
-    line = np.diff(edge)
-    frequency = np.array([0.05, 0.1, 0.15, 0.2, 0.25])
-    where = (np.arange(line.size) + 0.5 - 20 * fine) / fine
-    found = np.abs(np.exp(-2j * np.pi * frequency[:, None] * where) @ line)
-    pixel = np.sinc(frequency)  # of the scene, which has the pixel's aperture already
-    fine_grid = np.sinc(frequency / fine) ** 2  # of bins, and of differences between them
-    closed = np.exp(-2.0 * (np.pi * sigma * frequency) ** 2)
-    np.testing.assert_allclose(found / (pixel * fine_grid), closed, rtol=0.01)
-
-
 def kelvin_of(radiance, band):
     """Temperature of black bodies of these radiances, from Planck's law over wavelength by quadrature."""
     low, high = BOX[band]

@@ -1,6 +1,6 @@
 """Sunlight that thin clouds scatter and a rough sea mirrors, against discrete ordinates with all 128 moments.
 
-Scenes and reference values are those of the campaign ``glint``, which also has a Monte Carlo of them.
+Scenes and reference values are those of the campaign ``glint``.
 """
 
 import csv
@@ -17,7 +17,7 @@ from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
-CAMPAIGN = Path(__file__).parents[1] / "campaign" / "glint"
+CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "glint"
 FOG = {
     "time": "2023-11-12T06:20:00+00:00",
     "place": {"latitude": -40.0818, "longitude": 150.0},

@@ -53,7 +53,7 @@ def test_a_collection_of_texts_that_never_ends_is_refused(tmp_path, number, size
 
 
 def test_only_errors_of_the_package_escape(group):
-    # Each file with each reader; tests/campaign/unbreakable has 112 000 and 2000.
+    # Each file with each reader; campaigns/unbreakable has 112 000 and 2000.
     escaped, outcomes = what_escapes(*group, range(10_000, 10_300 if group[0] == "fast" else 10_060))
     assert not escaped
     assert outcomes["refused"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from examples import examples
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin.core.catalog import Catalog
@@ -67,11 +67,3 @@ def test_any_cloud_has_an_albedo_between_0_and_1_and_a_phase_function_of_mean_1(
         assert moments[0, 0] == 1.0
         assert np.all(np.abs(moments) <= 1.0 + 1e-12)
         assert np.all(np.isfinite(phase_function(moments, np.linspace(-1.0, 1.0, 19))))
-
-
-@pytest.mark.campaign
-@settings(max_examples=200, deadline=None)
-@given(st.sampled_from(["water", "ice"]), powers(-3, 2.69), st.floats(0.01, 0.4), powers(-9, -1), st.floats(0.7, 14.3))
-def test_many_clouds(phase, radius, variance, content, micron):
-    check = test_any_cloud_has_an_albedo_between_0_and_1_and_a_phase_function_of_mean_1
-    check.hypothesis.inner_test(phase, radius, variance, content, micron)

@@ -4,7 +4,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile, local_zenith_deg, slant_length_m
@@ -62,26 +61,6 @@ def test_impossible_legs_are_refused(arguments):
 def test_temperature_outside_the_profile_is_refused(profile):
     with pytest.raises(ValueError, match="allowed"):
         profile.temperature_at(200_000.0)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("altitude_m,pressure_Pa,h2o\n0,1,0\n1,0.5,0\n", "temperature is missing"),
-        ("altitude_m,pressure_Pa,temperature_K\n0,1000,288\n1000,900,280\n", "humidity is missing"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n0,900,280,0\n", "line 3: altitude 0 m"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,1100,280,0\n", "does not fall|downwards"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,900,12,0\n", "100 to 1500"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,1.5\n1000,900,280,0\n", "h2o is 1.5"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,nan,0\n1000,900,280,0\n", "line 2"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,0\n1000,900,280,0\n", "line 2"),
-        ("# nothing\n", "no row"),
-    ],
-)
-def test_unphysical_profiles_are_refused(tmp_path, text, message):
-    (tmp_path / "mine.csv").write_text(text)
-    with pytest.raises(CatalogError, match=message):
-        load_profile("mine.csv", Catalog(base=tmp_path))
 
 
 def test_profile_is_immutable(profile):

@@ -122,15 +122,6 @@ def test_the_draw_is_the_same_each_time_and_another_with_another_seed(plan):
     assert len(places) == 4
 
 
-def test_pixels_in_shadow_are_left_out_and_counted(plan):
-    thickness, shaded = np.zeros((6, 9), np.float32), np.zeros((6, 9), bool)
-    shaded[1:5, 2:7] = True
-    (frame,) = drawn(plan, thickness, shaded)
-    assert not np.any(shaded[frame.row, frame.column])
-    assert frame.left_out[0, 0] == 20
-    assert frame.pixels[0] == 34
-
-
 @pytest.mark.parametrize(
     ("asked", "frames", "samples", "checked", "from_frames"),
     [

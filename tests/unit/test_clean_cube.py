@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.engine.cube_sensor import _corner, _pixel_size_m
+from hcss_twin.engine.cube_sensor import corner_in_image, pixel_size_of
 
 IMAGE = (8, 12)
 SIZE_M = 100.0
@@ -19,20 +19,20 @@ def cube():
 
 
 def test_a_part_of_the_image_starts_where_it_was_cut(cube):
-    assert _corner(cube, IMAGE, SIZE_M) == (0, 0)
-    assert _corner(cube.isel(y=slice(3, 7), x=slice(2, 12)), IMAGE, SIZE_M) == (3, 2)
+    assert corner_in_image(cube, IMAGE, SIZE_M) == (0, 0)
+    assert corner_in_image(cube.isel(y=slice(3, 7), x=slice(2, 12)), IMAGE, SIZE_M) == (3, 2)
 
 
 def test_pixels_that_are_not_those_of_the_image_have_no_place_in_it(cube):
     # The first pixel fits, the later ones do not.
-    assert _corner(cube.isel(x=slice(4, 12, 2)), IMAGE, SIZE_M) == (0, 0)
-    assert _corner(cube.coarsen(y=2, x=2).mean(), IMAGE, SIZE_M) == (0, 0)
+    assert corner_in_image(cube.isel(x=slice(4, 12, 2)), IMAGE, SIZE_M) == (0, 0)
+    assert corner_in_image(cube.coarsen(y=2, x=2).mean(), IMAGE, SIZE_M) == (0, 0)
 
 
 def test_the_pixel_size_is_that_of_the_scenario_to_rounding_else_that_of_the_cube(cube):
-    assert _pixel_size_m(cube, SIZE_M * (1.0 + 1e-9), "cube") == SIZE_M * (1.0 + 1e-9)
-    assert _pixel_size_m(cube.isel(x=slice(0, 12, 3)), SIZE_M, "cube") == 300.0
-    assert _pixel_size_m(cube, 250.0, "cube") == SIZE_M
-    assert _pixel_size_m(cube.isel(x=slice(0, 1)), SIZE_M, "cube") == SIZE_M
+    assert pixel_size_of(cube, SIZE_M * (1.0 + 1e-9), "cube") == SIZE_M * (1.0 + 1e-9)
+    assert pixel_size_of(cube.isel(x=slice(0, 12, 3)), SIZE_M, "cube") == 300.0
+    assert pixel_size_of(cube, 250.0, "cube") == SIZE_M
+    assert pixel_size_of(cube.isel(x=slice(0, 1)), SIZE_M, "cube") == SIZE_M
     with pytest.raises(CubeError, match="not evenly spaced"):
-        _pixel_size_m(cube.isel(x=[0, 1, 3]), SIZE_M, "cube")
+        pixel_size_of(cube.isel(x=[0, 1, 3]), SIZE_M, "cube")

@@ -3,13 +3,9 @@
 import numpy as np
 import pytest
 
-from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
+from hcss_twin.models.clouds.fractal.rows import cubic_weights
 
 FRACTIONS = np.concatenate([np.linspace(0.0, 1.0, 1001)[:-1], [np.nextafter(1.0, 0.0), 1e-300]])
-
-
-def test_the_variance_of_interpolated_independent_nodes_is_one_everywhere():
-    np.testing.assert_allclose(np.sum(cubic_weights(FRACTIONS) ** 2, axis=1), 1.0, atol=1e-12, rtol=0)
 
 
 @pytest.mark.parametrize("power", [0, 1, 2])
@@ -32,18 +28,6 @@ def test_the_weights_are_continuous_from_cell_to_cell_with_their_slope():
 def test_the_weights_are_mirror_symmetric():
     fraction = np.linspace(0.0, 1.0, 65)
     np.testing.assert_allclose(cubic_weights(fraction), cubic_weights(1.0 - fraction)[:, ::-1], atol=1e-15)
-
-
-def test_coordinates_split_into_floor_and_fraction_on_both_sides_of_zero_and_far_away():
-    cell, fraction = split(np.array([-1.25, -1.0, -0.0, 0.75, 1e12 + 0.5, -1e12 - 0.25]))
-    assert cell.tolist() == [-2, -1, 0, 0, 10**12, -(10**12) - 1]
-    np.testing.assert_array_equal(fraction, [0.75, 0.0, 0.0, 0.75, 0.5, 0.75])
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e19])
-def test_a_coordinate_that_has_no_cell_is_refused(bad):
-    with pytest.raises(ValueError, match="coordinate"):
-        split(np.array([0.0, bad]))
 
 
 def test_what_the_nearest_node_neglects_is_a_weak_correlation():

@@ -1,4 +1,4 @@
-"""The hash of a provider's code; ``tests/campaign/stale_results`` has 102 layouts of plugins."""
+"""The hash of a provider's code; ``campaigns/stale_results`` has 102 layouts of plugins."""
 
 import math
 import os

@@ -96,11 +96,6 @@ def test_local_finds_thin_clouds_that_otsu_misses_and_keeps_the_open_sea_clear()
     assert local[~deck & ~thin].mean() < 0.003  # one-sided 3 sigma of a normal sea: 0.00135
 
 
-def test_plain_local_mean_would_flag_half_the_sea():
-    level, deck, thin = _sea_with_deck_and_thin_clouds()
-    assert (level > local_mean(level, 25))[~deck & ~thin].mean() > 0.3
-
-
 def test_local_is_never_below_otsu_coverage():
     level = np.random.default_rng(4).gamma(1.5, 0.1, (80, 80))
     assert np.all(local_threshold(level, 9) <= otsu_threshold(level))

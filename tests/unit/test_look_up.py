@@ -69,27 +69,7 @@ NODES = {
 }
 
 
-@pytest.mark.parametrize("samples", [1, 2, 3, 8])
-@pytest.mark.parametrize("name", NODES)
-def test_one_layer_is_the_plain_definition_to_rounding(name, samples):
-    nodes = NODES[name]
-    made = table(nodes)
-    thickness = [sky((24, 48), nodes[0], nodes[-1], samples)]
-    thickness[0].flat[: min(20, nodes.size)] = nodes[:20]  # the nodes themselves
-    np.testing.assert_allclose(looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=1.2e-7)
-
-
-SINGLE = 2.4e-7
 """With two layers, the four weights and their products with the table are in single precision."""
-
-
-@pytest.mark.parametrize("samples", [1, 2, 8])
-def test_two_layers_are_the_plain_definition_to_rounding(samples):
-    made = table(NODES["crowded"], NODES["geometric"])
-    thickness = [sky((24, 48), 100.0, 4000.0, 1), sky((24, 48), 1.0, 20_000.0, 2)]
-    kinds = {(bool(a), bool(b)) for a, b in zip(thickness[0].flat, thickness[1].flat, strict=True)}
-    assert len(kinds) == 4
-    np.testing.assert_allclose(looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=SINGLE)
 
 
 def test_no_layer_is_the_clear_column():

@@ -10,17 +10,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
-from hcss_twin.plan.few_columns import FewColumns
-from hcss_twin.plan.numerics import (
-    FIRST_LEVELS,
-    NumericalLevel,
-    _columns,
-    _spectra,
-    choose_level,
-    finest,
-    reference_level,
-    spectral_level,
-)
+from hcss_twin.plan.numerics import FIRST_LEVELS, NumericalLevel, choose_level, finest, reference_level, spectral_level
 from hcss_twin.providers import Sun
 
 BAND = SpectralBand("flat", np.array([3.0, 5.0]), np.array([1.0, 1.0]))
@@ -170,29 +160,3 @@ def test_refined_grids_contain_the_coarser_ones():
         assert np.all(np.isin(few, many))
     assert fine.size == 2 * native.size - 1
     assert finest.size == 4 * native.size - 3
-
-
-def test_clouds_that_choose_the_level_differ_by_powers_of_two():
-    small = {"image.rows": 1, "image.columns": 1, "frames.count": 1, "output.variables": ["cloud_mask"]}
-    assembly = make_plan(Scenario.load("cirrus-over-cumulus", small)).assembly
-    thickness = _columns(assembly).thickness_m
-    for own, layer in zip(thickness.T, assembly.layers, strict=True):
-        cloudy = np.unique(own[own > 0.0])
-        assert cloudy.size == 3
-        assert np.unique(np.frexp(cloudy)[0]).size == 1
-        assert layer.thickness_min_m <= cloudy[0] < 2.0 * layer.thickness_min_m
-        assert cloudy[-1] == layer.thickness_max_m
-
-
-def test_finer_grids_solve_only_their_new_wavenumbers():
-    model, asked = ModelWithError(0, 1), []
-    solve = model.clear
-    model.clear = lambda wavenumber, sun: (
-        asked.append(wavenumber.tolist()) or {"emission": wavenumber * solve(wavenumber, sun)["emission"]}
-    )
-    at = _spectra(FewColumns(np.zeros(0), np.zeros(0), np.zeros((0, 1)), True), model, None)
-    ends = np.array([10.0, 20.0])  # models that interpolate in a band need them
-    coarse, fine = at(np.array([10.0, 20.0]), ends), at(np.array([10.0, 15.0, 20.0]), ends)
-    assert asked == [[10.0, 20.0], [10.0, 15.0, 20.0]]
-    np.testing.assert_allclose(fine[0], 1.04 * np.array([10.0, 15.0, 20.0]))
-    np.testing.assert_array_equal(fine[:, ::2], coarse)

@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from hcss_twin.core.errors import CatalogError, ProviderError
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.physics.multiple_scattering.layer import checked_layers
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import (
@@ -102,15 +102,6 @@ def test_bad_emissivity_is_refused_with_provider_distribution_and_method(answer,
 def test_rounding_beyond_the_ends_is_let_through():
     assert emissivity(with_one(1.0 + 1e-12)).max() > 1.0
     assert emissivity(with_one(-1e-12)).min() < 0.0
-
-
-def test_deliberate_errors_and_causes_are_kept():
-    with pytest.raises(CatalogError, match="no file"):
-        emissivity(CatalogError("no file"))
-    boom = RuntimeError("boom")
-    with pytest.raises(ProviderError) as error:
-        emissivity(boom)
-    assert error.value.__cause__ is boom
 
 
 @pytest.mark.parametrize("value", [-1.0, np.nan, np.inf, 800.1])

@@ -12,7 +12,7 @@ from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.physics.fresnel import unpolarised_reflectance
-from hcss_twin.providers import SeaInputs, SeaModel
+from hcss_twin.providers import SeaInputs
 
 TABLE = "# title: stand-in\nwavelength_um,n,k\n2.0,1.3,0.001\n5.0,1.36,0.01\n20.0,1.1,0.2\n"
 WAVENUMBER = np.array([600.0, 1000.0, 2500.0])
@@ -23,15 +23,6 @@ def build(folder: Path, wind: float = 5.0, table: str = TABLE, name: str = "wate
     (folder / "optical_constants" / "water.csv").write_text(table, encoding="utf-8")
     inputs = SeaInputs(wind, 0.0, 290.0, Catalog(root=folder))
     return CoxMunkSea(inputs, CoxMunkParameters(water_index=name))
-
-
-def test_provider_fulfils_the_protocol_and_its_shapes(tmp_path: Path) -> None:
-    sea = build(tmp_path)
-    assert isinstance(sea, SeaModel)
-    mu = np.array([1.0, 0.5])
-    assert sea.emissivity(WAVENUMBER, mu).shape == (2, 3)
-    assert sea.brdf(WAVENUMBER, mu, mu, np.zeros(2)).shape == (2, 3)
-    assert sea.declares.valid["wavenumber_cm1"] == (500.0, 5000.0)
 
 
 def test_index_is_interpolated_in_the_logarithm_of_the_wavelength(tmp_path: Path) -> None:
@@ -92,14 +83,6 @@ def test_wind_beyond_the_measurements_is_noted_and_within_them_is_not(tmp_path: 
 def test_wave_height_is_that_of_the_height_spectrum(tmp_path: Path) -> None:
     assert build(tmp_path, 10.0).significant_wave_height_m == significant_wave_height_m(10.0)
     assert build(tmp_path, 0.0).significant_wave_height_m == 0.0
-
-
-def test_directions_in_one_call_do_not_influence_each_other(tmp_path: Path) -> None:
-    sea = build(tmp_path)
-    mu = np.array([0.1, 0.6, 1.0])
-    together = sea.emissivity(WAVENUMBER, mu)
-    for row, cosine in zip(together, mu, strict=True):
-        np.testing.assert_allclose(sea.emissivity(WAVENUMBER, np.array([cosine]))[0], row, rtol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Windows of clouds and truth: which frames are computed whole, and where each window lies."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +9,6 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine import clouds
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.tables.spectrum import _sun_moves
 from hcss_twin.engine.truth import Truth
 from hcss_twin.providers import CloudDeclaration
 
@@ -86,21 +84,3 @@ def test_truth_of_a_window_stands_in_its_rows_and_columns(plan):
     np.testing.assert_array_equal(truth.variables["cloud_thickness"][window], thickness)
     assert not truth.variables["cloud_thickness"][~inside].any()
     np.testing.assert_array_equal(np.isfinite(truth.variables["cloud_top_altitude"]), inside)
-
-
-@pytest.mark.parametrize(
-    ("view_zenith_deg", "sun_zenith_deg", "sun_azimuth_deg", "moves"),
-    [
-        (0.0, [40.0, 40.0], [0.0, 170.0], False),
-        (50.0, [40.0, 40.0], [0.0, 170.0], True),
-        (0.0, [40.0, 60.0], [0.0, 0.0], True),
-        (50.0, [95.0, 120.0], [0.0, 90.0], False),
-    ],
-)
-def test_a_sun_moves_if_its_height_or_the_scattering_angle_changes(
-    plan, view_zenith_deg, sun_zenith_deg, sun_azimuth_deg, moves
-):
-    moved = SimpleNamespace(
-        sun_matters=True, sun_zenith_deg=np.array(sun_zenith_deg), sun_azimuth_deg=np.array(sun_azimuth_deg)
-    )
-    assert _sun_moves(moved, replace(plan.view, zenith_deg=view_zenith_deg), 1e-3) == moves

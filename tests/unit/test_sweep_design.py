@@ -141,3 +141,9 @@ def test_points_of_different_layout_are_refused_for_a_dataset(section, field):
 def test_numbers_are_told_as_ranges_and_not_more_than_a_few():
     assert ranges([0, 3, 4, 5, 9]) == "0, 3 to 5, 9"
     assert ranges(range(0, 40, 2)) == "0, 2, 4, 6, 8 and 15 more"
+
+
+def test_more_points_than_can_be_made_are_refused():
+    text = problems(lambda: design({"seed": {"count": 100_000}, "sea.temperature": [280.0, 290.0]}))["sweep"]
+    assert "200000 points" in text
+    assert "100000" in text

@@ -114,11 +114,9 @@ def test_slopes_are_the_sum_of_the_sines_of_all_waves(components, pixel, row, co
 
 def test_waves_of_the_field_have_the_spectrum():
     """Elevation along time at one point: the periodogram summed in bands is the spectrum's integral."""
-    field = WaveField(PM, 0.0, 5.0, seed=5, components=2048)
+    field = WaveField(PM, 0.0, 5.0, seed=5, components=512)
     times = np.arange(0.0, 1600.0, 0.8)
-    series = np.real(
-        np.exp(-1j * np.outer(times, field._omega)) @ (field._slope / field._wavenumber * np.exp(1j * field._phase))
-    )
+    series = np.array([field.elevation_m(time, slice(0, 1), slice(0, 1))[0, 0] for time in times])
     power = np.abs(np.fft.rfft(series)) ** 2 * 2.0 / times.size**2
     omega = 2.0 * np.pi * np.fft.rfftfreq(times.size, 0.8)
     fine = np.linspace(0.6, 2.0, 4000)

@@ -1,10 +1,9 @@
 """Trajectories: right ones are read as SGP4 and sidereal time have them, impossible ones refused, doubtful ones noted.
 
-Inputs are a fixed sample of the campaign ``tests/campaign/trajectories``, which was made before the readers were tried.
+Inputs (``orbit_inputs.py``) were made before the readers were tried.
 """
 
 import os
-import sys
 from datetime import timedelta
 from pathlib import Path
 
@@ -14,27 +13,15 @@ import pytest
 pytest.importorskip("sgp4")
 pytest.importorskip("erfa", reason="the reference is not installed")
 
+import orbit_inputs
 from hcss_payload import Circular, PayloadError, PositionTable, TwoLineElements, read_oem
 from hcss_payload.examination import examine, examine_place
 from hcss_payload.two_lines import read_two_lines
 from payload_scenes import LINES, START
 
-CAMPAIGN = Path(__file__).parents[3] / "tests" / "campaign" / "trajectories"
-
-
-@pytest.fixture(scope="module")
-def campaign():
-    sys.path.insert(0, str(CAMPAIGN))
-    try:
-        import orbit_inputs
-
-        yield orbit_inputs
-    finally:
-        sys.path.remove(str(CAMPAIGN))
-
 
 def examined(given, folder):
-    """Trajectory and notes of an input of the campaign."""
+    """Trajectory and notes of an input."""
     if given.content is not None:
         (folder / given.orbit["file"]).write_bytes(given.content)
     if given.orbit["provider"] == "tle":
@@ -45,8 +32,8 @@ def examined(given, folder):
     return trajectory, examine(trajectory, 0.0, 60.0)
 
 
-def test_right_orbits_are_read_and_not_questioned(campaign, tmp_path):
-    for given in campaign.good()[::3]:
+def test_right_orbits_are_read_and_not_questioned(tmp_path):
+    for given in orbit_inputs.good()[::3]:
         trajectory, notes = examined(given, tmp_path)
         apart = [
             np.linalg.norm(trajectory.at(time) - np.array(at))
@@ -64,9 +51,9 @@ def test_elements_of_another_century_are_too_old_before_they_have_decayed():
         examine(TwoLineElements(first, second, START), 0.0, 60.0)
 
 
-def test_wrong_orbits_are_refused_or_noted(campaign, tmp_path):
+def test_wrong_orbits_are_refused_or_noted(tmp_path):
     silent = []
-    for given in campaign.bad():
+    for given in orbit_inputs.bad():
         try:
             _, notes = examined(given, tmp_path)
         except PayloadError:
@@ -111,18 +98,18 @@ def test_a_place_far_from_what_the_camera_sees_is_noted_or_refused():
         examine_place((0.0, 150.0), seen, 50e3, above)
 
 
-def test_a_stated_interpolation_and_usable_spans_of_several_segments_hold(campaign, tmp_path):
-    lines = campaign.elements("station", 1.0)
+def test_a_stated_interpolation_and_usable_spans_of_several_segments_hold(tmp_path):
+    lines = orbit_inputs.elements("station", 1.0)
     linear = {"INTERPOLATION": "LINEAR", "INTERPOLATION_DEGREE": "1"}
     blocks = [
-        campaign.block(lines, -60.0, 60.0, 10.0, keys=linear | {"USEABLE_STOP_TIME": campaign.stamp(START)}),
-        campaign.block(
-            lines, -60.0, 60.0, 10.0, keys={"USEABLE_START_TIME": campaign.stamp(START + timedelta(seconds=1))}
+        orbit_inputs.block(lines, -60.0, 60.0, 10.0, keys=linear | {"USEABLE_STOP_TIME": orbit_inputs.stamp(START)}),
+        orbit_inputs.block(
+            lines, -60.0, 60.0, 10.0, keys={"USEABLE_START_TIME": orbit_inputs.stamp(START + timedelta(seconds=1))}
         ),
     ]
-    (tmp_path / "a.oem").write_bytes(campaign.message(*reversed(blocks)))
+    (tmp_path / "a.oem").write_bytes(orbit_inputs.message(*reversed(blocks)))
     orbit = read_oem(tmp_path / "a.oem", START)
-    ends = [np.array(campaign.earth_fixed(lines, START + timedelta(seconds=each))[0]) for each in (-10.0, 0.0, 5.0)]
+    ends = [np.array(orbit_inputs.earth_fixed(lines, START + timedelta(seconds=each))[0]) for each in (-10.0, 0.0, 5.0)]
     assert orbit.at(-5.0) == pytest.approx(0.5 * (ends[0] + ends[1]), abs=1e-3)
     assert orbit.at(5.0) == pytest.approx(ends[2], abs=0.1)
     with pytest.raises(PayloadError, match=r"time 0.5 s; the table holds -60 to 0 s, 1 to 60 s between USEABLE_START"):

@@ -1,14 +1,13 @@
 """Keys of sensor, platform and camera that state one quantity: agreement is accepted, contradiction refused by name.
 
-Scenarios are those of the campaign ``tests/campaign/trajectories``, which were made before the readers were tried; what
+Scenarios (``geometry_inputs.py``) were made before the readers were tried; what
 keys imply is computed there from triangles and Kepler's third law.
 """
 
 import json
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
+import geometry_inputs
 import pytest
 from hcss_payload import Camera
 from hcss_payload.build import payload_of
@@ -21,19 +20,6 @@ from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands, spectral_band
 from hcss_twin.scenario.viewing import viewing_notes
-
-CAMPAIGN = Path(__file__).parents[3] / "tests" / "campaign" / "trajectories"
-
-
-@pytest.fixture(scope="module")
-def campaign():
-    sys.path.insert(0, str(CAMPAIGN))
-    try:
-        import geometry_inputs
-
-        yield geometry_inputs
-    finally:
-        sys.path.remove(str(CAMPAIGN))
 
 
 def examined(raw):
@@ -50,13 +36,13 @@ def examined(raw):
     return *notes, *examine_geometry(json.loads(scenario.to_json()), make_sensor(scenario.sensor, inputs).stages)
 
 
-def test_keys_that_agree_are_accepted(campaign):
-    for given in campaign.good()[:17]:  # each kind
+def test_keys_that_agree_are_accepted():
+    for given in geometry_inputs.good()[:17]:  # each kind
         assert examined(given.scenario) == (), given.name
 
 
-def test_keys_that_contradict_each_other_are_refused_or_noted_by_name(campaign):
-    for given in campaign.bad()[17:51]:
+def test_keys_that_contradict_each_other_are_refused_or_noted_by_name():
+    for given in geometry_inputs.bad()[17:51]:
         try:
             told = "\n".join(examined(given.scenario))
         except hcss_twin.ScenarioError as error:
@@ -68,12 +54,12 @@ def test_keys_that_contradict_each_other_are_refused_or_noted_by_name(campaign):
         assert not missing or "is out of range" in told or accepted, (given.name, told)
 
 
-def test_electrons_follow_from_the_same_angle_as_the_image(campaign):
+def test_electrons_follow_from_the_same_angle_as_the_image():
     # 40 m from 500 km are 80 urad: a pixel angle of 40 urad would count a quarter of the electrons.
-    scene = campaign.merged(
-        campaign.SCENE,
+    scene = geometry_inputs.merged(
+        geometry_inputs.SCENE,
         {"image": {"pixel_size": 40.0}, "platform": {"altitude": 5e5}},
-        campaign.sensor(pixel_angle=4e-5),
+        geometry_inputs.sensor(pixel_angle=4e-5),
     )
     with pytest.raises(
         hcss_twin.ScenarioError, match=r"pixel_angle: 4e-05 rad, and image\.pixel_size 40 m .* 8e-05 rad"
@@ -81,8 +67,8 @@ def test_electrons_follow_from_the_same_angle_as_the_image(campaign):
         hcss_twin.make_plan(hcss_twin.Scenario.from_dict(scene))
 
 
-def test_a_live_camera_and_its_sensor_have_one_pixel_angle(campaign):
-    scenario = hcss_twin.Scenario.from_dict(campaign.merged(campaign.SCENE, campaign.sensor()))
+def test_a_live_camera_and_its_sensor_have_one_pixel_angle():
+    scenario = hcss_twin.Scenario.from_dict(geometry_inputs.merged(geometry_inputs.SCENE, geometry_inputs.sensor()))
     bands = [spectral_band(each, Catalog()) for each in scenario.bands]
     assembly = SimpleNamespace(motion=SimpleNamespace(frame_interval_s=1.0))
     plan = SimpleNamespace(scenario=scenario, catalog=Catalog(), bands=bands, assembly=assembly)

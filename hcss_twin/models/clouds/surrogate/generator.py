@@ -30,7 +30,7 @@ EVOLVING_ITERATIONS = 4
 """Default number for every frame of evolving clouds.
 
 With more iterations the spectrum is closer, but frames differ more, and sparse clouds jump: near convergence each frame
-tends to a different one of many solutions (``benchmarks/surrogate.py``)."""
+tends to a different one of many solutions."""
 
 FROZEN_ITERATIONS = 200
 """Default limit for frozen clouds, which are iterated once."""

@@ -1,0 +1,291 @@
+"""Simulation-based calibration of `hcss fit` on images of every cloud type: are its posteriors what they say?
+
+Four sets of images, 128 x 128 pixels of the unbounded sky:
+
+* ``prior``: parameters from the usual priors, octaves 0 to 8, which the fit knows; pixels of 20 m.
+* ``named``: parameters from the priors of each cloud type, which the fit knows by ``cloud_type``.
+* ``own``: the type's own H, gamma, L and octaves, with ``cloud_type``: what ``hcss run TYPE`` makes.
+* ``unnamed``: the same images, and the fit is told nothing.
+
+Images of ``prior`` and ``named`` have parameters from the fit's own prior. If all is right the rank of the true value
+among the draws is uniform, and a 90 % interval holds it nine times of ten (S. Talts et al., arXiv:1804.06788). Images
+of the other two have the same parameters every time: there the intervals hold them nine times of ten where the image
+determines them, and more often where the prior does.
+
+    python campaigns/calibration/calibration.py --images 10 --write
+
+A run that was interrupted goes on where it was: rows of results.csv are not computed again. Chains end after 8
+autocorrelation times, instead of 50: ranks need 99 draws, not 1000.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+import math
+import tempfile
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+from hcss_evaluate.posterior import chains
+from hcss_evaluate.posterior.fit import fit_targets
+from hcss_evaluate.posterior.fit_run import FitOptions, usual_priors
+from scipy.stats import chi2, kstest
+
+from hcss_twin.analysis.matching.dimension_range import type_parameters
+from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
+from hcss_twin.analysis.matching.target import Target
+from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import HcssError, PosteriorError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+
+RESULTS = Path(__file__).with_name("results.csv")
+SETS = ("prior", "named", "own", "unnamed")
+TYPES = (
+    "stratus", "cumulus", "cirrus", "simulated", "stratocumulus", "altocumulus", "altostratus", "fog", "deep-convection"
+)  # fmt: skip
+PIXELS_M = (20.0, 100.0, 500.0)
+SIDE = 128
+DRAWS, BINS = 99, 20
+FEWEST = 20
+QUICK = {"LONGEST": 8.0, "LARGEST_R_HAT": 1.05}
+SAMPLES = 100.0
+
+COLUMNS = (
+    *("set", "type", "pixel_m", "index", "refused", "p_value", "unlikeness"),
+    *(f"{name}_{what}" for name in KINDS for what in ("truth", "rank", "inside", "width", "doubted")),
+)
+
+
+def cases(sets: Iterable[str], images: int) -> Iterator[tuple[str, str, float, int]]:
+    """Yield set, type, pixel size and index; one of each kind after the other, so that any beginning is balanced."""
+    chosen = list(sets)
+    for index in range(images):
+        for pixel in PIXELS_M:
+            for cloud_type in TYPES:
+                yield from ((each, cloud_type, pixel, index) for each in chosen if each != "prior")
+        if "prior" in chosen:
+            yield "prior", "", PIXELS_M[0], index
+
+
+def options_of(which: str, cloud_type: str, pixel_m: float) -> FitOptions:
+    """Return the options of a fit; coverage leaves frames without cloud, or without gaps, out."""
+    priors = {"coverage": "uniform:0.1:0.9"}
+    if which in ("named", "own"):
+        return FitOptions(cloud_type=cloud_type, priors=priors).of_type()
+    if which == "prior":
+        return FitOptions(priors=priors | {"gamma": "loguniform:1.5:4"}, octaves=(0, 8))
+    return FitOptions(priors=priors)
+
+
+def draw_image(which: str, cloud_type: str, pixel_m: float, index: int) -> tuple[dict[str, float], CloudImage]:
+    """Draw parameters, and an image of the unbounded sky that has them, with any brightness exponent.
+
+    What data are refused depends on the image alone, so that it does not bias ranks of those accepted.
+    """
+    # Images of `own` and `unnamed` are the same.
+    rng = np.random.default_rng(
+        [zlib.crc32(f"{which.replace('unnamed', 'own')} {cloud_type}".encode()), int(pixel_m), index]
+    )
+    options = options_of(which, cloud_type, pixel_m)
+    usual = type_parameters(cloud_type, Catalog()) if cloud_type else FractalParameters()
+    known = {"H": usual.H, "gamma": usual.gamma, "Lx": (usual.L or (0, 0))[0], "Ly": (usual.L or (0, 0))[1]}
+    texts = usual_priors([(SIDE, SIDE, pixel_m)]) | options.priors
+    while True:
+        truth = {}
+        for name, kind in KINDS.items():
+            drawn = float(Prior.parse(name, texts[name], kind.low, kind.high).quantile(rng.uniform()))
+            truth[name] = float(options.fixed.get(name, drawn))
+            if which in ("own", "unnamed"):
+                truth[name] = float(known.get(name, drawn) or 0.0)
+        shape = FractalParameters(
+            gamma=truth["gamma"],
+            H=truth["H"],
+            L=(truth["Lx"], truth["Ly"]),
+            k=usual.k or options.octaves,
+            brightness_exponent=float(rng.uniform(0.5, 2.0)),
+        )
+        inputs = grey_inputs(truth["coverage"], SIDE, SIDE, pixel_m, int(rng.integers(0, 2**31)))
+        layer = dataclasses.replace(inputs.layer, coverage_mode="field")
+        clouds = FractalClouds(dataclasses.replace(inputs, layer=layer), shape, threads=1)
+        level = clouds.thickness_m(0.0, slice(0, SIDE), slice(0, SIDE))
+        cloudy = np.count_nonzero(level)
+        if 100 <= cloudy <= level.size - 100:
+            return truth, CloudImage(level, pixel_m)
+
+
+def calibrate_one(which: str, cloud_type: str, pixel_m: float, index: int) -> dict[str, str]:
+    """Return ranks of the true values among posterior draws, or why there is no posterior."""
+    truth, image = draw_image(which, cloud_type, pixel_m, index)
+    options = dataclasses.replace(
+        options_of(which, cloud_type, pixel_m), seed=index, samples=SAMPLES, most_steps=10_000
+    )
+    row = {"set": which, "type": cloud_type, "pixel_m": f"{pixel_m:g}", "index": str(index)}
+    with tempfile.TemporaryDirectory() as folder, patch.multiple(chains, **QUICK):
+        try:
+            found = fit_targets([Target(image, "image", ())], Path(folder) / "p.nc", [("image", "")], options)
+        except (HcssError, PosteriorError) as error:
+            return row | {"refused": str(error).splitlines()[0]}
+    row["p_value"] = f"{found.predictive_p_values[0][1]:.4f}"
+    row["unlikeness"] = f"{np.atleast_1d(found.attributes['unlikeness'])[0]:.2f}"
+    doubted = {name for each in found.doubts for name in each["parameters"]}
+    for name, drawn in found.samples.items():
+        some = drawn[np.linspace(0, drawn.size - 1, DRAWS).astype(int)]
+        low, high = np.quantile(drawn, [0.05, 0.95])
+        row |= {
+            f"{name}_truth": f"{truth[name]:.5g}",
+            f"{name}_rank": str(int(np.sum(some < truth[name]))),
+            f"{name}_inside": str(int(low <= truth[name] <= high)),
+            f"{name}_width": f"{high - low:.4g}",
+            f"{name}_doubted": str(int(name in doubted)),
+        }
+    return row
+
+
+def read(path: Path = RESULTS) -> list[dict[str, str]]:
+    """Return the rows of the results."""
+    if not path.exists():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def write(rows: Sequence[Mapping[str, str]]) -> None:
+    """Replace the results."""
+    with atomic_write(RESULTS, PosteriorError) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+@dataclasses.dataclass(frozen=True)
+class Summary:
+    """Of one parameter: ranks (n,), fraction inside 90 % intervals, doubted, and wrong without a doubt; mean width."""
+
+    ranks: np.ndarray
+    inside: float
+    doubted: float
+    wrong_and_sure: float
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Numbers of ranks in each of ``BINS`` bins."""
+        return np.bincount(self.ranks * BINS // (DRAWS + 1), minlength=BINS)
+
+    @property
+    def chi_squared_p(self) -> float:
+        """p of uniform ranks by chi squared."""
+        expected = self.ranks.size / BINS
+        return float(chi2.sf(np.sum((self.counts - expected) ** 2) / expected, BINS - 1))
+
+    @property
+    def kolmogorov_p(self) -> float:
+        """p of uniform ranks by Kolmogorov and Smirnov."""
+        return float(kstest((self.ranks + 0.5) / (DRAWS + 1), "uniform").pvalue)
+
+
+def summarise(rows: Sequence[Mapping[str, str]], name: str) -> Summary | None:
+    """Summarise one parameter; None if it is free in no row."""
+    good = [row for row in rows if row.get(f"{name}_rank", "") != ""]
+    if not good:
+        return None
+    ranks, inside, doubted = (
+        np.array([int(row[f"{name}_{what}"] or 0) for row in good]) for what in ("rank", "inside", "doubted")
+    )
+    return Summary(ranks, float(inside.mean()), float(doubted.mean()), float(np.mean((inside == 0) & (doubted == 0))))
+
+
+def table(rows: Sequence[Mapping[str, str]]) -> str:
+    """Return the table of docs/development/uncertainty.md: inside, doubted, and wrong without a doubt."""
+    lines = ["| images | number (refused) | " + " | ".join(KINDS) + " |", "|---|---|" + "---|" * len(KINDS)]
+    for which in SETS:
+        own = [row for row in rows if row["set"] == which]
+        groups = [(f"`{which}`", own)]
+        groups += [(f"`{which}`, {kind}", [row for row in own if row["type"] == kind]) for kind in TYPES]
+        for pixel in PIXELS_M if which != "prior" else ():
+            groups.append((f"`{which}`, {pixel:g} m", [row for row in own if float(row["pixel_m"]) == pixel]))
+        for words, group in groups:
+            # Fractions of a few images say nothing.
+            if len(group) >= (FEWEST if group is not own else 1):
+                refused = sum(1 for row in group if row["refused"])
+                found = [summarise(group, name) for name in KINDS]
+                cells = [
+                    ""
+                    if each is None
+                    else f"{each.inside:.0%}"
+                    if which == "prior"  # whose doubts were not recorded
+                    else f"{each.inside:.0%}, {each.doubted:.0%}, {each.wrong_and_sure:.0%}"
+                    for each in found
+                ]
+                lines.append(f"| {words} | {len(group)} ({refused}) | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def draw_figure(rows: Sequence[Mapping[str, str]], path: Path) -> None:
+    """Draw the cumulative ranks less those of a uniform distribution, by set, type and parameter, of enough images."""
+    from matplotlib.figure import Figure
+
+    shown = [which for which in SETS if sum(row["set"] == which for row in rows) >= FEWEST]
+    figure = Figure((9.0, 1.2 + 1.8 * len(shown)), layout="constrained")
+    axes = figure.subplots(len(shown), len(KINDS), sharex=True, sharey=True, squeeze=False)
+    grid = (np.arange(DRAWS + 1) + 0.5) / (DRAWS + 1)
+    for line, which in zip(axes, shown, strict=True):
+        own = [row for row in rows if row["set"] == which]
+        for axis, name in zip(line, KINDS, strict=True):
+            everything = summarise(own, name)
+            axis.set_title(f"{which}: {name}", fontsize=9)
+            if everything is None:
+                axis.text(0.5, 0.0, "fixed", ha="center", va="center")
+                continue
+            band = 1.36 / math.sqrt(everything.ranks.size)
+            axis.axhspan(-band, band, color="0.9")
+            for number, kind in enumerate(TYPES if which != "prior" else ()):
+                found = summarise([row for row in own if row["type"] == kind], name)
+                if found is not None and found.ranks.size >= FEWEST:
+                    axis.plot(grid, _excess(found.ranks), lw=0.7, color=f"C{number}", label=kind)
+            axis.plot(grid, _excess(everything.ranks), color="black", lw=1.6, label="all")
+    for axis in axes[-1]:
+        axis.set_xlabel("rank of the true value")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("excess, cumulative")
+    axes[0, 0].set_ylim(-0.25, 0.25)
+    figure.legend(*axes[-1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
+    figure.savefig(path, dpi=110)
+
+
+def _excess(ranks: np.ndarray) -> np.ndarray:
+    cumulative = np.cumsum(np.bincount(ranks, minlength=DRAWS + 1)) / ranks.size
+    return cumulative - np.arange(1, DRAWS + 2) / (DRAWS + 1)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--images", type=int, default=0, help="Of each type, pixel size and set.")
+    parser.add_argument("--sets", nargs="+", choices=SETS, default=["named", "own", "unnamed"])
+    parser.add_argument("--write", action="store_true", help="Write results.csv after each image.")
+    parser.add_argument("--figure", type=Path, help="Also draw the ranks.")
+    given = parser.parse_args()
+    rows = read()
+    known = {(row["set"], row["type"], row["pixel_m"], row["index"]) for row in rows}
+    for case in cases(given.sets, given.images):
+        which, cloud_type, pixel, index = case
+        if (which, cloud_type, f"{pixel:g}", str(index)) in known:
+            continue
+        rows.append(calibrate_one(*case))
+        print(rows[-1], flush=True)
+        if given.write:
+            write(rows)
+    print(table(rows))
+    if given.figure is not None:
+        draw_figure(rows, given.figure)
+
+
+if __name__ == "__main__":
+    main()
