@@ -2,11 +2,11 @@ import json
 
 import numpy as np
 import pytest
+from hcss_modtran.modtran6 import read_modtran6_csv, read_modtran6_json
+from hcss_modtran.spectral_path import PathGeometry
 from tape7_text import air, brightness
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1200.5, 10.0)

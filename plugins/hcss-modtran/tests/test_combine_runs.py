@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
+from hcss_modtran.combine import combine, surface_zenith_deg
+from hcss_modtran.importing import ReadOptions, detect_format, parse_geometry, read_paths
+from hcss_modtran.spectral_path import PathGeometry, SpectralPath
 from tape7_text import air, radiance_run, transmittance_run, write
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.combine import combine, surface_zenith_deg
-from hcss_twin.models.atmosphere.imports.run import ReadOptions, detect_format, parse_geometry, read_paths
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
 from hcss_twin.physics.planck import planck

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
+from hcss_modtran.combine import combine
+from hcss_modtran.importing import ReadOptions, import_files, read_paths
+from hcss_modtran.libradtran import read_libradtran, read_settings
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.combine import combine
-from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
-from hcss_twin.models.atmosphere.imports.run import ReadOptions, import_files, read_paths
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.physics.planck import planck

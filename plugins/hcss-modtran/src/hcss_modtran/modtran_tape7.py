@@ -24,9 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hcss_modtran.columns import Run, axis_unit, normalised, path_from_columns
+from hcss_modtran.spectral_path import PathGeometry, SpectralPath, read_text
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.columns import Run, axis_unit, normalised, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath, read_text
 
 _SENTINEL = "-9999"
 _HEADER = re.compile(r"^\s*(FREQ|WAVLEN|WAVELENGTH)\b", re.IGNORECASE)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcss_modtran.spectral_path import SpectralPath, sine_deg
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.spectral_path import SpectralPath, sine_deg
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from hcss_modtran.columns import AxisUnit, Run, axis_unit, is_known, path_from_columns
+from hcss_modtran.spectral_path import PathGeometry, RadianceUnit, SpectralPath, read_text
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.models.atmosphere.imports.columns import AxisUnit, Run, axis_unit, is_known, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, read_text
 
 _KINDS = ("RADIANCE", "TRANSMITTANCE", "IRRADIANCE")
 
