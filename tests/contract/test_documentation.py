@@ -110,6 +110,8 @@ def test_the_gallery_page_is_current_and_small(gallery):
 
 def test_every_scenario_of_the_gallery_can_be_loaded():
     for path in (DOCS / "gallery").glob("*.toml"):
+        if path.stem == "streets" and importlib.util.find_spec("hcss_skies") is None:
+            continue
         assert json.loads(Scenario.load(path).to_json())["title"]
 
 

@@ -23,11 +23,6 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
              "fractal noise fields with drift, evolution and a chosen coverage", HCSS),
         _own("imagery", "clouds.imagery.generator:ImageryClouds", "clouds.imagery.parameters:ImageryParameters",
              "cloud fields taken from an image"),
-        _own("surrogate", "clouds.surrogate.generator:SurrogateClouds",
-             "clouds.surrogate.parameters:SurrogateParameters",
-             "evolving cloud fields with the amplitudes and the spectrum of an image",
-             "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, Phys. Rev. Lett. 77, 635 "
-             "(1996)"),
     ]  # fmt: skip
 
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from hcss_skies.surrogate.amplitude_adjusted import ascending_order, match_ranks
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as stnp
-
-from hcss_twin.models.clouds.surrogate.amplitude_adjusted import ascending_order, match_ranks
 
 RNG = np.random.default_rng(0)
 

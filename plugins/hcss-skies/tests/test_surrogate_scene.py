@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
-from cheap import CHEAP
+import xarray as xr
+from hcss_skies.surrogate.generator import SurrogateClouds
+from hcss_skies.surrogate.parameters import SurrogateParameters
+from hcss_skies.surrogate.template import periodic_component
 from PIL import Image
-from sample_data import sample_file
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin import Scenario, simulate
+from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.template import periodic_component
 from hcss_twin.providers import CloudInputs, Grid, Motion
-from hcss_twin.testing.samples import sample_layer
+from hcss_twin.testing.samples import sample_cloud_inputs, sample_layer
+
+CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 
 
 @pytest.fixture
@@ -63,7 +68,7 @@ def test_scenario_that_asks_for_tapered_edges_is_told_where(scenario):
 
 
 def test_scenario_of_the_documentation_runs(tmp_path):
-    text = (Path(__file__).parents[2] / "docs" / "how-to" / "clouds-from-images.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "how-to" / "clouds-from-images.md").read_text(encoding="utf-8")
     scenario = tomllib.loads(text.split("## Surrogates")[1].split("```toml\n")[1].split("```")[0])
     scenario["image"].update(rows=48, columns=64)
     scenario["frames"]["count"] = 1
@@ -72,6 +77,44 @@ def test_scenario_of_the_documentation_runs(tmp_path):
     Image.fromarray((255 * (grey - grey.min()) / np.ptp(grey)).astype(np.uint8)).save(tmp_path / "clouds.png")
     cube = simulate(Scenario.from_dict(scenario, CHEAP))
     assert int(cube.cloud_mask.sum()) == round(0.3 * 48 * 64)
+
+
+def test_surrogate_has_the_histogram_of_its_image_in_kelvin(tmp_path):
+    scene = {
+        "time": "2024-04-20T22:30:00+10:00",
+        "place": {"latitude": 35.0, "longitude": 150.0},
+        "image": {"rows": 48, "columns": 48, "pixel_size": 1000.0},
+        "frames": {"count": 1},
+        "bands": ["lwir-10.8"],
+        "output": {"variables": ["brightness_temperature"], "certificate": 0},
+        "clouds": {"type": "stratus", "thickness_min": 1.0, "generator": "fractal"},
+    }
+    inversion = make_plan(Scenario.from_dict(scene, CHEAP)).assembly.built["clouds"].inputs.inversion
+    field = gaussian_filter(np.random.default_rng(3).normal(size=(48, 48)), 3.0, mode="wrap")
+    coldest = inversion.coldest_K + 0.5
+    kelvin = coldest + (inversion.clear_K - coldest) * (field - field.min()) / np.ptp(field)
+    image = xr.Dataset({"brightness_temperature": xr.DataArray(kelvin, dims=("y", "x"), attrs={"units": "K"})})
+    image.to_netcdf(tmp_path / "image.nc")
+    parameters = {"image": str(tmp_path / "image.nc"), "method": "temperature"}
+    scene["clouds"] |= {"generator": "surrogate", "parameters": parameters}
+    seen = simulate(Scenario.from_dict(scene, CHEAP)).brightness_temperature.values
+    np.testing.assert_allclose(np.sort(seen, axis=None), np.sort(kelvin, axis=None), atol=0.15)
+
+
+def test_no_netcdf_file_is_opened_while_frames_are_computed(tmp_path, monkeypatch):
+    """The engine computes them while another thread writes one."""
+    image = xr.DataArray(np.random.default_rng(0).random((80, 96)), dims=("y", "x"))
+    xr.Dataset({"data": image}).to_netcdf(tmp_path / "image.nc")
+    inputs = sample_cloud_inputs(catalog=Catalog(base=tmp_path))
+    clouds = SurrogateClouds(inputs, SurrogateParameters(image="image.nc", method="coverage"))
+    monkeypatch.setattr(netCDF4, "Dataset", None)
+    assert clouds.thickness_m(90.0, slice(None), slice(None)).any()
+
+
+def test_results_are_those_recorded():
+    record = Path(__file__).parents[3] / "tests" / "bits" / "record.py"
+    done = subprocess.run([sys.executable, record, "surrogate-clouds"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 # --- measured images --------------------------------------------------------------------
@@ -96,7 +139,10 @@ def octave_power(field):
     ],
 )
 def test_frames_have_the_amplitudes_and_the_spectrum_of_the_measured_image(pattern, limit):
-    image = sample_file(f"images/{pattern}")
+    images = sorted((Path(os.environ.get("HCSS_SAMPLE_DATA", "")) / "images").glob(pattern))
+    if not images:
+        pytest.skip(f"HCSS_SAMPLE_DATA names no folder with images/{pattern}")
+    image = images[0]
     size = min(300, *read_image(image).values.shape)
     for evolution_s in (3600.0, np.inf):
         inputs = CloudInputs(

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from hcss_skies.surrogate.template import periodic_component, plane_magnitude, underlying_magnitude
 from scipy.sparse import lil_array
 from scipy.sparse.linalg import spsolve
 from scipy.stats import gamma, norm
-
-from hcss_twin.models.clouds.surrogate.template import periodic_component, plane_magnitude, underlying_magnitude
 
 
 def power_law(shape, beta, seed, cutoff=1.0):

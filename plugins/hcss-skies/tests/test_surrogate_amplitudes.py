@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from hcss_skies.surrogate.amplitude_adjusted import adjust_amplitudes, match_ranks
 from scipy.special import ndtri
-
-from hcss_twin.models.clouds.surrogate.amplitude_adjusted import adjust_amplitudes, match_ranks
 
 
 def cloudy_image(shape, seed=0, beta=3.0, threshold=0.3):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 
-from hcss_twin.models.clouds.surrogate.amplitude_adjusted import match_ranks
+from hcss_skies.surrogate.amplitude_adjusted import match_ranks
 
 
 class BandAmplitudes:

@@ -7,20 +7,29 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hcss_skies.surrogate.evolution import EvolvingNoise
+from hcss_skies.surrogate.generator import SurrogateClouds
+from hcss_skies.surrogate.parameters import SurrogateParameters
+from hcss_skies.surrogate.template import periodic_component
 from pydantic import ValidationError
 from scipy.special import hyp2f1
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import ScenarioError
+from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
-from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.template import periodic_component
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
+NUMBERS = (
+    "tolerance",
+    "evolution_exponent",
+    "iterations",
+    "crop_rows",
+    "period_columns",
+    "row_origin",
+    "window_pixels",
+)
 THINNEST, THICKEST = 100.0, 2000.0
 LAYER = CloudLayer(
     "test",
@@ -392,6 +401,12 @@ def test_clear_image_gives_clear_frames(tmp_path):
     assert clouds.declares.depends_on == frozenset()
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_an_image_without_a_number_is_refused_by_name(tmp_path, bad):
+    with pytest.raises((CatalogError, ScenarioError), match=r"image\.npy|clouds"):
+        make(tmp_path, np.full((200, 200), bad))
+
+
 def test_times_out_of_range_are_refused(tmp_path):
     for changes, name in (({"evolution": 0.0}, "evolution_time_s"), ({"interval": np.nan}, "frame_interval_s")):
         with pytest.raises(ScenarioError, match=f"{name}: .* given"):
@@ -402,6 +417,7 @@ def test_times_out_of_range_are_refused(tmp_path):
     "wrong",
     [
         {},
+        *({"image": "a", name: bad} for name in NUMBERS for bad in (np.nan, np.inf, -np.inf)),
         {"image": "a", "iterations": -1},
         {"image": "a", "tolerance": 0.0},
         {"image": "a", "crop_rows": 8},

@@ -2,7 +2,7 @@
 
 ::
 
-    python benchmarks/surrogate.py
+    python plugins/hcss-skies/make/surrogate.py
 
 One thread. Made images; where the environment variable HCSS_SAMPLE_DATA names a folder of images, those too.
 """
@@ -21,14 +21,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from hcss_skies.surrogate.generator import SurrogateClouds
+from hcss_skies.surrogate.parameters import SurrogateParameters
+from hcss_skies.surrogate.template import periodic_component
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.template import periodic_component
 from hcss_twin.providers import CloudGenerator, CloudInputs, Grid, Motion
 from hcss_twin.testing.samples import sample_layer
 
@@ -45,6 +45,7 @@ def power_law(size: int, beta: float, seed: int) -> np.ndarray:
 
 
 def wavenumbers(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wavenumbers along y and x, in cycles per image."""
     cycles = np.rint(np.fft.fftfreq(size) * size)
     ky, kx = np.meshgrid(cycles, cycles, indexing="ij")
     return ky, kx
@@ -73,6 +74,7 @@ def octave_power(image: np.ndarray) -> np.ndarray:
 def surrogate(
     folder: Path, image: np.ndarray, coverage: float, evolution_s: float, wind_m_s: float = 0.0, **parameters: object
 ) -> SurrogateClouds:
+    """Return surrogates of an image, which is saved in the folder."""
     np.save(folder / "image.npy", image)
     inputs = CloudInputs(
         sample_layer(coverage),
@@ -86,6 +88,7 @@ def surrogate(
 
 
 def leakage() -> None:
+    """Print what borders leak into the spectral axes."""
     print("power on the axes over that beside them; 256 x 256 pixels cut from fields of 512 x 512, mean of 8")
     print(f"{'power law':>12}{'plain':>10}{'mirrored':>10}{'window':>10}{'periodic':>10}")
     window = np.outer(np.hanning(256), np.hanning(256))
@@ -100,6 +103,7 @@ def leakage() -> None:
 
 
 def iterations(folder: Path) -> None:
+    """Print what iterations bring, and how much frames then change."""
     print("\nspectral error (rms of ln over octaves, mean of 15 frames) | largest change between frames .005 of")
     print("evolution_time apart, of 150 (1: independent fields), all structures alike fast; 128 x 128 pixels, k^-3")
     print(f"{'iterations':>12}" + "".join(f"{f'coverage {c:g}':>22}" for c in (0.1, 0.3, 0.5, 0.8)))
@@ -119,6 +123,7 @@ def iterations(folder: Path) -> None:
 
 
 def structures(folder: Path) -> None:
+    """Print the same for both structures."""
     print("\nstructures: columns as in the table before, and ns per pixel of a frame; 256 x 256 pixels, coverage .5")
     image = power_law(256, 3.0, 3)
     for structure in ("spectrum", "bands"):
@@ -131,6 +136,7 @@ def structures(folder: Path) -> None:
 
 
 def measured(folder: Path) -> None:
+    """Print it for measured images."""
     print("\nmeasured images: middle 400 x 400 pixels, cloud by Otsu's threshold. Cross as in the first table; ")
     print("spectral errors as in the second, at time 0, the worst of 12 times, frozen; power of the finest octave")
     print("over the image's, mean of 12 times, on whole pixels and moved by half a pixel along x")
@@ -180,6 +186,7 @@ def best_ns(clouds: CloudGenerator, size: int, repeats: int = 5) -> float:
 
 
 def timing(folder: Path) -> None:
+    """Print what a frame costs."""
     print("\nns per pixel of a frame, one thread, platform and clouds moving by parts of a pixel")
     print(f"{'pixels':>12}{'fractal':>12}{'surrogate':>12}{'ratio':>8}{'frozen':>12}{'made in s':>12}")
     shape = FractalParameters(gamma=2.0, H=0.6, L=(2.0, 2.0), k=(0, 8))
@@ -204,6 +211,7 @@ def timing(folder: Path) -> None:
 
 
 def main() -> None:
+    """Print all tables."""
     leakage()
     with tempfile.TemporaryDirectory() as name:
         iterations(Path(name))

@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hcss_skies.surrogate.bands import BandAmplitudes
+from hcss_skies.surrogate.generator import SurrogateClouds
+from hcss_skies.surrogate.parameters import SurrogateParameters
 from scipy.ndimage import gaussian_filter
 from scipy.stats import kurtosis
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.clouds.surrogate.bands import BandAmplitudes
-from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
 from hcss_twin.testing.samples import sample_layer
 

@@ -16,6 +16,7 @@ from scipy.fft import fft2, fftfreq, ifft2, irfft2, rfft2, rfftfreq
 from scipy.ndimage import map_coordinates
 from scipy.special import ndtri
 
+from hcss_skies.surrogate.parameters import SurrogateParameters
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.imagery.cloudiness import described
@@ -23,7 +24,6 @@ from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageReading, ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import size_notes
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
 
 # The spectrum of a smaller crop would have too few wavenumbers.

@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 
-from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.fractal.generator import displacement_pixels
-from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
-from hcss_twin.models.clouds.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
-from hcss_twin.models.clouds.surrogate.bands import BandAmplitudes
-from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.template import (
+from hcss_skies.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
+from hcss_skies.surrogate.bands import BandAmplitudes
+from hcss_skies.surrogate.evolution import EvolvingNoise
+from hcss_skies.surrogate.parameters import SurrogateParameters
+from hcss_skies.surrogate.template import (
     Template,
     periodic_component,
     plane_magnitude,
     read_template,
     underlying_magnitude,
 )
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.fractal.generator import displacement_pixels
+from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.thickness import window_inside
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
 
@@ -30,7 +30,7 @@ EVOLVING_ITERATIONS = 4
 """Default number for every frame of evolving clouds.
 
 With more iterations the spectrum is closer, but frames differ more, and sparse clouds jump: near convergence each frame
-tends to a different one of many solutions (``benchmarks/surrogate.py``)."""
+tends to a different one of many solutions (``make/surrogate.py``)."""
 
 FROZEN_ITERATIONS = 200
 """Default limit for frozen clouds, which are iterated once."""
