@@ -101,7 +101,7 @@ def hcss_register_elements() -> Sequence[ProviderSpec]:
 def hcss_register_surfaces() -> Sequence[ProviderSpec]:
     """Return the surface providers of this package."""
     return [
-        _own("coast", "surfaces.coast:Coast", "surfaces.parameters:CoastParameters",
+        _own("coast", "surfaces.coastline:Coast", "surfaces.parameters:CoastParameters",
              "land and sea from the coastlines of Natural Earth (1:10 million)",
              "Natural Earth, Land, 1:10m physical vectors (public domain), naturalearthdata.com"),
         _own("raster", "surfaces.raster:Raster", "surfaces.parameters:RasterParameters",

@@ -17,7 +17,7 @@ import numpy as np
 
 from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import weakly
+from hcss_twin.core.cached_method import cached_by_spectrum, weakly
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
@@ -35,7 +35,6 @@ from hcss_twin.models.radiance.physical.directions import (
     ColumnDirections,
     column_directions,
 )
-from hcss_twin.models.radiance.physical.execution import cached_by_spectrum
 from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
 from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
 from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
