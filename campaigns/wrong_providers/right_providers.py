@@ -143,7 +143,6 @@ def _clouds():
     sky = lambda inputs: builtin("clouds", "fractal", inputs, L=[80.0, 90.0], **fractal)  # noqa: E731
     yield "fractal-sky", "clouds", "fractal clouds of one sky", kit("clouds", sky, make_inputs=field_mode)
     yield "imagery", "clouds", "an image as it is", of_an_image("imagery", reinterpret_pixel_size=True)
-    yield "surrogate", "clouds", "the statistics of an image", of_an_image("surrogate")
     yield "picture", "clouds", "a picture that has its own coverage", kit("clouds", Picture)
     film = lambda inputs: Film(inputs, clouds.Parameters())  # noqa: E731
     yield "film", "clouds", "streets of ten minutes", kit("clouds", film)

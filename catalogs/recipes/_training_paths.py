@@ -21,7 +21,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.band_model.absorber_density import _ATM_CM_PER_KM, LOSCHMIDT_CM3, level_state
 from hcss_twin.models.atmosphere.band_model.absorption import CONTINUA, BandModelCoefficients
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
-from hcss_twin.models.atmosphere.model_choice import SURFACE_TEMPERATURE_K
+from hcss_twin.models.atmosphere.cloud_top import SURFACE_TEMPERATURE_K
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE

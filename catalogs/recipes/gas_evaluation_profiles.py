@@ -25,7 +25,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.atmosphere.model_choice import SURFACE_TEMPERATURE_K
+from hcss_twin.models.atmosphere.cloud_top import SURFACE_TEMPERATURE_K
 from hcss_twin.models.atmosphere.moist_air import saturation_pressure_Pa
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.profile import GASES, Profile

@@ -123,7 +123,7 @@ ENTRIES = (
     Entry(
         "streets",
         "One grey image (left; a satellite image works too) yields any number of evolving cloud "
-        "fields with similar texture ([surrogates](how-to/clouds-from-images.md)).",
+        "fields with similar texture ([surrogates](how-to/clouds-from-images.md), `pip install ./plugins/hcss-skies`).",
         (("the picture", "template", {}), *_frames(0, 1, "10.8 um, 0 min", "20 min", "40 min")),
         None,
         (0, 1, 1, 1),

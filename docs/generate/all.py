@@ -4,7 +4,8 @@
 
     python docs/generate/all.py [--check]
 
-Requires the plugins hcss-bench, hcss-evaluate and hcss-paper, which provide commands and the table of equations.
+Requires the plugins hcss-bench, hcss-evaluate, hcss-modtran and hcss-paper, which provide commands and the table of
+equations.
 """
 
 from __future__ import annotations

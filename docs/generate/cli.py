@@ -11,6 +11,7 @@ import click
 from hcss_bench.command import bench
 from hcss_evaluate.command import evaluate_command
 from hcss_evaluate.posterior.command import fit_command
+from hcss_modtran.command import atmosphere_import
 from hcss_paper.command import reproduce
 
 from hcss_twin.cli.main import cli
@@ -32,8 +33,9 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | 130, 143 | interrupted, terminated |
 
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
-(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md): `hcss bench` comes with
-`hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`, and `hcss reproduce` with `hcss-paper`.
+(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md): `hcss atmosphere import`
+comes with `hcss-modtran`, `hcss bench` with `hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`, and
+`hcss reproduce` with `hcss-paper`.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
@@ -54,6 +56,7 @@ def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
     of_plugins = [
+        ("hcss atmosphere import", atmosphere_import),
         ("hcss bench", bench),
         ("hcss evaluate", evaluate_command),
         ("hcss fit", fit_command),

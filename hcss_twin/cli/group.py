@@ -20,7 +20,13 @@ TOPICS = {
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
 
-OF_PLUGINS = {"bench": "hcss-bench", "evaluate": "hcss-evaluate", "fit": "hcss-evaluate", "reproduce": "hcss-paper"}
+OF_PLUGINS = {
+    "atmosphere import": "hcss-modtran",
+    "bench": "hcss-bench",
+    "evaluate": "hcss-evaluate",
+    "fit": "hcss-evaluate",
+    "reproduce": "hcss-paper",
+}
 """Commands of plugins that the repository of this package has in ``plugins/``."""
 
 
@@ -40,24 +46,27 @@ class CommandGroup(click.Group):
             return {}, [], []
         from hcss_twin.core.commands import collect
 
-        return collect(plugins, self.commands)
+        groups = {name: each for name, each in self.commands.items() if isinstance(each, ExtensibleGroup)}
+        inner = (f"{name} {command}" for name, group in groups.items() for command in group.commands)
+        return collect(plugins, {*self.commands, *inner}, groups)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command by name; import it if it belongs to a plugin."""
-        command = super().get_command(ctx, cmd_name)
-        if command is not None:
-            return command
+        return super().get_command(ctx, cmd_name) or self.command_of_plugin(ctx, cmd_name)
+
+    def command_of_plugin(self, ctx: click.Context, name: str) -> click.Command | None:
+        """Import the command of this full name, such as ``atmosphere import``, from the plugin that has it."""
         commands, broken, _ = self.plugin_commands()
-        if cmd_name in commands:
-            loaded: click.Command = commands[cmd_name].load()
+        if name in commands:
+            loaded: click.Command = commands[name].load()
             return loaded
         if broken:
             listed = "; ".join(map(str, broken))
-            ctx.fail(f"No such command '{cmd_name}'. It might come from an installed plugin that is broken: {listed}")
-        if cmd_name in OF_PLUGINS:
-            plugin = OF_PLUGINS[cmd_name]
+            ctx.fail(f"No such command '{name}'. It might come from an installed plugin that is broken: {listed}")
+        if name in OF_PLUGINS:
+            plugin = OF_PLUGINS[name]
             ctx.fail(
-                f"No such command '{cmd_name}'. It comes with the plugin {plugin}: "
+                f"No such command '{name}'. It comes with the plugin {plugin}: "
                 f"pip install ./plugins/{plugin} in a checkout of hcss_twin"
             )
         return None
@@ -79,3 +88,20 @@ class CommandGroup(click.Group):
                 formatter.write_dl([(f"{name:<{width}}", plugins[name].spec.summary) for name in sorted(plugins)])
         if broken:
             formatter.write(f"\n{len(broken)} broken: see hcss plugins\n")
+
+
+class ExtensibleGroup(click.Group):
+    """A group of ``hcss`` to which plugins add commands."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command by name; import it if it belongs to a plugin."""
+        command, root = super().get_command(ctx, cmd_name), ctx.find_root().command
+        if command is None and isinstance(root, CommandGroup):
+            return root.command_of_plugin(ctx, f"{self.name} {cmd_name}")
+        return command
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands, those of plugins included."""
+        root, prefix = ctx.find_root().command, f"{self.name} "
+        plugins = root.plugin_commands()[0] if isinstance(root, CommandGroup) else {}
+        return sorted({*self.commands, *(name.removeprefix(prefix) for name in plugins if name.startswith(prefix))})

@@ -1,4 +1,4 @@
-"""Caching of methods without reference cycles."""
+"""Caching of methods without reference cycles, by their arguments or by spectrum."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import weakref
 from collections.abc import Callable
 from functools import lru_cache
 from types import MethodType
-from typing import ParamSpec, TypeVar, cast
+from typing import ParamSpec, TypeVar, TypeVarTuple, cast
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -34,3 +38,25 @@ def weakly(method: Callable[_P, _T]) -> Callable[_P, _T]:
 def cached_method(method: Callable[_P, _T], maxsize: int) -> Callable[_P, _T]:
     """Return a method that caches its last results, to be stored in its own object."""
     return cast("Callable[_P, _T]", lru_cache(maxsize=maxsize)(weakly(method)))
+
+
+_Arguments = TypeVarTuple("_Arguments")
+
+
+def cached_by_spectrum(
+    function: Callable[[Array, *_Arguments], _T], maxsize: int
+) -> Callable[[Array, *_Arguments], _T]:
+    """Remember the last results of a function of wavenumbers (V,) and hashable arguments.
+
+    Arrays have no hash, so their bytes are the key; ``function`` receives a read-only copy.
+    """
+    weak = weakly(function)
+
+    @lru_cache(maxsize=maxsize)
+    def from_bytes(wavenumbers: bytes, *args: *_Arguments) -> _T:
+        return weak(np.frombuffer(wavenumbers, dtype=np.float64), *args)
+
+    def remembered(wavenumber_cm1: Array, *args: *_Arguments) -> _T:
+        return from_bytes(wavenumber_cm1.tobytes(), *args)
+
+    return remembered

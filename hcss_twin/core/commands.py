@@ -60,7 +60,8 @@ class CommandSpec:
     Attributes
     ----------
     name : str
-        What users write after ``hcss``: lower-case letters, digits and hyphens.
+        What users write after ``hcss``: lower-case letters, digits and hyphens; or a group of ``hcss`` and the command
+        in it, such as ``atmosphere import``.
     target : str
         ``"package.module:object"`` of a :class:`click.Command`; imported only when the command is run.
     summary : str
@@ -77,7 +78,8 @@ class CommandSpec:
     summary: str
 
     def __post_init__(self) -> None:
-        check_name(self.name)
+        for word in self.name.split(" ", 1) if isinstance(self.name, str) else [self.name]:
+            check_name(word)
         check_target("target", self.name, self.target)
         check_summary(self.name, self.summary)
 
@@ -117,11 +119,12 @@ class PluginCommand:
 
 
 def collect(
-    plugins: Iterable[tuple[Origin, EntryPoint | BaseException]], core: Collection[str]
+    plugins: Iterable[tuple[Origin, EntryPoint | BaseException]], core: Collection[str], groups: Collection[str] = ()
 ) -> tuple[dict[str, PluginCommand], list[BrokenPlugin], list[Remark]]:
     """Return the commands of plugins by name, the unusable plugins, and remarks on slow imports.
 
-    A command with a name of the core, or of two plugins, is rejected; the other commands of these plugins remain.
+    A command with a name of the core, or of two plugins, or in an unknown group, is rejected; the other commands of
+    these plugins remain.
 
     Parameters
     ----------
@@ -129,6 +132,8 @@ def collect(
         As :func:`hcss_twin.core.plugins.installed` yields them for :data:`GROUP`.
     core : collection of str
         Names of the core's commands.
+    groups : collection of str
+        Names of the core's groups that plugins extend.
     """
     claims: dict[str, list[PluginCommand]] = defaultdict(list)
     broken: list[BrokenPlugin] = []
@@ -150,7 +155,11 @@ def collect(
             refuse(origin, str(error) if isinstance(error, ProviderError) else describe(error), error)
     commands = {}
     for name, claimants in claims.items():
+        group = name.rpartition(" ")[0]
         for command in claimants:
+            if group and group not in groups:
+                refuse(command.origin, f"command '{name}': no group '{group}'; allowed: {', '.join(sorted(groups))}")
+                continue
             others = [str(each.origin) for each in claimants if each is not command]
             others = [OWN_DISTRIBUTION, *others] if name in core else others
             if others:

@@ -18,8 +18,8 @@ from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import with_plane_axes
-from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube, stored_arrays
+from hcss_twin.cube.requested_variables import INPUTS
 from hcss_twin.cube.sensor_cube import RADIANCE, is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr

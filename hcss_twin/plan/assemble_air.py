@@ -9,9 +9,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from hcss_twin.core.array_memory import OwnMemory
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.result_cache import OwnMemory
 from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.physics.geodesy import to_geographic

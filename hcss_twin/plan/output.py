@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.cube.provider_variables import INPUTS
-from hcss_twin.cube.requested_variables import expand
+from hcss_twin.cube.requested_variables import INPUTS, expand
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
 from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy

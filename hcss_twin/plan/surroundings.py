@@ -11,9 +11,8 @@ from datetime import UTC
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
-from hcss_twin.models.atmosphere.cloud_top import climatological_cloud_top
+from hcss_twin.models.atmosphere.cloud_top import calendar_model, climatological_cloud_top, closest_model
 from hcss_twin.models.atmosphere.gases import MEANS, amount_note, factor_of, means_of_year, with_factors
-from hcss_twin.models.atmosphere.model_choice import calendar_model, closest_model
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
 from hcss_twin.models.atmosphere.profile_field import ProfileField
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from hcss_twin.core.array_memory import ArrayMemory, OwnMemory
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.result_cache import ArrayMemory, OwnMemory
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.atmosphere import TransmittanceProvider
 from hcss_twin.providers.clouds import CloudLayer

@@ -64,7 +64,7 @@ class Layer(ScenarioSection):
         ge=0,
         le=1,
         description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly; 0 is eq 7 as "
-        "printed. `imagery` and `surrogate` refuse it.",
+        "printed. `imagery` refuses it.",
     )
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
     base: Length | None = Field(

@@ -24,5 +24,15 @@ CASES: dict[str, Callable[[Path], Results]] = {
 QUICK = ("clear-sky", "night", "window", "layers-averaged-pixels", "plan")
 """Cases that take a second or less each with the kernels compiled: every run of the tests compares them."""
 
+NEEDS = {
+    "imagery-clouds": "iris_sample_data",
+    "surrogate-clouds": "hcss_skies",
+    "evaluate": "hcss_evaluate",
+    "fit-dimension": "hcss_evaluate",
+    "fit-image": "hcss_evaluate",
+    "zarr-quantized": "zarr",
+}
+"""Packages that cases need beside this one, by case: without them they are left out."""
+
 RANDOM_WALKS = ("fit-dimension", "fit-image", "match")
 """Cases in which rounding decides between branches, and each branch leads elsewhere: they have no tolerance."""

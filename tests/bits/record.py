@@ -5,9 +5,10 @@
     python tests/bits/record.py --write           record all cases
     python tests/bits/record.py --write night     record one again; the others stay
 
-``cases.py`` lists the cases. For every variable that holds numbers, ``recorded.json`` has the SHA-256 of its type,
-shape and little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with
-its place. Text and global attributes are left out, except the numbers of certificates.
+``cases.py`` lists the cases, and the packages that some of them need (``pip install ./plugins/hcss-skies``); without
+these they are left out. For every variable that holds numbers, ``recorded.json`` has the SHA-256 of its type, shape and
+little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with its place.
+Text and global attributes are left out, except the numbers of certificates.
 
 Bits depend on processor and packages. In the environment that was recorded, bits are compared. In any other one,
 smallest, mean and largest values and numbers are compared within a relative 1e-6, and cases in which rounding decides
@@ -29,6 +30,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -237,7 +239,7 @@ def recorded() -> dict[str, Any]:
 
 def main() -> int:
     """Record or compare; 1 if something differs."""
-    from cases import CASES, RANDOM_WALKS
+    from cases import CASES, NEEDS, RANDOM_WALKS
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="*", metavar="CASE")
@@ -259,6 +261,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HCSS_CACHE_DIR"] = chosen.cache or str(Path(folder) / "cache")
         for name in chosen.cases or CASES:
+            if name in NEEDS and find_spec(NEEDS[name]) is None:
+                print(f"{name}: left out, it needs {NEEDS[name]}")
+                continue
             start = time.perf_counter()
             results[name] = numbers_of(CASES[name], Path(folder) / name)
             seconds = time.perf_counter() - start
@@ -272,7 +277,7 @@ def main() -> int:
                 told = "\n  ".join(("DIFFERENT", *found)) if found else "same"
             print(f"{seconds:7.2f} s  {name}: {told}", flush=True)
     if chosen.write:
-        cases = (before["cases"] if chosen.cases else {}) | results
+        cases = before["cases"] | results
         content = {"environment": environment(), "cases": {name: cases[name] for name in CASES if name in cases}}
         RECORDED.write_text(_text(content), encoding="utf-8")
     return 1 if failed else 0

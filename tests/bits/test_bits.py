@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import record
-from cases import CASES, QUICK, RANDOM_WALKS
+from cases import CASES, NEEDS, QUICK, RANDOM_WALKS
 
 
 def test_every_case_is_recorded():
@@ -35,12 +35,8 @@ def test_results_are_those_recorded(name, tmp_path):
     other = record.differences_of_environment(content["environment"])
     if other and name in RANDOM_WALKS:
         pytest.skip(f"no tolerance holds for this case, and bits are those of another environment: {other}")
-    if name == "imagery-clouds":
-        pytest.importorskip("iris_sample_data")
-    if name in ("evaluate", "fit-dimension", "fit-image"):
-        pytest.importorskip("hcss_evaluate", reason="plugins/hcss-evaluate has the commands")
-    if name == "zarr-quantized":
-        pytest.importorskip("zarr", reason="the extra 'zarr'")
+    if name in NEEDS:
+        pytest.importorskip(NEEDS[name])
     found = record.compare(content["cases"][name], record.numbers_of(CASES[name], tmp_path / name), not other)
     how = f"smallest, mean and largest values within {record.TOLERANCE:g}, because {other}" if other else "bits"
     assert not found, "\n".join((f"compared were {how}", *found))

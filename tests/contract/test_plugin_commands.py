@@ -137,22 +137,32 @@ def test_a_name_of_two_plugins_is_refused_with_both_named(install):
     assert hcss("wave", "you").output == "hello you\n"
 
 
+def test_a_plugin_extends_a_group_of_the_core(install):
+    install("visitor", specs("atmosphere greet", "atmosphere plot", "nowhere greet", "greet"))
+    assert hcss("atmosphere", "greet", "you").output == "hello you\n"
+    assert re.search(r"^  greet +Greet NAME\.$", hcss("atmosphere", "--help").output, re.MULTILINE)
+    errors = [each["error"] for each in json.loads(hcss("plugins", "--json").output)["broken"]]
+    assert "command 'atmosphere plot' is also provided by hcss-twin" in errors
+    assert "command 'nowhere greet': no group 'nowhere'; allowed: atmosphere" in errors
+    assert hcss("greet", "you").output == "hello you\n"
+
+
 def test_a_hook_in_the_group_of_providers_alone_is_told_its_group(install):
     install("visitor", specs("greet"), group="hcss_twin")
     assert "entry point group hcss_twin.commands" in broken()["visitor"]
 
 
-@pytest.mark.parametrize("folder", ["hcss-bench", "hcss-evaluate", "hcss-paper"])
+@pytest.mark.parametrize("folder", ["hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper"])
 def test_a_command_of_a_plugin_that_is_not_installed_names_the_plugin(monkeypatch, folder):
     monkeypatch.setattr("hcss_twin.core.plugins.installed", lambda group: [])
     plugin = pytest.importorskip(f"{folder.replace('-', '_')}.plugin")
     for spec in plugin.hcss_commands():
-        done = CliRunner().invoke(cli, [spec.name])
+        done = CliRunner().invoke(cli, spec.name.split())
         assert done.exit_code == 2
         assert f"It comes with the plugin {folder}" in done.output
 
 
-@pytest.mark.parametrize("change", [{"name": "a b"}, {"target": "a.b"}, {"summary": "two\nlines"}])
+@pytest.mark.parametrize("change", [{"name": "a b c"}, {"target": "a.b"}, {"summary": "two\nlines"}])
 def test_a_malformed_spec_is_refused(change):
     with pytest.raises(ValueError, match=next(iter(change))):
         CommandSpec(**({"name": "greet", "target": "a:b", "summary": "Greet."} | change))

@@ -6,7 +6,6 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
 from surface_files import write_netcdf
 
 from hcss_twin.analysis.cloud_import import ImportOptions, import_image
@@ -39,7 +38,7 @@ from hcss_twin.testing import (
 )
 
 HELD_TO_THE_KIT = {
-    "clouds": {"fractal", "imagery", "surrogate"},
+    "clouds": {"fractal", "imagery"},
     "sea": {"cox-munk", "rough-sea"},
     "optics": {"bulk", "mie"},
     "atmosphere": {"band-model", "table"},
@@ -175,30 +174,6 @@ class TestScatteredCloudsOfAField(TestScatteredClouds):
     def make_inputs(self, coverage=0.5, seed=1):
         inputs = super().make_inputs(coverage, seed)
         return replace(inputs, layer=replace(inputs.layer, coverage_mode="field"))
-
-
-class TestSurrogate(CloudGeneratorContract):
-    coverage_tolerance = 1e-3
-    seeds = 2
-    mode = "frame"
-
-    @pytest.fixture(autouse=True)
-    def _image(self, tmp_path):
-        self.folder = tmp_path
-        np.save(tmp_path / "image.npy", gaussian_filter(np.random.default_rng(6).random((90, 100)), 2.0))
-
-    def make_inputs(self, coverage=0.5, seed=1):
-        inputs = sample_cloud_inputs(coverage, seed, catalog=Catalog(base=self.folder))
-        return replace(inputs, layer=replace(inputs.layer, coverage_mode=self.mode))
-
-    def make_provider(self, inputs):
-        return create("clouds", "surrogate", inputs, image="image.npy", method="coverage")
-
-
-class TestSurrogateOfTheField(TestSurrogate):
-    coverage_tolerance = 0.02  # exact over the whole torus, of which the image is a part
-    seeds = 16
-    mode = "field"
 
 
 def at_winds(*speeds_m_s):

@@ -223,10 +223,7 @@ def image(tmp_path):
     return str(path)
 
 
-@pytest.mark.parametrize(
-    ("generator", "parameters"),
-    [("fractal", {}), ("surrogate", {"method": "coverage"}), ("imagery", {"method": "coverage"})],
-)
+@pytest.mark.parametrize(("generator", "parameters"), [("fractal", {}), ("imagery", {"method": "coverage"})])
 def test_our_providers_open_no_netcdf_file_while_frames_are_computed(
     tmp_path, monkeypatch, image, generator, parameters
 ):

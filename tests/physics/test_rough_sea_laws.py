@@ -7,7 +7,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.radiance.physical.directions import column_directions
 from hcss_twin.models.radiance.physical.numerics import LEVELS
-from hcss_twin.models.radiance.physical.reflection_modes import unlit_sea_modes
+from hcss_twin.models.radiance.physical.sea_surface import unlit_sea_modes
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.facets import incidence_nodes

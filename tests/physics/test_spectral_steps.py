@@ -10,7 +10,7 @@ from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.models.radiance.physical.numerics import LEVELS
-from hcss_twin.models.radiance.physical.spectral_steps import DENSE, spectral_steps
+from hcss_twin.models.radiance.physical.operator_table import DENSE, spectral_steps
 from hcss_twin.providers import OpticsInputs, Sun
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind

@@ -9,7 +9,7 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.bulk import bulk_properties
-from hcss_twin.models.optics.crystal_phase_function import DiffractionPeaks, crystal_moments
+from hcss_twin.models.optics.ice_crystals import DiffractionPeaks, crystal_moments
 from hcss_twin.models.optics.mie import BulkOptics
 from hcss_twin.models.optics.size_distribution import gamma_distribution, mean_power, projected_area_m1, quadrature
 from hcss_twin.models.optics.spheres import amplitudes

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from hcss_evaluate.posterior.fit import fit
+from hcss_modtran.importing import read_paths
 from input_files import FIT, SENSOR, SWEPT, noise, optics_table, small_stratus
 
 from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
@@ -15,7 +16,6 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.verification import verify_cube
-from hcss_twin.models.atmosphere.imports.run import read_paths
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.models.clouds.database import read_entry, read_facts

@@ -9,7 +9,7 @@ import netCDF4
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "plugins" / "hcss-modtran" / "tests"))
 
 from cheap import CHEAP
 from hcss_evaluate.posterior.fit import fit

@@ -274,7 +274,7 @@ def wide_layers(draw, particles):
             layer.pop(key, None)
     layer["coverage_mode"] = draw(st.sampled_from(["frame", "field"]))
     layer["edge_taper"] = draw(st.one_of(st.just(0.0), numbers(0, 1)))
-    generator = draw(st.sampled_from(["fractal", "fractal", "imagery", "surrogate"]))
+    generator = draw(st.sampled_from(["fractal", "fractal", "imagery", "imagery"]))
     if generator != "fractal":
         layer |= {"generator": generator, "edge_taper": 0.0, "coverage_mode": "frame"}
         layer["parameters"] = {"image": "image.npy", "method": draw(st.sampled_from(["otsu", "local", "coverage"]))}

@@ -63,7 +63,7 @@ def commands(command, words=()):
     if isinstance(command, click.Group):
         of_plugins = command.plugin_commands()[0] if command is cli else ()
         for name in (*command.list_commands(click.Context(command)), *of_plugins):
-            yield from commands(command.get_command(click.Context(command), name), (*words, name))
+            yield from commands(command.get_command(click.Context(command), name), (*words, *name.split()))
     else:
         yield words, command
 

@@ -25,7 +25,6 @@ from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.models.clouds.database import read_entry, write_entry
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.models.optics.ice_crystals import load_crystals
 from hcss_twin.models.parameters import (
     AsPrintedParameters,
@@ -95,7 +94,6 @@ def test_a_number_that_is_none_in_a_table_is_named_with_file_and_line(kind, tmp_
         ({"sea.parameters.water_index": "bad.csv"}, "sea"),
         ({"optics.parameters.water_index": "bad.csv"}, "optics"),
         ({"clouds.generator": "imagery", "clouds.parameters": {"image": "bad.npy"}}, "clouds"),
-        ({"clouds.generator": "surrogate", "clouds.parameters": {"image": "bad.npy"}}, "clouds"),
         ({"clouds.type": "bad.toml"}, "clouds"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -271,7 +269,6 @@ MODELS = (
     BandModelParameters,
     FractalParameters,
     ImageryParameters,
-    SurrogateParameters,
     CoxMunkParameters,
     RoughSeaParameters,
     MieParameters,
@@ -294,7 +291,7 @@ def numeric_fields(model: type[BaseModel]):
 def test_no_parameter_of_a_provider_may_be_no_number(model, bad):
     for name in numeric_fields(model):
         for value in (bad, [bad, 1.0], (1.0, bad)):
-            needed = {"image": "x"} if model in (ImageryParameters, SurrogateParameters) else {}
+            needed = {"image": "x"} if model is ImageryParameters else {}
             with pytest.raises(ValidationError):
                 model(**needed, **{name: value})
 

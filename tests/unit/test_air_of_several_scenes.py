@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from hcss_twin import Scenario
-from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.result_cache import ArrayMemory, ResultCache
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.slant_paths import slant_paths
 from hcss_twin.providers import Sun, View

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hcss_twin.core.array_memory import ArrayMemory
+from hcss_twin.core.result_cache import ArrayMemory
 
 
 def test_arrays_are_computed_once_until_others_need_their_place():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from hcss_twin.physics.incomplete_gamma import lower_and_upper
+from hcss_twin.models.optics.size_distribution import lower_and_upper
 
 
 def test_both_tails_equal_those_of_scipy():

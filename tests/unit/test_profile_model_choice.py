@@ -3,7 +3,7 @@
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.atmosphere.model_choice import SURFACE_TEMPERATURE_K, calendar_model, candidates, closest_model
+from hcss_twin.models.atmosphere.cloud_top import SURFACE_TEMPERATURE_K, calendar_model, candidates, closest_model
 from hcss_twin.models.atmosphere.profile_file import load_profile
 
 

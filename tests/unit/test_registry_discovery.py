@@ -233,8 +233,10 @@ def test_one_distribution_cannot_bring_a_name_twice():
 
 
 def test_unknown_name_gets_the_closest_and_what_to_install():
-    with pytest.raises(ProviderError, match=r"allowed: fractal, imagery, surrogate; closest is 'fractal'.*pip install"):
+    with pytest.raises(ProviderError, match=r"allowed: fractal, imagery; closest is 'fractal'.*pip install"):
         registry_with().resolve("clouds", "fractle")
+    with pytest.raises(ProviderError, match="It comes with hcss-skies"):
+        registry_with().resolve("clouds", "surrogate")
     with pytest.raises(ProviderError, match="closest is 'hcss-twin/table'"):
         registry_with().resolve("atmosphere", "hcss-win/table")
 

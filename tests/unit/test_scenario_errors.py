@@ -197,7 +197,7 @@ def test_parameters_of_a_provider_that_the_command_line_replaces_are_named():
     raw = {
         "time": EXAMPLE,
         "place": {"latitude": 35, "longitude": 150},
-        "clouds": {"type": "stratus", "generator": "surrogate", "parameters": {"image": "a.png", "copies": 2}},
+        "clouds": {"type": "stratus", "generator": "imagery", "parameters": {"image": "a.png", "copies": 2}},
     }
     replaced = Scenario.from_dict(raw, {"clouds.generator": "fractal"})
     (note,) = replaced.notes

@@ -203,8 +203,8 @@ class Likeness:
         line = (
             f"no fractal field looks like this image: in kurtosis, skewness and local direction at 1 to 8 pixels it is "
             f"{self.ratio:.1f} times as far from the realisations of its match as any of them from the others. "
-            "Simulate its cells, streets, fibres or edges from the image itself: generators `surrogate`, `imagery`, "
-            "`example` (hcss-skies)"
+            "Simulate its cells, streets, fibres or edges from the image itself: generators `imagery`, "
+            "`surrogate` and `example` (hcss-skies)"
         )
         return (line,) if self.ratio > MAX_RATIO else ()
 

@@ -1,4 +1,6 @@
-"""Climatological cloud-top temperature: air at the sea surface, cooled along a model atmosphere.
+"""Climatological air: the model atmosphere of a place and date, and the temperature at the top of a cloud there.
+
+The latter is that of the air at the sea surface, cooled along the model atmosphere.
 
 The HCSS paper takes cloud temperatures from MOD08_M3, monthly means of MODIS, which are not shipped. This is the
 estimate that the shipped data allow; its scatter is stated with it.
@@ -7,16 +9,70 @@ estimate that the shipped data allow; its scatter is stated with it.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from types import MappingProxyType
 
 import numpy as np
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.climatology import Climatology
-from hcss_twin.models.atmosphere.model_choice import closest_model
 from hcss_twin.models.atmosphere.profile_file import load_profile
+
+SURFACE_TEMPERATURE_K: Mapping[str, float] = MappingProxyType(
+    {
+        "tropical": 299.7,
+        "midlatitude-summer": 294.2,
+        "us-standard-1976": 288.2,
+        "subarctic-summer": 287.2,
+        "midlatitude-winter": 272.2,
+        "subarctic-winter": 257.2,
+    }
+)
+"""Surface temperature of each model (AFGL-TR-86-0110, tables 1a to 1f)."""
+
+TROPIC_DEG = 23.5
+SUBARCTIC_DEG = 50.0
+
+WARM_MONTHS = range(4, 10)
+"""April to September: the warm half of the year in the northern hemisphere."""
+
+
+def candidates(latitude_deg: float) -> tuple[str, ...]:
+    """Return the model atmospheres that apply in a latitude belt.
+
+    Up to 23.5 degrees: tropical and midlatitude summer; up to 50: all except the subarctic models; above: all except
+    tropical and midlatitude summer.
+    """
+    if abs(latitude_deg) <= TROPIC_DEG:
+        return ("tropical", "midlatitude-summer")
+    if abs(latitude_deg) <= SUBARCTIC_DEG:
+        return ("tropical", "midlatitude-summer", "us-standard-1976", "midlatitude-winter")
+    return ("us-standard-1976", "subarctic-summer", "midlatitude-winter", "subarctic-winter")
+
+
+def closest_model(latitude_deg: float, air_temperature_K: float) -> str:
+    """Return the candidate of the latitude belt whose surface temperature is closest to the air temperature."""
+    return min(candidates(latitude_deg), key=lambda name: abs(SURFACE_TEMPERATURE_K[name] - air_temperature_K))
+
+
+def calendar_model(latitude_deg: float, month: int) -> str:
+    """Return the model for a latitude and half-year, where there is no climatological air temperature.
+
+    Parameters
+    ----------
+    latitude_deg : float
+    month : int
+        1 to 12.
+    """
+    if abs(latitude_deg) <= TROPIC_DEG:
+        return "tropical"
+    warm = (month in WARM_MONTHS) == (latitude_deg >= 0)
+    belt = "midlatitude" if abs(latitude_deg) <= SUBARCTIC_DEG else "subarctic"
+    return f"{belt}-{'summer' if warm else 'winter'}"
+
 
 HIGHEST_M = 10_000.0
 

@@ -11,8 +11,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.optics.bulk import VALID_UM, Accuracy, BulkTable
-from hcss_twin.models.optics.crystal_phase_function import DiffractionPeaks, crystal_moments
-from hcss_twin.models.optics.ice_crystals import CrystalRatios, load_crystals
+from hcss_twin.models.optics.ice_crystals import CrystalRatios, DiffractionPeaks, crystal_moments, load_crystals
 from hcss_twin.models.optics.size_distribution import effective_radius_um, projected_area_m1
 from hcss_twin.models.optics.table_store import TableStore
 from hcss_twin.models.parameters import BulkParameters, MieParameters
@@ -175,7 +174,7 @@ class BulkOptics:
     For ice, the effective radius selects the crystals; extinction, absorption and asymmetry are those of spheres with
     equal volume-to-area ratio (Grenfell and Warren 1999) times the ratios of
     :mod:`hcss_twin.models.optics.ice_crystals`. The phase function is Henyey and Greenstein's or that of
-    :mod:`hcss_twin.models.optics.crystal_phase_function`.
+    :mod:`hcss_twin.models.optics.ice_crystals`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Coastlines as polygons: whether points lie on land.
+"""Surface provider ``coast``: land and sea by coastlines, which are polygons.
 
 A point lies on land if a line from it toward the east crosses the rings an odd number of times. An edge is crossed if
 one of its ends is above the point's latitude and the other is not, so that no vertex counts twice; edges are straight
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
+from hcss_twin.models.surfaces.parameters import CoastParameters
+from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 
 _STRIPS = 512
 """Strips of latitude in which edges are looked up."""
@@ -120,3 +122,30 @@ def _is_inside(y, x, x0, y0, x1, y1, first, number, south, north):  # type: igno
                     odd = not odd
         inside[n] = odd
     return inside
+
+
+class Coast:
+    """Land of one class, and sea.
+
+    Parameters
+    ----------
+    inputs : SurfaceInputs
+    parameters : CoastParameters
+    """
+
+    declares = Declaration(
+        notes=(
+            "coast: coastlines of Natural Earth, 1:10 million, true to about 1 km; lakes are land, and islands smaller "
+            "than about 1 km are missing",
+        )
+    )
+
+    def __init__(self, inputs: SurfaceInputs, parameters: CoastParameters) -> None:
+        self._inputs = inputs
+        path = inputs.catalog.find("coastline", "surfaces", ".npz")
+        self._coastline: Coastline = inputs.catalog.shelf.parsed(path, Coastline.read)
+        self.classes = (SurfaceClass("sea"), SurfaceClass(parameters.land, parameters.land_temperature))
+
+    def surface(self, time_s: float, rows: slice, columns: slice) -> SurfaceMap:
+        """Return 1 for points on land."""
+        return SurfaceMap(self._coastline.is_land(*self._inputs.ground(time_s, rows, columns)).view(np.uint8))

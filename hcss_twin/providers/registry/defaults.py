@@ -23,11 +23,6 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
              "fractal noise fields with drift, evolution and a chosen coverage", HCSS),
         _own("imagery", "clouds.imagery.generator:ImageryClouds", "clouds.imagery.parameters:ImageryParameters",
              "cloud fields taken from an image"),
-        _own("surrogate", "clouds.surrogate.generator:SurrogateClouds",
-             "clouds.surrogate.parameters:SurrogateParameters",
-             "evolving cloud fields with the amplitudes and the spectrum of an image",
-             "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, Phys. Rev. Lett. 77, 635 "
-             "(1996)"),
     ]  # fmt: skip
 
 
@@ -106,7 +101,7 @@ def hcss_register_elements() -> Sequence[ProviderSpec]:
 def hcss_register_surfaces() -> Sequence[ProviderSpec]:
     """Return the surface providers of this package."""
     return [
-        _own("coast", "surfaces.coast:Coast", "surfaces.parameters:CoastParameters",
+        _own("coast", "surfaces.coastline:Coast", "surfaces.parameters:CoastParameters",
              "land and sea from the coastlines of Natural Earth (1:10 million)",
              "Natural Earth, Land, 1:10m physical vectors (public domain), naturalearthdata.com"),
         _own("raster", "surfaces.raster:Raster", "surfaces.parameters:RasterParameters",

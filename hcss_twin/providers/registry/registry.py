@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
 
+PACKAGES = {"example": "hcss-skies", "lowtran7": "hcss-lowtran7", "surrogate": "hcss-skies"}
+"""Packages of this project with providers, for messages where they are not installed."""
+
 
 class Registry:
     """Providers that can be selected, and broken plugins.
@@ -185,8 +188,11 @@ class Registry:
         if ignored:
             text += f". It might come from a hook that is not used: {'; '.join(ignored)}"
         if not suspects and not ignored:
+            package = PACKAGES.get(plain)
             text += (
-                ". If it is part of a separate package, install that package into this environment "
+                f". It comes with {package}: pip install ./plugins/{package} in a checkout of hcss_twin"
+                if package
+                else ". If it is part of a separate package, install that package into this environment "
                 "(pip install ...); `hcss plugins` shows what is installed"
             )
         error = ProviderError(text)

@@ -11,6 +11,7 @@ from hcss_skies.parameters import ExampleParameters
 from hcss_twin.catalog import Catalog
 from hcss_twin.providers import Grid, Motion
 from hcss_twin.testing import sample_cloud_inputs
+from hcss_twin.testing.own_cache import own_cache  # noqa: F401
 
 FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
 EVOLVING = Motion(0.0, (0.0, 0.0), 1800.0, 1.0)

@@ -15,14 +15,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import weakly
+from hcss_twin.core.cached_method import cached_by_spectrum, weakly
 from hcss_twin.core.one_thread import in_one_thread
+from hcss_twin.core.result_cache import ArrayMemory
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
-from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, side_by_side
+from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, LayerOptics, side_by_side
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.directions import (
     AIR_SUN,
@@ -35,14 +35,18 @@ from hcss_twin.models.radiance.physical.directions import (
     ColumnDirections,
     column_directions,
 )
-from hcss_twin.models.radiance.physical.execution import cached_by_spectrum
 from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
 from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
-from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
-from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes, sunlit_modes, unlit_sea_modes
-from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
+from hcss_twin.models.radiance.physical.sea_surface import (
+    ReflectionModes,
+    SeaSurface,
+    sunlit,
+    sunlit_modes,
+    unlit_sea_modes,
+    unlit_sea_surface,
+)
 from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
 from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
 from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share

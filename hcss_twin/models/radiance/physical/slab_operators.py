@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.result_cache import ArrayMemory
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.models.radiance.physical.numerics import Numerics
 from hcss_twin.models.radiance.physical.operator_table import WINDOW, coarse_thickness, from_coarse

@@ -11,15 +11,19 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.array_memory import ArrayMemory
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, closed
+from hcss_twin.core.result_cache import ArrayMemory
+from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, LayerOptics, closed
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
-from hcss_twin.models.radiance.physical.layer_optics import LayerOptics
 from hcss_twin.models.radiance.physical.numerics import Numerics
-from hcss_twin.models.radiance.physical.operator_table import WINDOW, OperatorTable, thickness_grid
+from hcss_twin.models.radiance.physical.operator_table import (
+    WINDOW,
+    OperatorTable,
+    SpectralSteps,
+    spectral_steps,
+    thickness_grid,
+)
 from hcss_twin.models.radiance.physical.slab_operators import SUN_REFLECTION, SlabOperators, solves_alone
-from hcss_twin.models.radiance.physical.spectral_steps import SpectralSteps, spectral_steps
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back_kernel, path_back
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m, extended_moments
 from hcss_twin.providers import CloudLayer

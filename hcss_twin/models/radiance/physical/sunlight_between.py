@@ -30,7 +30,7 @@ from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import VIEW
-from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes
+from hcss_twin.models.radiance.physical.sea_surface import ReflectionModes
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, mirrored
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 

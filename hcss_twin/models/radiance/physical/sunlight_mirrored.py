@@ -31,8 +31,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
-from hcss_twin.models.radiance.physical.reflection_modes import ReflectionModes, expanded
-from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, hats
+from hcss_twin.models.radiance.physical.sea_surface import ReflectionModes, SeaSurface, expanded, hats
 from hcss_twin.physics.multiple_scattering.directions import Streams, gauss_streams, normalised_legendre
 from hcss_twin.physics.multiple_scattering.forward_peak import path_back, path_through
 from hcss_twin.providers import SeaModel

@@ -1,11 +1,11 @@
-"""Skies blended from examples, for hcss_twin; this module holds the hook and imports nothing else."""
+"""Skies that imitate images, for hcss_twin; this module holds the hook and imports nothing else."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 
 
 @hookimpl
 def hcss_register_cloud_generators() -> list[ProviderSpec]:
-    """Register the generator `example`."""
+    """Register the generators `example` and `surrogate`."""
     return [
         ProviderSpec(
             "example",
@@ -13,5 +13,16 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             "hcss_skies.parameters:ExampleParameters",
             2,
             "skies that look like an example: blended patches that move, turn and change as measured",
-        )
+        ),
+        ProviderSpec(
+            "surrogate",
+            "hcss_skies.surrogate.generator:SurrogateClouds",
+            "hcss_skies.surrogate.parameters:SurrogateParameters",
+            2,
+            "evolving cloud fields with the amplitudes and the spectrum of an image",
+            (
+                "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, Phys. Rev. Lett. 77, 635 "
+                "(1996)",
+            ),
+        ),
     ]

@@ -1,1 +1,0 @@
-"""Readers that convert the output of other radiative-transfer codes to our atmosphere table."""

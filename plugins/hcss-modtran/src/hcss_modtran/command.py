@@ -1,0 +1,71 @@
+"""``hcss atmosphere import``: output of other radiative-transfer codes becomes a table for the provider ``table``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from hcss_twin.cli.options import (
+    EXISTING_FILE,
+    NEW_FILE,
+    Number,
+    force_option,
+    json_option,
+    require_writable,
+    with_size,
+)
+
+
+@click.command("import")
+@click.argument("files", nargs=-1, required=True, type=EXISTING_FILE)
+@click.option("-o", "--output", required=True, type=NEW_FILE, help="Table to write (.nc).")
+@click.option(
+    "--format",
+    "file_format",
+    default="auto",
+    type=click.Choice(["auto", "modtran-tape7", "modtran6-json", "modtran6-csv", "libradtran"]),
+    help="Format of FILES.",
+)
+@click.option("--profile", help="Atmosphere of the runs: catalog name or CSV file.")
+@click.option("--resolution", type=Number(min=0), help="Spectral resolution, cm-1.")
+@click.option(
+    "--geometry",
+    multiple=True,
+    metavar="[FILE=]H1,H2,ANGLE",
+    help="Line of sight in km, km, deg where a file does not contain it; above 90 deg the observer looks down.",
+)
+@click.option("--output-user", help="uvspec: the output_user line, for example 'lambda edir uu'.")
+@click.option("--setting", multiple=True, metavar="LINE", help="uvspec: a line of its input, for example 'sza 20'.")
+@click.option("--title", help="Title of the table.")
+@force_option
+@json_option
+def atmosphere_import(
+    files: tuple[Path, ...],
+    output: Path,
+    file_format: str,
+    profile: str | None,
+    resolution: float | None,
+    geometry: tuple[str, ...],
+    output_user: str | None,
+    setting: tuple[str, ...],
+    title: str | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Combine FILES of MODTRAN or libRadtran into one atmosphere table."""
+    from hcss_modtran.importing import ReadOptions, import_files, parse_geometry
+
+    require_writable([output], force, form="NetCDF")
+    try:
+        sights = dict(parse_geometry(text) for text in geometry)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--geometry") from error
+    settings = (*setting, f"output_user {output_user}") if output_user else setting
+    options = ReadOptions(file_format, sights, settings)
+    checks = import_files(files, output, options, profile=profile, resolution_cm1=resolution, title=title)
+    if as_json:
+        click.echo(json.dumps({"table": str(output), "bytes": output.stat().st_size, "checks": checks}))
+    else:
+        click.echo("\n".join([*(f"  {line}" for line in checks), with_size(output)]))
