@@ -2,9 +2,9 @@
 
     python benchmarks/propagation.py [--draws 200] [--pairs 4] [--write]
 
-A posterior is made up; clouds and the temperature of the sea are uncertain. ``hcss_twin.propagate`` is one side. The
-other draws its own numbers, calls ``hcss_twin.simulate`` for each, and takes moments and quantiles of the cubes with
-numpy; it shares no code with the first but the simulation itself. Both are drawn several times anew: what is wrong
+A posterior is made up; clouds and the temperature of the sea are uncertain. ``hcss_uncertainty.propagate`` is one side.
+The other draws its own numbers, calls ``hcss_twin.simulate`` for each, and takes moments and quantiles of the cubes
+with numpy; it shares no code with the first but the simulation itself. Both are drawn several times anew: what is wrong
 stays, what is chance does not.
 """
 
@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from agreement import QUANTILES, STATISTICS, Sides, by_bootstrap, by_permutation, statistics
+from hcss_uncertainty import propagate
 from numpy.typing import NDArray
 from page import put
 from scipy import ndimage, stats
@@ -211,11 +212,11 @@ def main() -> None:
             scene = SCENE | {"seed": 1 + number}
             begin = time.process_time()
             if number == 0:
-                clouds = hcss_twin.propagate("stratus", draws=options.draws, posterior=posterior, overrides=scene)
+                clouds = propagate("stratus", draws=options.draws, posterior=posterior, overrides=scene)
                 seconds["propagated, clouds uncertain"] = time.process_time() - begin
                 tables["propagated, clouds uncertain"] = clouds.tables.scenes, clouds.tables.sets
                 begin = time.process_time()
-            made = hcss_twin.propagate(
+            made = propagate(
                 "stratus",
                 draws=options.draws,
                 posterior=posterior,

@@ -12,6 +12,7 @@ from hcss_bench.command import bench
 from hcss_evaluate.command import evaluate_command
 from hcss_evaluate.posterior.command import fit_command
 from hcss_paper.command import reproduce
+from hcss_uncertainty.command import propagate_command
 
 from hcss_twin.cli.main import cli
 
@@ -33,7 +34,8 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
 (it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md): `hcss bench` comes with
-`hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`, and `hcss reproduce` with `hcss-paper`.
+`hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`, `hcss propagate` with `hcss-uncertainty`, and
+`hcss reproduce` with `hcss-paper`.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
@@ -57,6 +59,7 @@ def lines(generated: str) -> Iterator[str]:
         ("hcss bench", bench),
         ("hcss evaluate", evaluate_command),
         ("hcss fit", fit_command),
+        ("hcss propagate", propagate_command),
         ("hcss reproduce", reproduce),
     ]
     listed: dict[int, str] = {}

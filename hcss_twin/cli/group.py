@@ -20,7 +20,13 @@ TOPICS = {
 }
 """Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
 
-OF_PLUGINS = {"bench": "hcss-bench", "evaluate": "hcss-evaluate", "fit": "hcss-evaluate", "reproduce": "hcss-paper"}
+OF_PLUGINS = {
+    "bench": "hcss-bench",
+    "evaluate": "hcss-evaluate",
+    "fit": "hcss-evaluate",
+    "propagate": "hcss-uncertainty",
+    "reproduce": "hcss-paper",
+}
 """Commands of plugins that the repository of this package has in ``plugins/``."""
 
 

@@ -39,6 +39,8 @@ def test_results_are_those_recorded(name, tmp_path):
         pytest.importorskip("iris_sample_data")
     if name in ("evaluate", "fit-dimension", "fit-image"):
         pytest.importorskip("hcss_evaluate", reason="plugins/hcss-evaluate has the commands")
+    if name == "propagation":
+        pytest.importorskip("hcss_uncertainty", reason="plugins/hcss-uncertainty has the command")
     if name == "zarr-quantized":
         pytest.importorskip("zarr", reason="the extra 'zarr'")
     found = record.compare(content["cases"][name], record.numbers_of(CASES[name], tmp_path / name), not other)

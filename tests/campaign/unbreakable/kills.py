@@ -31,7 +31,7 @@ SET = [
 ]
 RUN = ["run", "stratus", *SET]
 SWEEP = ["sweep", "stratus", *SET, "--over", "seed={count = 6}", "-o", "swept"]
-DRAWS = [*RUN, "--draws", "4", "--uncertain", "sea.temperature=normal:291:0.5", "-o", "drawn.nc"]
+DRAWS = ["propagate", *RUN[1:], "--draws", "4", "--uncertain", "sea.temperature=normal:291:0.5", "-o", "drawn.nc"]
 SENSE = ["--set", "sensor.parameters={noise = 'nedt', nedt = 0.05}"]
 
 COMMANDS = {

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import Problem, PropagationError, ScenarioError
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.parts import in_order
@@ -22,7 +22,8 @@ from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, class_names, statistics_of
+from hcss_uncertainty.draw_statistics import DrawStatistics, class_names, statistics_of
+from hcss_uncertainty.errors import PropagationError
 
 _HELD = 4
 """Maximum number of sets of tables in memory: those of the current and the previous draw."""

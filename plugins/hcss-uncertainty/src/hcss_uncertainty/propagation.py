@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation, versions
-from hcss_twin.core.errors import (
-    CertificateWarning,
-    PropagationError,
-    PropagationOptionError,
-    ScenarioError,
-    choose_from,
-)
+from hcss_twin.core.errors import CertificateWarning, ScenarioError, choose_from
 from hcss_twin.core.files import require_file
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.parts import executor_of
@@ -31,7 +25,7 @@ from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.points import sea_groups
-from hcss_twin.sweeps.propagation.dataset import (
+from hcss_uncertainty.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,
     drawn_dataset,
@@ -39,8 +33,8 @@ from hcss_twin.sweeps.propagation.dataset import (
     with_summary,
     write_propagation,
 )
-from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, require_room
-from hcss_twin.sweeps.propagation.draws import (
+from hcss_uncertainty.draw_statistics import DrawStatistics, require_room
+from hcss_uncertainty.draws import (
     UncertainScenario,
     layer_of,
     numbers_of,
@@ -49,10 +43,11 @@ from hcss_twin.sweeps.propagation.draws import (
     uncertain_keys,
     with_draw,
 )
-from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS
-from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
-from hcss_twin.sweeps.propagation.pixel_maps import PixelMaps, require_room_for_maps
-from hcss_twin.sweeps.propagation.scenes import DrawResult, DrawTask, TableCount, draws_made, only_one
+from hcss_uncertainty.errors import PropagationError, PropagationOptionError
+from hcss_uncertainty.joint_budget import MODEL_ERRORS
+from hcss_uncertainty.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
+from hcss_uncertainty.pixel_maps import PixelMaps, require_room_for_maps
+from hcss_uncertainty.scenes import DrawResult, DrawTask, TableCount, draws_made, only_one
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,10 +18,10 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import length
-from hcss_twin.sweeps.propagation.pixel_maps import CLOUD
+from hcss_uncertainty.pixel_maps import CLOUD
 
 if TYPE_CHECKING:
-    from hcss_twin.sweeps.propagation.payload import Payload
+    from hcss_uncertainty.payload import Payload
 
 Thickness = NDArray[np.float32]
 
@@ -107,7 +107,7 @@ def statistics_of(
     maker = PartMaker(plan, tables)
     payload: Payload | None = None
     if plan.sensor is not None:
-        from hcss_twin.sweeps.propagation.payload import Payload  # not for scenes without a sensor
+        from hcss_uncertainty.payload import Payload  # not for scenes without a sensor
 
         payload = Payload(plan, tables, plan.sensor)
     kinds, masks, metrics = [], [], []
