@@ -139,6 +139,10 @@ def statistics_of(
         for name, values in every.items()
         if with_levels and name != "brightness_temperature"  # from the levels of radiance
     }
+    if with_levels:
+        flat = levels["radiance"].reshape(len(plan.bands), -1).astype(np.float64)
+        kelvin = temperature.where_known(flat).reshape(levels["radiance"].shape)
+        levels["brightness_temperature"] = kelvin.astype(np.float32)
     statistics = DrawStatistics(moments, total, _mean_where_known(np.array(metrics)), levels)
     return statistics, {**every, CLOUD: np.concatenate(masks)}
 
