@@ -156,7 +156,17 @@ ROWS = {
     "draws": Row(
         "propagation, 100 draws",
         "8",
-        ["run", "stratus", "-o", "out.nc", *SMALL, "--draws", "100", "--uncertain", "sea.temperature=uniform:289:293"],
+        [
+            "propagate",
+            "stratus",
+            "-o",
+            "out.nc",
+            *SMALL,
+            "--draws",
+            "100",
+            "--uncertain",
+            "sea.temperature=uniform:289:293",
+        ],
         cold=True,
     ),
     "night": Row(

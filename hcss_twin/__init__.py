@@ -23,7 +23,6 @@ if TYPE_CHECKING:
         HcssError,
         ImageError,
         PosteriorError,
-        PropagationError,
         ProviderError,
         ScenarioError,
         SweepError,
@@ -40,8 +39,6 @@ if TYPE_CHECKING:
     from hcss_twin.reports.report import report
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.sweeps.dataset import open_sweep
-    from hcss_twin.sweeps.propagation.dataset import open_propagation
-    from hcss_twin.sweeps.propagation.propagate import propagate
     from hcss_twin.sweeps.run import sweep
 
 
@@ -52,7 +49,6 @@ __all__ = [
     "HcssError",
     "ImageError",
     "PosteriorError",
-    "PropagationError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
@@ -66,9 +62,7 @@ __all__ = [
     "hookimpl",
     "make_plan",
     "open_cube",
-    "open_propagation",
     "open_sweep",
-    "propagate",
     "read_posterior",
     "report",
     "sense",
@@ -85,7 +79,6 @@ def __getattr__(name: str) -> Any:
         "HcssError": "core.errors",
         "ImageError": "core.errors",
         "PosteriorError": "core.errors",
-        "PropagationError": "core.errors",
         "ProviderError": "core.errors",
         "ScenarioError": "core.errors",
         "SweepError": "core.errors",
@@ -99,10 +92,8 @@ def __getattr__(name: str) -> Any:
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",
         "open_cube": "cube.reader",
-        "open_propagation": "sweeps.propagation.dataset",
         "open_sweep": "sweeps.dataset",
         "report": "reports.report",
-        "propagate": "sweeps.propagation.propagate",
         "sense": "engine.sense",
         "simulate": "engine.simulate",
         "sweep": "sweeps.run",

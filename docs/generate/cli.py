@@ -13,6 +13,7 @@ from hcss_evaluate.command import evaluate_command
 from hcss_evaluate.posterior.command import fit_command
 from hcss_modtran.command import atmosphere_import
 from hcss_paper.command import reproduce
+from hcss_uncertainty.command import propagate_command
 
 from hcss_twin.cli.main import cli
 
@@ -34,7 +35,8 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
 (it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md): `hcss atmosphere import`
-comes with `hcss-modtran`, `hcss bench` with `hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`, and
+comes with `hcss-modtran`, `hcss bench` with `hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`,
+`hcss propagate` with `hcss-uncertainty`, and
 `hcss reproduce` with `hcss-paper`.
 """
 
@@ -60,6 +62,7 @@ def lines(generated: str) -> Iterator[str]:
         ("hcss bench", bench),
         ("hcss evaluate", evaluate_command),
         ("hcss fit", fit_command),
+        ("hcss propagate", propagate_command),
         ("hcss reproduce", reproduce),
     ]
     listed: dict[int, str] = {}

@@ -43,7 +43,7 @@ points east and y (rows) north; row 0 is the southern edge.
 
 **Many scenes from one file:** a section `[sweep]` lists several values for keys ([sweeps](../how-to/sweeps.md)).
 
-**Uncertain keys:** a section `[uncertain]` defines distributions of keys, which `hcss run FILE --draws N` propagates to
+**Uncertain keys:** a section `[uncertain]` defines distributions of keys, which `hcss propagate FILE` propagates to
 radiance ([uncertainty](../how-to/uncertainty.md)).
 
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.

@@ -25,6 +25,7 @@ OF_PLUGINS = {
     "bench": "hcss-bench",
     "evaluate": "hcss-evaluate",
     "fit": "hcss-evaluate",
+    "propagate": "hcss-uncertainty",
     "reproduce": "hcss-paper",
 }
 """Commands of plugins that the repository of this package has in ``plugins/``."""

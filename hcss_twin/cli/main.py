@@ -34,7 +34,7 @@ from hcss_twin.cli.options import (
     require_writable,
     scenario_options,
 )
-from hcss_twin.cli.sweep import is_propagation, propagation_options, run_propagation, sweep_command
+from hcss_twin.cli.sweep import sweep_command
 from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -65,7 +65,6 @@ def cli() -> None:
 @click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the result is the same.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask cluster instead of --workers, for example tcp://host:8786.")
 @click.option("--verbose", is_flag=True, help="Print the whole certificate.")
-@propagation_options
 @json_option
 @click.pass_context
 def run(
@@ -79,17 +78,11 @@ def run(
     scheduler: str | None,
     verbose: bool,
     as_json: bool,
-    **propagation: Any,
 ) -> None:
-    """Simulate SCENARIO and write its cube; with --draws propagate uncertain inputs.
+    """Simulate SCENARIO and write its cube.
 
     If checked pixels miss the requested accuracy, the command fails and keeps the cube.
     """
-    if is_propagation(propagation):
-        if scheduler is not None:
-            raise click.UsageError("--scheduler: not allowed with --draws; allowed: --workers")
-        run_propagation(context, scenario, assignments, output, force, as_json, {**propagation, "workers": workers})
-        return
     gc.set_threshold(*COLLECTIONS)
     loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")

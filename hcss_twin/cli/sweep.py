@@ -1,29 +1,16 @@
-"""Commands that compute many scenes: ``hcss sweep``, and ``hcss run --draws``, which propagates uncertainty."""
+"""``hcss sweep``: many scenes."""
 
 from __future__ import annotations
 
 import json
 import sys
-import warnings
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import (
-    EXISTING_FILE,
-    FOLDER,
-    NEW_FILE,
-    Stop,
-    assigned,
-    json_option,
-    progress,
-    require_writable,
-    set_option,
-    with_size,
-)
-from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.cli.options import FOLDER, NEW_FILE, Stop, assigned, json_option, progress, set_option, with_size
 
 if TYPE_CHECKING:
     from hcss_twin.sweeps.run import SweepResult
@@ -105,102 +92,3 @@ def _sweep_text(result: SweepResult) -> str:
         values = ", ".join(f"{key} = {value}" for key, value in record.values.items())
         lines.append(f"  failed: point {record.point}, {values}: {record.error}")
     return "\n".join([*lines, *([] if result.dataset is None else [with_size(result.dataset)])])
-
-
-_DRAW_OPTIONS = (
-    click.option("--draws", type=int, help="Propagate uncertain inputs: number of random draws, each with two seeds."),
-    click.option("--posterior", type=EXISTING_FILE, help="With --draws: file of `hcss fit` for the cloud parameters."),
-    click.option(
-        "--uncertain",
-        multiple=True,
-        metavar="KEY=DISTRIBUTION",
-        help="With --draws: vary a key, for example sea.temperature=normal:291:0.5; repeat.",
-    ),
-    click.option(
-        "--shares",
-        type=click.Choice(["regression", "pick-freeze"]),
-        default="regression",
-        help="With --draws: method of variance attribution; pick-freeze needs more scenes.",
-    ),
-    click.option(
-        "--cube-of",
-        "cubes_of",
-        multiple=True,
-        metavar="NUMBERS",
-        help="With --draws: also write the cubes of these draws, for example 0,17.",
-    ),
-    click.option("--maps", is_flag=True, help="With --draws: also write mean and standard deviation of each pixel."),
-    click.option("--layer", type=int, help="With --posterior: cloud layer it applies to, if there are two."),
-)
-
-
-def propagation_options(command: Any) -> Any:
-    """Add the options of a propagation."""
-    for option in reversed(_DRAW_OPTIONS):
-        command = option(command)
-    return command
-
-
-def is_propagation(given: dict[str, Any]) -> bool:
-    """Return whether the options request a propagation; raises UsageError if an option requires ``--draws``."""
-    if given["draws"] is not None:
-        return True
-    names = {"posterior": "--posterior", "uncertain": "--uncertain", "cubes_of": "--cube-of", "layer": "--layer"}
-    names |= {"maps": "--maps"}
-    needy = [option for name, option in names.items() if given[name] not in (None, (), False)]
-    needy += ["--shares"] if given["shares"] != "regression" else []
-    if needy:
-        raise click.UsageError(f"{needy[0]} needs the number of draws: --draws N, for example 200")
-    return False
-
-
-def run_propagation(
-    context: click.Context,
-    scenario: str,
-    assignments: tuple[str, ...],
-    output: Path | None,
-    force: bool,
-    as_json: bool,
-    given: dict[str, Any],
-) -> None:
-    """Propagate uncertain inputs and print the result."""
-    from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.reports.propagation_text import propagation_text, propagation_values
-    from hcss_twin.sweeps.propagation.propagate import cube_path, propagate
-
-    output = output or Path(f"{Path(scenario).stem}.propagation.nc")
-    numbers = _numbers(given["cubes_of"])
-    require_writable((output, *(cube_path(output, number) for number in numbers)), force, form="NetCDF")
-    with announce_compilation(partial(click.echo, err=True)), warnings.catch_warnings():
-        warnings.simplefilter("ignore", CertificateWarning)  # reported as an error, with the exit code
-        result = propagate(
-            scenario,
-            output,
-            draws=given["draws"],
-            posterior=given["posterior"],
-            uncertain=assigned(given["uncertain"], "--uncertain"),
-            overrides=assigned(assignments),
-            layer=given["layer"],
-            shares=given["shares"],
-            cubes_of=numbers,
-            maps=given["maps"],
-            workers=given["workers"],
-            progress=partial(progress, context.ensure_object(Stop), label="draws"),
-        )
-    if as_json:
-        click.echo(json.dumps(propagation_values(result)))
-    else:
-        click.echo("\n".join([propagation_text(result), *map(with_size, result.cubes)]))
-    failed = [each for each in result.certificates if not each.passed]
-    for certificate in failed:
-        click.echo(f"error: certificate {certificate.lines[0]}", err=True)
-    if failed:
-        sys.exit(EXIT_FAILED)
-
-
-def _numbers(texts: tuple[str, ...]) -> list[int]:
-    parts = [part for text in texts for part in text.replace(",", " ").split()]
-    for part in parts:
-        if not part.isdecimal():
-            raise click.BadParameter(f"'{part}': allowed: numbers of draws, for example 0,17", param_hint="--cube-of")
-    return list(dict.fromkeys(map(int, parts)))

@@ -50,10 +50,6 @@ class PosteriorError(HcssError):
     """A posterior cannot be sampled, written or read."""
 
 
-class PropagationError(HcssError):
-    """Uncertainty cannot be propagated as requested, or its file cannot be written or read."""
-
-
 class OptionError(HcssError):
     """An argument or option is not allowed."""
 
@@ -68,10 +64,6 @@ class ImageOptionError(OptionError, ImageError):
 
 class PosteriorOptionError(OptionError, PosteriorError):
     """An option of a fit is not allowed."""
-
-
-class PropagationOptionError(OptionError, PropagationError):
-    """An option of propagation is not allowed."""
 
 
 class CacheWarning(UserWarning):

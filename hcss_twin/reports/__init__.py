@@ -1,1 +1,1 @@
-"""Reports and pictures of cubes, sweeps, posteriors and propagations."""
+"""Reports and pictures of cubes, sweeps and posteriors."""

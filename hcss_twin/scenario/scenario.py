@@ -42,7 +42,7 @@ _NOT_ONE_SCENE = (
 )
 
 _NOT_CERTAIN = (
-    "the file has uncertain keys, which `hcss run FILE --draws N` propagates (docs/how-to/uncertainty.md); "
+    "the file has uncertain keys, which `hcss propagate FILE` propagates (docs/how-to/uncertainty.md); "
     "allowed here: a file without this section"
 )
 

@@ -30,6 +30,7 @@ NEEDS = {
     "evaluate": "hcss_evaluate",
     "fit-dimension": "hcss_evaluate",
     "fit-image": "hcss_evaluate",
+    "propagation": "hcss_uncertainty",
     "zarr-quantized": "zarr",
 }
 """Packages that cases need beside this one, by case: without them they are left out."""

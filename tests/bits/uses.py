@@ -114,14 +114,16 @@ def sweep_of_three_points(folder: Path) -> Results:
 
 
 def propagation(folder: Path) -> Results:
-    """`hcss run --draws` with two uncertain inputs."""
+    """`hcss propagate` with two uncertain inputs."""
+    from hcss_uncertainty import open_propagation
+
     values = {**SMALL, **CHEAP, **IR, "frames.count": 1, "output.variables": ["radiance"]}
     words = [word for key, value in values.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     uncertain = ["--uncertain", "sea.temperature=normal:291:0.5", "--uncertain", "clouds.coverage=uniform:0.2:0.8"]
     out = folder / "a.nc"
-    answer = json.loads(hcss("run", "stratus", "--draws", 8, *uncertain, *words, "-o", out, "--json"))
+    answer = json.loads(hcss("propagate", "stratus", "--draws", 8, *uncertain, *words, "-o", out, "--json"))
     del answer["pixels"]  # in the file
-    return {"file": hcss_twin.open_propagation(out), "answer": answer}
+    return {"file": open_propagation(out), "answer": answer}
 
 
 # --- answers in JSON --------------------------------------------------------------------

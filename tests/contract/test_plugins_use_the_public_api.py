@@ -1,7 +1,7 @@
 """The packages in plugins/ import only what is promised to plugins of others, in source and tests.
 
-hcss-bench, hcss-evaluate, hcss-light, hcss-modtran, hcss-paper, hcss-payload and hcss-skies name the other modules that
-they use in their READMEs. The tests of hcss-lowtran7 read a standard atmosphere of this package for comparison.
+Packages of ``LISTING`` name the other modules that they use in their READMEs. The tests of hcss-lowtran7 read a
+standard atmosphere of this package for comparison.
 """
 
 import ast
@@ -26,7 +26,10 @@ PUBLIC = {
     "hcss_twin.errors": {name for name in hcss_twin.__all__ if name.endswith("Error")}
     | set(GROUND["hcss_twin.errors"][1]),
 }
-LISTING = ("hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload", "hcss-skies")
+LISTING = (
+    "hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload", "hcss-skies",
+    "hcss-uncertainty"
+)  # fmt: skip
 """Plugins whose README lists other modules."""
 
 PROMISED = {

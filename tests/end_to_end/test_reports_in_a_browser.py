@@ -7,6 +7,7 @@ import shutil
 import subprocess
 
 import pytest
+from cheap import CHEAP
 from pages import Reader, view_of
 from test_cube_report import written
 
@@ -180,9 +181,13 @@ def posterior_page(folder):
 
 
 def propagation_page(folder):
-    from test_propagation_report import propagated
+    from hcss_uncertainty import propagate
 
-    return hcss_twin.report(propagated(folder))
+    scene = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": ["mwir", "lwir"]}
+    uncertain = {"sea.temperature": "normal:291:0.5", "clouds.coverage": "uniform:0.2:0.8"}
+    path = folder / "propagation.nc"
+    propagate("stratus", path, draws=8, uncertain=uncertain, overrides=scene)
+    return hcss_twin.report(path)
 
 
 @pytest.mark.parametrize("kind", ["cube", "sweep", "posterior", "propagation"])

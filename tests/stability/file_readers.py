@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 from hcss_evaluate.posterior.fit import fit
 from hcss_modtran.importing import read_paths
+from hcss_uncertainty.dataset import open_propagation
+from hcss_uncertainty.joint_sample import PosteriorDraws
 from input_files import FIT, SENSOR, SWEPT, noise, optics_table, small_stratus
 
 from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
@@ -34,8 +36,6 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.dataset import open_sweep
 from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.points import points_of
-from hcss_twin.sweeps.propagation.dataset import open_propagation
-from hcss_twin.sweeps.propagation.joint_sample import PosteriorDraws
 from hcss_twin.sweeps.run import sweep
 from hcss_twin.testing.samples import sample_surface_inputs
 

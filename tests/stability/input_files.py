@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "plugins" / "hcss-modtran" / 
 
 from cheap import CHEAP
 from hcss_evaluate.posterior.fit import fit
+from hcss_uncertainty.propagation import propagate
 from posterior_example import example_posterior
 from surface_files import write_netcdf
 from tape7_text import radiance_run
@@ -34,7 +35,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection
-from hcss_twin.sweeps.propagation.propagate import propagate
 from hcss_twin.sweeps.run import sweep
 
 SMALL = CHEAP | {

@@ -1,14 +1,15 @@
-"""`hcss run --draws` through a sensor, pixel by pixel and on several workers: against sensor cubes made one by one."""
+"""`hcss propagate` through a sensor, pixel by pixel and on several workers: against sensor cubes made one by one."""
 
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_uncertainty import propagate
+from hcss_uncertainty.dataset import open_propagation
 from pages import read_page
 
 import hcss_twin
 from hcss_twin.core.errors import HcssError
 from hcss_twin.engine.sense import measured_path
-from hcss_twin.sweeps.propagation.dataset import open_propagation
 
 NOISE = 0.05
 SCENE = CHEAP | {
@@ -32,7 +33,7 @@ DRAWS = 3
 
 
 def propagated(path, **options):
-    return hcss_twin.propagate("stratus", path, draws=DRAWS, uncertain=UNCERTAIN, overrides=SCENE, maps=True, **options)
+    return propagate("stratus", path, draws=DRAWS, uncertain=UNCERTAIN, overrides=SCENE, maps=True, **options)
 
 
 @pytest.fixture(scope="module")
@@ -143,5 +144,5 @@ def test_the_page_shows_sensor_maps_and_budget(found):
 def test_what_cannot_be_mapped_is_refused(tmp_path, options, told):
     given = {"draws": 2, "uncertain": UNCERTAIN, "maps": True, "overrides": SCENE} | options
     with pytest.raises(HcssError, match=told):
-        hcss_twin.propagate("stratus", tmp_path / "a.nc", **given)
+        propagate("stratus", tmp_path / "a.nc", **given)
     assert list(tmp_path.iterdir()) == []

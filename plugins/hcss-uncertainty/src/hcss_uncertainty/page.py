@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.reports import propagation_tables as tables
 from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, picture, plain
 from hcss_twin.reports.page import Block, Markup, Page, Section, beside, facts, folded, note, paragraph
-from hcss_twin.reports.propagation_tables import RADIATION, PropagationContents, read_contents
 from hcss_twin.reports.provenance import json_attribute, names_in, provenance, scenario
-from hcss_twin.sweeps.propagation.pixel_maps import MAP
-from hcss_twin.sweeps.propagation.summary import QUANTILES
+from hcss_uncertainty import tables
+from hcss_uncertainty.pixel_maps import MAP
+from hcss_uncertainty.summary import QUANTILES
+from hcss_uncertainty.tables import RADIATION, PropagationContents, read_contents
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

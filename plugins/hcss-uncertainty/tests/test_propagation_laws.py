@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_uncertainty import propagate
 from scipy import constants
 from scipy.integrate import quad
 
@@ -27,9 +28,7 @@ def radiance_at(temperature):
 
 @pytest.fixture(scope="module")
 def found():
-    return hcss_twin.propagate(
-        "stratus", draws=16, uncertain={"sea.temperature": f"normal:291:{SIGMA}"}, overrides=CLEAR
-    ).dataset
+    return propagate("stratus", draws=16, uncertain={"sea.temperature": f"normal:291:{SIGMA}"}, overrides=CLEAR).dataset
 
 
 def test_the_spread_of_a_linear_scene_is_the_slope_times_that_of_the_input(found):
@@ -71,7 +70,7 @@ def sensed():
     """The same sea through a linear sensor, in enough pixels for its noise."""
     overrides = CLEAR | SENSOR | {"image.rows": 32, "image.columns": 32}
     uncertain = {"sea.temperature": f"normal:291:{SIGMA}"}
-    return hcss_twin.propagate("stratus", draws=12, uncertain=uncertain, overrides=overrides).dataset.isel(band=0)
+    return propagate("stratus", draws=12, uncertain=uncertain, overrides=overrides).dataset.isel(band=0)
 
 
 def black_body(kelvin):

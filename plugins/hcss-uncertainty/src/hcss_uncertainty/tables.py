@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.reading import reads
 from hcss_twin.reports.provenance import json_attribute
 from hcss_twin.reports.tables import Table, number
-from hcss_twin.sweeps.propagation.dataset import open_propagation
-from hcss_twin.sweeps.propagation.estimators import SAME
-from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS, UNKNOWN, ErrorSize, Stated, joint_budget
-from hcss_twin.sweeps.propagation.pixel_maps import MAP
-from hcss_twin.sweeps.propagation.summary import OUTPUTS, PAYLOAD, QUANTILES
+from hcss_uncertainty.dataset import open_propagation
+from hcss_uncertainty.errors import PropagationError
+from hcss_uncertainty.estimators import SAME
+from hcss_uncertainty.joint_budget import MODEL_ERRORS, UNKNOWN, ErrorSize, Stated, joint_budget
+from hcss_uncertainty.pixel_maps import MAP
+from hcss_uncertainty.summary import OUTPUTS, PAYLOAD, QUANTILES
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hcss_uncertainty.estimators import seed_variance, variance
+from hcss_uncertainty.pixel_maps import PairMoments, require_room_for_maps
 
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.sweeps.propagation.estimators import seed_variance, variance
-from hcss_twin.sweeps.propagation.pixel_maps import PairMoments, require_room_for_maps
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.int32, np.bool_])

@@ -18,10 +18,10 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import length
-from hcss_twin.sweeps.propagation.pixel_maps import CLOUD
+from hcss_uncertainty.pixel_maps import CLOUD
 
 if TYPE_CHECKING:
-    from hcss_twin.sweeps.propagation.payload import Payload
+    from hcss_uncertainty.payload import Payload
 
 Thickness = NDArray[np.float32]
 
@@ -107,7 +107,7 @@ def statistics_of(
     maker = PartMaker(plan, tables)
     payload: Payload | None = None
     if plan.sensor is not None:
-        from hcss_twin.sweeps.propagation.payload import Payload  # not for scenes without a sensor
+        from hcss_uncertainty.payload import Payload  # not for scenes without a sensor
 
         payload = Payload(plan, tables, plan.sensor)
     kinds, masks, metrics = [], [], []
@@ -139,6 +139,10 @@ def statistics_of(
         for name, values in every.items()
         if with_levels and name != "brightness_temperature"  # from the levels of radiance
     }
+    if with_levels:
+        flat = levels["radiance"].reshape(len(plan.bands), -1).astype(np.float64)
+        kelvin = temperature.where_known(flat).reshape(levels["radiance"].shape)
+        levels["brightness_temperature"] = kelvin.astype(np.float32)
     statistics = DrawStatistics(moments, total, _mean_where_known(np.array(metrics)), levels)
     return statistics, {**every, CLOUD: np.concatenate(masks)}
 

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import Problem, PropagationError, ScenarioError
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.parts import in_order
@@ -22,7 +21,7 @@ from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, class_names, statistics_of
+from hcss_uncertainty.draw_statistics import DrawStatistics, class_names, statistics_of
 
 _HELD = 4
 """Maximum number of sets of tables in memory: those of the current and the previous draw."""
@@ -99,8 +98,8 @@ class DrawResult:
         One for each mixture; the first has quantiles over pixels.
     pixels : tuple of mapping
         Values of all pixels with either seed, as :func:`statistics_of` returns them; empty if not requested.
-    names : tuple
-        Names of bands and pixel classes.
+    names : frozenset of tuple
+        Names of bands and pixel classes, one pair for all scenes unless they differ.
     tables : frozenset of str
         Keys of the sets of tables that the scenes needed.
     compiled : int
@@ -111,7 +110,7 @@ class DrawResult:
 
     statistics: tuple[DrawStatistics, ...] = ()
     pixels: tuple[dict[str, NDArray[Any]], ...] = ()
-    names: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
+    names: frozenset[tuple[tuple[str, ...], tuple[str, ...]]] = frozenset()
     tables: frozenset[str] = frozenset()
     compiled: int = 0
     problem: tuple[int, tuple[Problem, ...], str] | None = None
@@ -126,7 +125,7 @@ class DrawMaker:
     def __call__(self, task: DrawTask) -> DrawResult:
         """Return the results of one draw; an error that only planning detects is part of it.
 
-        Raises ProviderError if a provider violates its contract, PropagationError if bands or layers differ.
+        Raises ProviderError if a provider violates its contract.
         """
         statistics, pixels, names, keys, compiled = [], [], set(), set(), 0
         for place, (scenario, between) in enumerate(zip(task.scenarios, task.between, strict=True)):
@@ -134,30 +133,16 @@ class DrawMaker:
                 plan = make_plan(scenario, shelf=self._cache, between=between)
                 tables, key, is_new = self._tables.of(plan)
                 temperature = self._tables.temperature(plan)
-                own, values = statistics_of(plan, tables, temperature, with_levels=place == 0)
+                of_scene, values = statistics_of(plan, tables, temperature, with_levels=place == 0)
             except ScenarioError as error:
                 return DrawResult(problem=(place, error.problems, error.origin))
-            if "radiance" in own.levels:
-                levels = own.levels["radiance"]
-                flat = levels.reshape(levels.shape[0], -1).astype(np.float64)
-                kelvin = temperature.where_known(flat).reshape(levels.shape).astype(np.float32)
-                own = DrawStatistics(
-                    own.values, own.pixels, own.metrics, {**own.levels, "brightness_temperature": kelvin}
-                )
-            statistics.append(own)
+            statistics.append(of_scene)
             if task.with_pixels and place < _PAIR:
                 pixels.append(values)
             names.add((tuple(band.name for band in plan.bands), class_names(len(plan.layers))))
             keys.add(key)
             compiled += is_new
-        return DrawResult(tuple(statistics), tuple(pixels), only_one(names), frozenset(keys), compiled)
-
-
-def only_one(names: set[tuple[tuple[str, ...], tuple[str, ...]]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return bands and classes of all scenes; raises PropagationError if they differ."""
-    if len(names) > 1:
-        raise PropagationError("bands and the number of cloud layers must be the same in all draws")
-    return next(iter(names))
+        return DrawResult(tuple(statistics), tuple(pixels), frozenset(names), frozenset(keys), compiled)
 
 
 @lru_cache(maxsize=1)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.engine.certificate.part_sample import CLEAR
-from hcss_twin.sweeps.propagation.draw_statistics import ALL
-from hcss_twin.sweeps.propagation.joint_sample import SEED
+from hcss_uncertainty.draw_statistics import ALL
+from hcss_uncertainty.joint_sample import SEED
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.sweeps.propagation import estimators
-from hcss_twin.sweeps.propagation.estimators import bootstrap_error, terms_of
-from hcss_twin.sweeps.propagation.joint_sample import POSTERIOR, SEED, bootstrap_seed
+from hcss_uncertainty import estimators
+from hcss_uncertainty.estimators import bootstrap_error, terms_of
+from hcss_uncertainty.joint_sample import POSTERIOR, SEED, bootstrap_seed
 
 if TYPE_CHECKING:
     import xarray as xr

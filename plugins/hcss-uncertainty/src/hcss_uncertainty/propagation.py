@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation, versions
-from hcss_twin.core.errors import (
-    CertificateWarning,
-    PropagationError,
-    PropagationOptionError,
-    ScenarioError,
-    choose_from,
-)
+from hcss_twin.core.errors import CertificateWarning, ScenarioError, choose_from
 from hcss_twin.core.files import require_file
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.parts import executor_of
@@ -31,7 +25,7 @@ from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.points import sea_groups
-from hcss_twin.sweeps.propagation.dataset import (
+from hcss_uncertainty.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,
     drawn_dataset,
@@ -39,8 +33,8 @@ from hcss_twin.sweeps.propagation.dataset import (
     with_summary,
     write_propagation,
 )
-from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, require_room
-from hcss_twin.sweeps.propagation.draws import (
+from hcss_uncertainty.draw_statistics import DrawStatistics, require_room
+from hcss_uncertainty.draws import (
     UncertainScenario,
     layer_of,
     numbers_of,
@@ -49,10 +43,11 @@ from hcss_twin.sweeps.propagation.draws import (
     uncertain_keys,
     with_draw,
 )
-from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS
-from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
-from hcss_twin.sweeps.propagation.pixel_maps import PixelMaps, require_room_for_maps
-from hcss_twin.sweeps.propagation.scenes import DrawResult, DrawTask, TableCount, draws_made, only_one
+from hcss_uncertainty.errors import PropagationError, PropagationOptionError
+from hcss_uncertainty.joint_budget import MODEL_ERRORS
+from hcss_uncertainty.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
+from hcss_uncertainty.pixel_maps import PixelMaps, require_room_for_maps
+from hcss_uncertainty.scenes import DrawResult, DrawTask, TableCount, draws_made
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -232,8 +227,9 @@ class _Collected:
         if result.problem is not None:
             place, problems, origin = result.problem
             raise with_draw(ScenarioError(problems, origin), self._sample, self._sample.mixtures[place], draw)
-        self._names.add(result.names)
-        only_one(self._names)
+        self._names |= result.names
+        if len(self._names) > 1:
+            raise PropagationError("bands and the number of cloud layers must be the same in all draws")
         for mixture, statistics in zip(self._sample.mixtures, result.statistics, strict=True):
             self._statistics[mixture.name].append(statistics)
         if result.pixels:
@@ -246,7 +242,7 @@ class _Collected:
     def dataset(self, inputs: NDArray[np.float64], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Return the values of all draws."""
         counts = {"table_sets": np.int64(self.tables.sets), "scenes": np.int64(self.tables.scenes)}
-        names = only_one(self._names)
+        (names,) = self._names
         return drawn_dataset(self._statistics, self._sample, inputs, *names, {**attributes, **counts})
 
 
@@ -265,20 +261,20 @@ def _cube(
 
 
 def _check(draws: int, shares: str, cubes_of: Sequence[int], workers: int, path: Path | None) -> None:
-    if isinstance(draws, bool) or not isinstance(draws, int) or not FEWEST <= draws <= MAX:
-        raise PropagationOptionError(f"draws: {draws!r} given, allowed: a whole number from {FEWEST} to {MAX}")
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise PropagationOptionError(f"workers: {workers!r} given, allowed: a whole number from 1")
+    if not FEWEST <= draws <= MAX:
+        raise PropagationOptionError(f"draws: {draws} given, allowed: a whole number from {FEWEST} to {MAX}")
+    if workers < 1:
+        raise PropagationOptionError(f"workers: {workers} given, allowed: a whole number from 1")
     if shares not in SHARES:
         raise PropagationOptionError(f"shares: '{shares}' given, {choose_from(shares, SHARES)}")
     for number in cubes_of:
-        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < draws:
-            raise PropagationOptionError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
+        if not 0 <= number < draws:
+            raise PropagationOptionError(f"cube of draw {number}: allowed: draws 0 to {draws - 1}")
     if cubes_of and path is None:
         raise PropagationOptionError("cubes of draws are written next to the propagation file: name that, too")
-    if path is not None and path.suffix != ".nc":
-        raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
     if path is not None:
+        if path.suffix != ".nc":
+            raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
         require_file(path, PropagationError, "NetCDF")
         if not path.parent.is_dir():
             raise PropagationError(f"cannot write {path}: there is no folder {path.parent}")

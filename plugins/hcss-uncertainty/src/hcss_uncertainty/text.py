@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.json_numbers import json_value
-from hcss_twin.reports.propagation_tables import (
+from hcss_uncertainty.joint_sample import POSTERIOR
+from hcss_uncertainty.summary import IN_CLASSES, outputs_of
+from hcss_uncertainty.tables import (
     RADIATION,
     STATISTICS,
     PropagationContents,
@@ -17,13 +19,11 @@ from hcss_twin.reports.propagation_tables import (
     shares,
     spread,
 )
-from hcss_twin.sweeps.propagation.joint_sample import POSTERIOR
-from hcss_twin.sweeps.propagation.summary import IN_CLASSES, outputs_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hcss_twin.sweeps.propagation.propagate import Propagation
+    from hcss_uncertainty.propagation import Propagation
 
 
 def propagation_text(propagation: Propagation) -> str:

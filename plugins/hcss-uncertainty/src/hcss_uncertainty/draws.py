@@ -14,15 +14,15 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, shown
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.scenario import UNCERTAIN, Scenario
 from hcss_twin.sweeps.axis import DISTRIBUTIONS
 from hcss_twin.sweeps.design import joined_keys, key_problems, keys_overlap, read_keys
 from hcss_twin.sweeps.points import ranges, value_at
-from hcss_twin.sweeps.propagation.draw_statistics import VARIABLES
-from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
+from hcss_uncertainty.draw_statistics import VARIABLES
+from hcss_uncertainty.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 
 _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.derived": [], "output.certificate": 0}
 """Output settings of the summarised scenes; cubes of draws contain the variables that the user requested."""

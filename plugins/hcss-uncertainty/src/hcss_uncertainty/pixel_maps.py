@@ -35,7 +35,7 @@ class PairMoments:
     """Mean, variance and variance due to the seed of pairs of arrays, each pair with one draw of the inputs.
 
     B. P. Welford, Technometrics 4 (1962) 419-420, for the mean and the sum of squares; the variances are those of
-    :func:`hcss_twin.sweeps.propagation.estimators.variance` and ``seed_variance``.
+    :func:`hcss_uncertainty.estimators.variance` and ``seed_variance``.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:

@@ -1,4 +1,4 @@
-"""`hcss run --draws`: against scenes computed one by one, and what goes wrong with it."""
+"""`hcss propagate`: against scenes computed one by one, and what goes wrong with it."""
 
 import json
 
@@ -7,6 +7,9 @@ import pytest
 from benchmark_module import benchmark_module
 from cheap import CHEAP, CHEAP_OPTIONS
 from click.testing import CliRunner
+from hcss_uncertainty import propagate
+from hcss_uncertainty.dataset import open_propagation, with_summary
+from hcss_uncertainty.joint_sample import PosteriorDraws
 from posterior_example import example_posterior
 from scipy import ndimage
 
@@ -14,8 +17,6 @@ import hcss_twin
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import HcssError
 from hcss_twin.engine.certificate.part_sample import CLEAR, PARTS
-from hcss_twin.sweeps.propagation.dataset import open_propagation, with_summary
-from hcss_twin.sweeps.propagation.joint_sample import PosteriorDraws
 
 SMALL = CHEAP | {
     "image.rows": 40,
@@ -38,7 +39,7 @@ def posterior(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(posterior, tmp_path_factory):
     path = tmp_path_factory.mktemp("found") / "a.nc"
-    return hcss_twin.propagate("stratus", path, draws=8, posterior=posterior, overrides=SMALL | FRAME)
+    return propagate("stratus", path, draws=8, posterior=posterior, overrides=SMALL | FRAME)
 
 
 def scene(values, variables=("radiance", "brightness_temperature", "cloud_mask", "cloud_thickness")):
@@ -110,9 +111,9 @@ def test_tables_are_compiled_once_for_draws_of_clouds_and_for_each_temperature_o
     assert (found.tables.scenes, found.tables.sets) == (16, 1)
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
     scenes = SMALL | {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": [[10.3, 11.3]]}
-    made = hcss_twin.propagate("stratus", draws=3, uncertain={"sea.temperature": "normal:291:0.5"}, overrides=scenes)
+    made = propagate("stratus", draws=3, uncertain={"sea.temperature": "normal:291:0.5"}, overrides=scenes)
     assert vars(made.tables) == {"scenes": 6, "sets": 3, "compiled": 3}
-    again = hcss_twin.propagate("stratus", draws=3, uncertain={"clouds.coverage": "uniform:0.2:0.8"}, overrides=scenes)
+    again = propagate("stratus", draws=3, uncertain={"clouds.coverage": "uniform:0.2:0.8"}, overrides=scenes)
     assert vars(again.tables) == {"scenes": 6, "sets": 1, "compiled": 1}
 
 
@@ -136,9 +137,7 @@ def test_what_the_file_says_is_computed_again_from_its_draws(found):
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(posterior, tmp_path):
     few = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": ["lwir"]}
     for name, seed in (("a", 5), ("b", 5), ("c", 6)):
-        hcss_twin.propagate(
-            "stratus", tmp_path / f"{name}.nc", draws=2, posterior=posterior, overrides=few | {"seed": seed}
-        )
+        propagate("stratus", tmp_path / f"{name}.nc", draws=2, posterior=posterior, overrides=few | {"seed": seed})
     first, second, other = ((tmp_path / f"{name}.nc").read_bytes() for name in "abc")
     assert first == second
     assert first != other
@@ -151,7 +150,7 @@ def test_an_interrupted_propagation_leaves_nothing(posterior, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        hcss_twin.propagate(
+        propagate(
             "stratus", tmp_path / "a.nc", draws=3, posterior=posterior, overrides=SMALL, cubes_of=[0], progress=stopped
         )
     assert list(tmp_path.iterdir()) == []
@@ -159,14 +158,14 @@ def test_an_interrupted_propagation_leaves_nothing(posterior, tmp_path):
 
 def test_one_of_two_layers_has_a_posterior(posterior):
     scenes = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": ["lwir"]}
-    made = hcss_twin.propagate("cirrus-over-cumulus", draws=2, posterior=posterior, overrides=scenes, layer=1).dataset
+    made = propagate("cirrus-over-cumulus", draws=2, posterior=posterior, overrides=scenes, layer=1).dataset
     assert made["class"].values[2] == "thin (low only)"
     assert made.attrs["posterior_layer"] == "clouds.layers.1"
 
 
 def test_pick_freeze_gives_every_input_both_shares(posterior):
     few = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": [[10.3, 11.3]]}
-    made = hcss_twin.propagate(
+    made = propagate(
         "stratus",
         draws=4,
         posterior=posterior,
@@ -194,7 +193,7 @@ def patchy(posterior):
     few = SMALL | {"image.rows": 12, "image.columns": 12, "frames.count": 1, "bands": ["lwir"]}
     few |= {"clouds.coverage_mode": "field", "seed": 7}
     return [
-        hcss_twin.propagate("stratus", draws=DRAWS, posterior=posterior, overrides=few, shares=shares).dataset
+        propagate("stratus", draws=DRAWS, posterior=posterior, overrides=few, shares=shares).dataset
         for shares in ("regression", "pick-freeze")
     ]
 
@@ -238,7 +237,7 @@ def here(tmp_path):
 
 
 def command(*words):
-    return CliRunner().invoke(cli, ["run", *words])
+    return CliRunner().invoke(cli, ["propagate", *words])
 
 
 TINY = [
@@ -308,8 +307,6 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
     [
         (["--draws", "1", "--uncertain", "sea.temperature=normal:291:1"], "draws: 1 given, allowed"),
         (["--draws", "3"], "nothing is uncertain"),
-        (["--uncertain", "sea.temperature=normal:291:1"], "--uncertain needs the number of draws"),
-        (["--shares", "pick-freeze"], "--shares needs the number of draws"),
         (["--draws", "3", "--uncertain", "sea.temprature=normal:291:1"], "closest is 'temperature'"),
         (["--draws", "3", "--uncertain", "sea.wind_speed=normal:-5:1"], "sea.wind_speed: -"),
         (["--draws", "3", "--uncertain", "clouds.top=uniform:1:9"], "is not above the base"),
@@ -323,8 +320,6 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
         (["--draws", "3", "--posterior", "POSTERIOR", "--layer", "1"], "layer 1 given; allowed: 0 to 0"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--cube-of", "3"], "allowed: draws 0 to 2"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--cube-of", "a"], "allowed: numbers of draws"),
-        (["--draws", "3", "--posterior", "POSTERIOR", "--scheduler", "tcp://a:1"], "allowed: --workers"),
-        (["--maps"], "--maps needs the number of draws"),
         (["--draws", "3", "--posterior", "POSTERIOR", "-o", "a.zarr"], "closest is a.nc"),
         (["--draws", "3", "--posterior", "POSTERIOR", "-o", "none/a.nc"], "there is no folder"),
         (["--draws", "3", "--posterior", "none.nc"], "does not exist"),
@@ -369,7 +364,7 @@ def example_cube(path):
 
 def test_the_draw_that_is_not_valid_is_named_with_its_value(tmp_path):
     with pytest.raises(HcssError) as caught:
-        hcss_twin.propagate("stratus", draws=30, uncertain={"sea.wind_speed": "normal:1:1"}, overrides=SMALL)
+        propagate("stratus", draws=30, uncertain={"sea.wind_speed": "normal:1:1"}, overrides=SMALL)
     assert "(draw " in str(caught.value)
     assert "sea.wind_speed = -" in str(caught.value)
     assert "also wrong: draws " in str(caught.value)
@@ -381,7 +376,7 @@ def test_the_spread_is_that_of_independent_scenes_within_sampling_error(posterio
     """12 scenes made one by one by ``simulate``, with draws of their own."""
     count, key = 12, "sea.temperature"
     scenes = SMALL | {"frames.count": 1, "bands": ["lwir"]}
-    made = hcss_twin.propagate(
+    made = propagate(
         "stratus", draws=count, posterior=posterior, uncertain={key: "uniform:289:293"}, overrides=scenes
     ).dataset
     rng = np.random.default_rng(99)

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from hcss_uncertainty import estimators
+from hcss_uncertainty.estimators import bootstrap_error, terms_of
+from hcss_uncertainty.joint_sample import bootstrap_seed
 from scipy import stats
-
-from hcss_twin.sweeps.propagation import estimators
-from hcss_twin.sweeps.propagation.estimators import bootstrap_error, terms_of
-from hcss_twin.sweeps.propagation.joint_sample import bootstrap_seed
 
 ADDITIVE = np.array([2.0, 1.0, 0.5])
 SHARES = ADDITIVE**2 / np.sum(ADDITIVE**2)

@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-
-from hcss_twin.reports.propagation_tables import PropagationContents, budget
-from hcss_twin.sweeps.propagation.joint_budget import MODEL_ERRORS, ErrorSize, joint_budget
+from hcss_uncertainty.joint_budget import MODEL_ERRORS, ErrorSize, joint_budget
+from hcss_uncertainty.tables import PropagationContents, budget
 
 DIMS = ("band", "class")
 GAS = {"name": "gas", "relative": 0.12, "kelvin": 4.0, "statistic": "rms"}

@@ -1,0 +1,11 @@
+"""Errors of a propagation."""
+
+from hcss_twin.core.errors import HcssError, OptionError
+
+
+class PropagationError(HcssError):
+    """Uncertainty cannot be propagated as requested, or its file cannot be written or read."""
+
+
+class PropagationOptionError(OptionError, PropagationError):
+    """An option of propagation is not allowed."""
