@@ -23,7 +23,7 @@ from hcss_twin.core.plugins import (
     slow_import,
 )
 from hcss_twin.providers.registry import defaults
-from hcss_twin.providers.registry.discovery import Collection, Entry
+from hcss_twin.providers.registry.discovery import Collection, Entry, import_failure
 from hcss_twin.providers.registry.specs import PROJECT, Kind
 from hcss_twin.version import __version__
 
@@ -281,7 +281,7 @@ def _load(entry: Entry, target: str) -> Any:
     try:
         return getattr(importlib.import_module(module), attribute)
     except FAILURES as error:
-        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
+        raise ProviderError(f"{entry.label}: {import_failure(target, error)}") from error
 
 
 def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
@@ -291,23 +291,19 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
         try:
             return source.load()
         except FAILURES as error:
-            raise ProviderError(f"import of '{source.value}' failed: {describe(error)}") from error
+            raise import_failure(source.value, error) from error
 
     return load
 
 
 def _checked(entry: Entry, provider: Any) -> Any:
-    """Return a provider that has the members of its kind, in the present version of the API."""
+    """Return a provider after checking that it has the members of its kind."""
     import hcss_twin.providers as providers
     from hcss_twin.providers.common import check_element_variables, check_measured, check_options, check_surface_classes
     from hcss_twin.providers.declarations import check_declaration
 
     protocol = getattr(providers, entry.kind.protocol)
-    declaration = expected = getattr(providers, protocol.__annotations__["declares"])
-    if entry.spec.api_version == 1:
-        from hcss_twin.providers.registry import version_1
-
-        expected = version_1.Declares
+    expected = getattr(providers, protocol.__annotations__["declares"])
     attributes = set(protocol.__annotations__)
     methods = {name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")}
     try:
@@ -340,4 +336,4 @@ def _checked(entry: Entry, provider: Any) -> Any:
             check_surface_classes(provider.classes)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
-    return version_1.adapted(provider, declaration) if entry.spec.api_version == 1 else provider
+    return provider

@@ -37,7 +37,7 @@ def refusal(right, wrong=None):
     with tempfile.TemporaryDirectory() as folder:
         kit = kit_of(right, wrong, Path(folder))
         inputs = kit().make_inputs() if right.kind == "clouds" else given(kit, "inputs")
-        entry = Entry(Kind(right.kind), ProviderSpec("toy", "a:B", None, 2, right.sentence), Origin("a", "hcss-a", "1"))
+        entry = Entry(Kind(right.kind), ProviderSpec("toy", "a:B", None, 3, right.sentence), Origin("a", "hcss-a", "1"))
 
         def make(inputs):
             return guard(entry, kit().make_provider(inputs), inputs)
