@@ -18,7 +18,7 @@ from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.shadows import compile_shadows
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
-from hcss_twin.engine.tables.over_views import tables_over_views
+from hcss_twin.engine.tables.over_views import may_compile_together, tables_over_views, tables_together
 from hcss_twin.engine.tables.radiance_tables import (
     InstantTable,
     Quantities,
@@ -29,7 +29,6 @@ from hcss_twin.engine.tables.radiance_tables import (
 )
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
-from hcss_twin.engine.tables.views_together import may_compile_together, tables_together
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget

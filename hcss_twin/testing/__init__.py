@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hcss_twin.testing.clouds import CloudGeneratorContract
+    from hcss_twin.testing.contract import assert_registered
     from hcss_twin.testing.elements import ElementContract, KnownElement, PlainScene
     from hcss_twin.testing.optics import OpticsContract, TransmittanceContract
     from hcss_twin.testing.radiance import RadianceModelContract
-    from hcss_twin.testing.registration import assert_registered
     from hcss_twin.testing.samples import (
         PlainGas,
         PlainOptics,
@@ -45,8 +45,7 @@ if TYPE_CHECKING:
     from hcss_twin.testing.sea import SeaModelContract
     from hcss_twin.testing.sensor import SensorContract
     from hcss_twin.testing.surfaces import KnownSurface, SurfaceContract
-    from hcss_twin.testing.variable_samples import sample_fields, sample_variable_inputs
-    from hcss_twin.testing.variables import VariableContract
+    from hcss_twin.testing.variables import VariableContract, sample_fields, sample_variable_inputs
 
 __all__ = [
     "CloudGeneratorContract",

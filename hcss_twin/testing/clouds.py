@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, Motion
-from hcss_twin.testing.contract import ProviderContract
-from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.contract import ProviderContract, holds
 from hcss_twin.testing.laws import clouds as laws
 from hcss_twin.testing.laws.clouds import own_coverage, possible, whole
 from hcss_twin.testing.samples import sample_cloud_inputs, still

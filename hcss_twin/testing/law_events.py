@@ -21,7 +21,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError
 from hcss_twin.providers.new_plugin.write import contract_name
 from hcss_twin.providers.registry import Entry, Kind, Registry
-from hcss_twin.testing.law_tests import expect_failures
+from hcss_twin.testing.contract import expect_failures
 
 USUAL_CLOUD_TYPE = "stratus"
 """Its shape is that of ``CloudInputs.type_parameters``: a scene always has a cloud type."""

@@ -22,8 +22,7 @@ from hcss_twin.providers import (
     TransmittanceProvider,
 )
 from hcss_twin.providers.common import FRACTION_TOLERANCE
-from hcss_twin.testing.contract import SpectralContract
-from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.contract import SpectralContract, holds
 from hcss_twin.testing.laws import atmosphere, particles
 from hcss_twin.testing.samples import sample_atmosphere_inputs, sample_microphysics, sample_optics_inputs
 

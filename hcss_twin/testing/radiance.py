@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
-from hcss_twin.testing.contract import SpectralContract
-from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.contract import SpectralContract, holds
 from hcss_twin.testing.laws import radiance
 from hcss_twin.testing.samples import frozen, sample_high_layer, sample_layer, sample_radiance_inputs
 

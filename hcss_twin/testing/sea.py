@@ -9,8 +9,7 @@ import pytest
 
 from hcss_twin.providers import Array, SeaInputs, SeaModel
 from hcss_twin.providers.common import FRACTION_TOLERANCE
-from hcss_twin.testing.contract import SpectralContract
-from hcss_twin.testing.law_tests import holds
+from hcss_twin.testing.contract import SpectralContract, holds
 from hcss_twin.testing.laws import sea as sea_laws
 from hcss_twin.testing.laws.sea import AZIMUTH, MU_IN, MU_OUT, hemispherical_integral
 from hcss_twin.testing.samples import frozen, sample_sea_inputs

@@ -12,7 +12,7 @@ from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.providers.variables import check_output_variables
 from hcss_twin.testing import sample_fields, sample_variable_inputs
-from hcss_twin.testing.units import units_problem
+from hcss_twin.testing.variables import units_problem
 
 TEXTS = {"units": "1", "long_name": "x", "description": "y"}
 VARIABLES_GIVEN = {
