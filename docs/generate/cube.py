@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
-from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import COMPUTED, DEFAULTS, PROVENANCE, AttributeSpec
-from hcss_twin.cube.provider_variables import term_variable
+from hcss_twin.cube.requested_variables import term_variable
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, SENSOR_ATTRIBUTE, SENSOR_VARIABLES
-from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.variables import GEOMETRY, TERM_PREFIX, VARIABLES, VariableSpec
 
 PAGE = "reference/cube.md"
 

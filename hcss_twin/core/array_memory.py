@@ -3,12 +3,43 @@
 from __future__ import annotations
 
 import hashlib
+import weakref
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import lru_cache
+from types import MethodType
+from typing import Any, ParamSpec, TypeVar, cast
 
 from hcss_twin.core.arrays import Array
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+
+def weakly(method: Callable[_P, _T]) -> Callable[_P, _T]:
+    """Return a bound method that does not keep its object alive; other functions are returned unchanged.
+
+    A bound method stored in its own object forms a reference cycle: all arrays of the object then stay in memory until
+    the garbage collector runs, possibly many scenes later.
+    """
+    if not isinstance(method, MethodType):
+        return method
+    function, reference = method.__func__, weakref.ref(method.__self__)
+
+    def call(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+        owner = reference()
+        if owner is None:
+            raise ReferenceError(f"{function.__qualname__}: its object is gone")
+        return cast(_T, function(owner, *args, **kwargs))
+
+    return call
+
+
+def cached_method(method: Callable[_P, _T], maxsize: int) -> Callable[_P, _T]:
+    """Return a method that caches its last results, to be stored in its own object."""
+    return cast("Callable[_P, _T]", lru_cache(maxsize=maxsize)(weakly(method)))
+
 
 LIMIT_BYTES = 100_000_000
 

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.geometry import footprint, pixel_centres_m
-from hcss_twin.cube.geometry_variables import STANDS_FOR
 from hcss_twin.cube.header import IMAGE_AXES, CubeHeader
-from hcss_twin.cube.variables import LAYER, VariableSpec
+from hcss_twin.cube.variables import LAYER, STANDS_FOR, VariableSpec
 from hcss_twin.physics.geodesy import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.geometry_variables import LOCATION
 from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.variables import LOCATION
 from hcss_twin.physics.geodesy import distance_from_equator_m, to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 

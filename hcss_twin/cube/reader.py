@@ -17,9 +17,8 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile, open_with_xarray
 from hcss_twin.core.reading import first_bytes, reading, reads
 from hcss_twin.cube.coordinates import BOUND, COORDINATES, GRID_MAPPING, OF_ANY_IMAGE
-from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
-from hcss_twin.cube.variables import LAYER, VARIABLES
+from hcss_twin.cube.variables import GEOMETRY, LAYER, VARIABLES
 from hcss_twin.cube.writer import INFO
 from hcss_twin.cube.zarr_writer import DIMENSIONS, is_zarr, require_zarr
 

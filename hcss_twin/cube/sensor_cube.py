@@ -15,7 +15,7 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
-from hcss_twin.cube.provider_variables import INPUTS
+from hcss_twin.cube.requested_variables import INPUTS
 from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec, flags
 from hcss_twin.cube.writer import variable_attributes
 

@@ -13,9 +13,8 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.core.reading import reading
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_specs, coordinate_values
 from hcss_twin.cube.geometry import PixelGeometry
-from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.cube.variables import LAYER, VariableSpec
+from hcss_twin.cube.variables import GEOMETRY, LAYER, VariableSpec
 from hcss_twin.engine.provenance import Change
 
 TOLERANCE = 1e-6

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck

@@ -23,8 +23,8 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.metadata import window_attribute
-from hcss_twin.cube.provider_variables import INPUTS
 from hcss_twin.cube.reader import open_cube, stored_arrays
+from hcss_twin.cube.requested_variables import INPUTS
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.engine.compile import compile_tables

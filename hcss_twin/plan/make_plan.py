@@ -24,8 +24,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.imager import Imager, planned_imager
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
-from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
-from hcss_twin.plan.packing import packed_variables
+from hcss_twin.plan.output import computed_variables, cube_variables, packed_variables, quantized, wants_radiance
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.sensor import planned_sensor, require_instants

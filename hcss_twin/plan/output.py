@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.cube.provider_variables import INPUTS
-from hcss_twin.cube.requested_variables import expand
+from hcss_twin.cube.packing import Packing, packing_of
+from hcss_twin.cube.requested_variables import INPUTS, expand
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
-from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy
+from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
+from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy, extreme_radiances, relative_slope
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import numbered
-from hcss_twin.providers import VariableProvider
+from hcss_twin.plan.few_columns import SAFETY_FACTOR
+from hcss_twin.plan.waves import wave_bound
+from hcss_twin.providers import Sun, VariableProvider
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.providers.variables import GEOMETRY as GEOMETRY_INPUTS
 from hcss_twin.scenario.scenario import Scenario
@@ -147,3 +150,139 @@ def _rounded(spec: VariableSpec, bits: int) -> VariableSpec:
         return spec
     significant = bits + TEMPERATURE_BITS if spec.units == "K" else bits
     return spec if significant >= MANTISSA_BITS else replace(spec, significant_bits=significant)
+
+
+@dataclass(frozen=True)
+class RadianceRange:
+    """Darkest and brightest radiance (B,) that pixels are expected to have."""
+
+    darkest: tuple[float, ...]
+    brightest: tuple[float, ...]
+
+
+def radiance_range(
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], waves: bool
+) -> RadianceRange | None:
+    """Return the expected radiances; None without packing or radiance.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        At some frames; empty without radiance.
+    waves : bool
+        Whether waves may be resolved.
+    """
+    if scenario.output.packing is None or not suns:
+        return None
+    # A shadow is at least as bright as night.
+    dark_too = [*suns, None] if scenario.slant.shadows else suns
+    darkest, brightest = extreme_radiances(assembly, dark_too)
+    margin = SAFETY_FACTOR
+    if waves:
+        rms = assembly.sea.wave_slope_rms(assembly.grid.pixel_size_m)  # type: ignore[attr-defined]
+        margin *= 1.0 + wave_bound(assembly, rms, scenario.sea.wind_from, suns, any_pixel=True)
+    return RadianceRange(tuple((darkest / margin).tolist()), tuple((brightest * margin).tolist()))
+
+
+def widest(ranges: Iterable[RadianceRange | None]) -> RadianceRange | None:
+    """Return the range that contains all others."""
+    known = [each for each in ranges if each is not None]
+    if not known:
+        return None
+    darkest = np.min([each.darkest for each in known], axis=0)
+    brightest = np.max([each.brightest for each in known], axis=0)
+    return RadianceRange(tuple(darkest.tolist()), tuple(brightest.tolist()))
+
+
+def packed_variables(
+    variables: tuple[VariableSpec, ...],
+    scenario: Scenario,
+    assembly: Assembly,
+    accuracy: RequestedAccuracy,
+    expected: RadianceRange | None,
+) -> tuple[VariableSpec, ...]:
+    """Set the packing of variables according to ``output.packing``.
+
+    Variables without a known range stay in single precision.
+
+    Raises
+    ------
+    ScenarioError
+        If steps would exceed their share of the accuracy in a band, or the range of the radiance is not known.
+    """
+    if scenario.output.packing is None:
+        return variables
+    needy = [spec.name for spec in variables if spec.needs_radiance and spec.kind != "own"]
+    problem = None
+    if scenario.output.quantization > 0.0:
+        problem = "'int16' with output.quantization, which rounds the same numbers; allowed: one of the two"
+    elif needy and assembly.elements:
+        problem = "'int16' with [[elements]], whose radiance has no known limit; allowed: to leave it out"
+    if problem is not None:
+        raise ScenarioError([Problem("output.packing", problem)])
+    packings = _Packings(assembly, accuracy, expected)
+    return tuple(replace(spec, packing=packings.of(spec)) for spec in variables)
+
+
+def packing_lines(variables: tuple[VariableSpec, ...], bands: Sequence[str]) -> tuple[str, ...]:
+    """Return notes on the packing of variables; empty without."""
+    names: dict[str, list[str]] = {}
+    for spec in variables:
+        if spec.packing is not None:
+            errors = [f"error up to {spec.packing.error:.2g}{'' if spec.units == '1' else f' {spec.units}'}"]
+            for band, share, kelvin in zip(bands, spec.packing.relative, spec.packing.kelvin, strict=False):
+                errors.append(f"{band} {share:.2g} of the radiance, {kelvin:.2g} K")
+            names.setdefault(f"16 bits, {'; '.join(errors)}", []).append(spec.name)
+        elif spec.dtype == "float32":
+            names.setdefault("not packed, as their range is not known", []).append(spec.name)
+    packs = any(spec.packing is not None for spec in variables)
+    return tuple(f"{', '.join(each)}: {what}" for what, each in names.items()) if packs else ()
+
+
+class _Packings:
+    def __init__(self, assembly: Assembly, accuracy: RequestedAccuracy, expected: RadianceRange | None) -> None:
+        self._assembly, self._accuracy, self._expected = assembly, accuracy, expected
+        self._thickest = np.sum(assembly.extreme_thicknesses_m, axis=1).max(initial=1.0)
+
+    def of(self, spec: VariableSpec) -> Packing | None:
+        """Return the packing of a variable; None if its range is not known."""
+        if spec.dtype != "float32" or spec.may_be_missing or spec.kind in ("own", "geometry"):
+            return None
+        if spec.kind == "radiance" and self._expected is not None:
+            return self._of_radiance(spec, packing_of(0.0, max(self._expected.brightest)))
+        if spec.name == "brightness_temperature" and self._expected is not None:
+            coldest, hottest = self._kelvin(self._expected.darkest), self._kelvin(self._expected.brightest)
+            return self._of_radiance(spec, packing_of(float(np.min(coldest)), float(np.max(hottest))))
+        if spec.name in ("cloud_thickness", "cloud_layer_thickness"):
+            return packing_of(0.0, float(self._thickest))
+        return None if spec.lowest is None or spec.highest is None else packing_of(spec.lowest, spec.highest)
+
+    def _kelvin(self, radiance: tuple[float, ...]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        """Return brightness temperatures (B,); beyond the tabulated range, its end."""
+        black = BrightnessTemperature(self._assembly.spectral_grid, [band.name for band in self._assembly.bands])
+        kelvin = black.where_known(np.array(radiance)[:, None])[:, 0].astype(np.float64)
+        beyond = np.where(np.array(radiance) > black.highest_radiance, HOTTEST_K, COLDEST_K)
+        return np.asarray(np.where(np.isnan(kelvin), beyond, kelvin), dtype=np.float64)
+
+    def _of_radiance(self, spec: VariableSpec, packing: Packing) -> Packing:
+        """Return the packing with its error in each band, after comparing it with the accuracy."""
+        assert self._expected is not None
+        darkest = np.array(self._expected.darkest)
+        grid, coldest = self._assembly.spectral_grid, self._kelvin(self._expected.darkest)
+        slope = np.array([relative_slope(grid, band, kelvin) for band, kelvin in enumerate(coldest)])
+        if spec.units == "K":
+            kelvin = np.full(darkest.size, packing.error)
+            relative = kelvin * slope
+        else:
+            relative = packing.error / np.maximum(darkest, np.finfo(float).tiny)
+            kelvin = relative / slope
+        worst, most = int(np.argmax(relative)), LARGEST_SHARE * self._accuracy.relative
+        if relative[worst] > most:
+            message = (
+                f"'int16': rounding {spec.name} to 16 bits is an error of up to {relative[worst]:.2g} of the radiance "
+                f"({kelvin[worst]:.2g} K) in band '{self._assembly.bands[worst].name}'; allowed: {most:.2g} "
+                f"({100 * LARGEST_SHARE:g} % of the accuracy), as with brightness_temperature instead of radiance, "
+                "bands of similar radiance or a lower accuracy"
+            )
+            raise ScenarioError([Problem("output.packing", message)])
+        return replace(packing, relative=tuple(relative.tolist()), kelvin=tuple(kelvin.tolist()))

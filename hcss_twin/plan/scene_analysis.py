@@ -26,8 +26,15 @@ from hcss_twin.plan.numerics import (
     refine_toward,
 )
 from hcss_twin.plan.omissions import list_omissions
-from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
-from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
+from hcss_twin.plan.output import (
+    RadianceRange,
+    computed_variables,
+    cube_variables,
+    quantized,
+    radiance_range,
+    wants_radiance,
+    widest,
+)
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import EDGES, EXTREMES, ViewAxis, choose_views, views_over_image

@@ -12,8 +12,7 @@ from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
-from hcss_twin.plan.output import quantization_lines
-from hcss_twin.plan.packing import packing_lines
+from hcss_twin.plan.output import packing_lines, quantization_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer

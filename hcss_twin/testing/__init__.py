@@ -97,9 +97,9 @@ _HOME = {
     "SurfaceContract": "surfaces",
     "TransmittanceContract": "optics",
     "VariableContract": "variables",
-    "assert_registered": "registration",
-    "sample_fields": "variable_samples",
-    "sample_variable_inputs": "variable_samples",
+    "assert_registered": "contract",
+    "sample_fields": "variables",
+    "sample_variable_inputs": "variables",
 }
 """Modules of the names that need pytest or a module of their own; all others are in ``samples``."""
 

@@ -10,7 +10,7 @@ from example_cube import example_header
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube import geometry
-from hcss_twin.cube.geometry_variables import GEOMETRY
+from hcss_twin.cube.variables import GEOMETRY
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine.verification import verify_cube
 

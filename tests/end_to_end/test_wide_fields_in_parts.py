@@ -6,7 +6,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, open_cube, open_sweep, sweep
-from hcss_twin.cube.geometry_variables import GEOMETRY
+from hcss_twin.cube.variables import GEOMETRY
 from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify

@@ -12,7 +12,7 @@ from scenario_space import PAPER, PHYSICAL, scenarios, wide_scenarios, write_fil
 
 from hcss_twin import HcssError, Scenario, make_plan, simulate
 from hcss_twin.core.errors import CertificateWarning
-from hcss_twin.cube.provider_variables import term_variable
+from hcss_twin.cube.requested_variables import term_variable
 from hcss_twin.cube.variables import VARIABLES
 
 

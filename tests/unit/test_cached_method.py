@@ -8,7 +8,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario
-from hcss_twin.core.cached_method import cached_method
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.models.radiance.physical.execution import cached_by_spectrum
 from hcss_twin.plan.make_plan import make_plan
 

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from hcss_twin.cube.coordinates import COORDINATES
-from hcss_twin.cube.provider_variables import term_variable
-from hcss_twin.cube.requested_variables import expand
+from hcss_twin.cube.requested_variables import expand, term_variable
 from hcss_twin.cube.variables import VARIABLES
 
 TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}

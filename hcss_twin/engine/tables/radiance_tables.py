@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.native_grid import native_nodes, native_window

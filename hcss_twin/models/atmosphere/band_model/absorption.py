@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import open_format
 from hcss_twin.models.atmosphere.band_model.aerosol import (

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.array_memory import cached_method, weakly
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method, weakly
 from hcss_twin.models.atmosphere.band_model.absorber_density import (
     COLD_SELF_COLUMN,
     OXYGEN_COLUMN,

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state, surface_humidity_percent
 from hcss_twin.models.atmosphere.band_model.absorption import (

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hcss_twin.core.array_memory import OwnMemory
+from hcss_twin.core.array_memory import OwnMemory, cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.models.radiance.physical.composite_paths import (
     AbsorberPaths,
     CompositePaths,

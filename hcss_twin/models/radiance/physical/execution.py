@@ -8,8 +8,8 @@ from typing import TypeVar, TypeVarTuple
 
 import numpy as np
 
+from hcss_twin.core.array_memory import weakly
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import weakly
 
 _T = TypeVar("_T")
 _Arguments = TypeVarTuple("_Arguments")

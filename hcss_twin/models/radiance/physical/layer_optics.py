@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.providers import Microphysics, Optics, SingleScattering
 
 MOST_SPECTRA = 2

@@ -15,9 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcss_twin.core.array_memory import ArrayMemory
+from hcss_twin.core.array_memory import ArrayMemory, weakly
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import weakly
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters

@@ -16,8 +16,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from hcss_twin.core.array_memory import cached_method
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path, to_space
 from hcss_twin.physics.profile import Profile, airmass_of_legs
