@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
-from hcss_twin.core.plugins import OWN_DISTRIBUTION, Origin, Remark, describe
+from hcss_twin.core.plugins import MOVING, OWN_DISTRIBUTION, Origin, Remark
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
 from hcss_twin.version import __version__
@@ -155,10 +155,6 @@ _OF_OTHER_GROUPS = (specs.hcss_commands.__name__, "hcss_sections")
 """Hooks that other entry point groups read; a module may have them, too."""
 
 
-MOVING = "docs/how-to/moving-to-api-3.md"
-"""Page that tells how to move a plugin to this version of the API."""
-
-
 def _other_version(spec: ProviderSpec) -> str:
     """Return the message for different API versions, with the remedy."""
     remedy = (
@@ -170,14 +166,3 @@ def _other_version(spec: ProviderSpec) -> str:
         f"'{spec.name}' is written for version {spec.api_version} of the provider API, and this hcss_twin "
         f"{__version__} accepts version {API_VERSION}: {remedy}"
     )
-
-
-def import_failure(target: str, error: BaseException) -> ProviderError:
-    """Return the error for an import that failed; what older versions of the API had is named as such."""
-    text = f"cannot import '{target}': {describe(error)}"
-    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] == specs.PROJECT:
-        text += (
-            f"; plugins written for an older provider API import it, and this hcss_twin {__version__} has version "
-            f"{API_VERSION}: {MOVING}"
-        )
-    return ProviderError(text)

@@ -23,7 +23,7 @@ from hcss_twin.core.plugins import (
     slow_import,
 )
 from hcss_twin.providers.registry import defaults
-from hcss_twin.providers.registry.discovery import Collection, Entry, import_failure
+from hcss_twin.providers.registry.discovery import Collection, Entry
 from hcss_twin.providers.registry.specs import PROJECT, Kind
 from hcss_twin.version import __version__
 
@@ -281,7 +281,7 @@ def _load(entry: Entry, target: str) -> Any:
     try:
         return getattr(importlib.import_module(module), attribute)
     except FAILURES as error:
-        raise ProviderError(f"{entry.label}: {import_failure(target, error)}") from error
+        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
 
 
 def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
@@ -291,7 +291,7 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
         try:
             return source.load()
         except FAILURES as error:
-            raise import_failure(source.value, error) from error
+            raise ProviderError(f"import of '{source.value}' failed: {describe(error)}") from error
 
     return load
 
