@@ -1,10 +1,10 @@
-"""Cost of a sensor per pixel and band: the two methods of the radiometer, interleaved, on one thread.
+"""Cost of a sensor per pixel and band: the radiometer on one thread.
 
 ::
 
     python benchmarks/sensor.py
 
-``frames`` is the code of version 0.1. The last line is the whole measurement of a frame, with the checks of the engine.
+The last line is the whole measurement of a frame, with the checks of the engine.
 """
 
 from __future__ import annotations
@@ -53,42 +53,25 @@ def _inputs() -> SensorInputs:
     return dataclasses.replace(inputs, bands=inputs.bands[:1], grid=grid, catalog=Catalog())
 
 
-def _ns(calls: Mapping[str, Callable[[int], object]]) -> dict[str, float]:
-    """Return the shortest processor time of each call, taken in turn, in ns per pixel."""
-    spent: dict[str, list[float]] = {name: [] for name in calls}
+def _ns(call: Callable[[int], object]) -> float:
+    """Return the shortest processor time of a call, in ns per pixel."""
+    spent = []
     for repeat in range(REPEATS + 1):  # the first compiles
-        for name, call in calls.items():
-            start = time.process_time()
-            call(repeat)
-            spent[name].append(time.process_time() - start)
-    return {name: min(each[1:]) / ROWS / COLUMNS * 1e9 for name, each in spent.items()}
+        start = time.process_time()
+        call(repeat)
+        spent.append(time.process_time() - start)
+    return min(spent[1:]) / ROWS / COLUMNS * 1e9
 
 
 def main() -> None:
     inputs = _inputs()
     image = np.random.default_rng(1).uniform(0.5, 2.0, (1, ROWS, COLUMNS)).astype(np.float32)
-    doubles = image.astype(np.float64)
-    print(f"{ROWS} x {COLUMNS} pixels; ns per pixel and band\n{'':34}{'frames':>10}{'rows':>10}{'ratio':>8}")
+    print(f"{ROWS} x {COLUMNS} pixels; ns per pixel and band")
     for case, parameters in CASES.items():
-        sensors = {
-            name: Radiometer(inputs, RadiometerParameters(**parameters, method=name)) for name in ("frames", "rows")
-        }
-        ns = _ns(
-            {
-                "frames": lambda frame, own=sensors["frames"]: own.measure(doubles, frame, 0.0),
-                "rows": lambda frame, own=sensors["rows"]: own.measure(image, frame, 0.0),
-            }
-        )
-        print(f"{case:34}{ns['frames']:10.1f}{ns['rows']:10.2f}{ns['frames'] / ns['rows']:8.0f}")
-    whole = {
-        name: make_sensor(
-            SensorSection(parameters={**CASES["blur, noise, digital numbers"], "method": name}, variables=("all",)),
-            inputs,
-        )
-        for name in ("frames", "rows")
-    }
-    ns = _ns({name: lambda frame, own=each: own.measure(image, frame, 0.0) for name, each in whole.items()})
-    print(f"{'the same, checked and stored':34}{ns['frames']:10.1f}{ns['rows']:10.2f}{ns['frames'] / ns['rows']:8.0f}")
+        sensor = Radiometer(inputs, RadiometerParameters(**parameters))
+        print(f"{case:34}{_ns(lambda frame, own=sensor: own.measure(image, frame, 0.0)):10.2f}")
+    whole = make_sensor(SensorSection(parameters=CASES["blur, noise, digital numbers"], variables=("all",)), inputs)
+    print(f"{'the same, checked and stored':34}{_ns(lambda frame: whole.measure(image, frame, 0.0)):10.2f}")
 
 
 if __name__ == "__main__":

@@ -115,13 +115,6 @@ ROWS = {
         "first run on a machine", "12", run("stratus"), cold=True, compiles=True, floors={"libraries": LIBRARIES}
     ),
     "default": Row("default scene", "that of 0.1.0", run("stratus"), cold=True, verdict=True),
-    "former": Row(
-        "default scene with the defaults of 0.1.0",
-        "that of 0.1.0",
-        run("stratus", *settings(defaults='"0.1"')),
-        cold=True,
-        verdict=True,
-    ),
     "compile-3": Row("compile, one layer, 1e-3", "0.4", run("stratus", *DOT), AT_NIGHT, cold=True),
     "compile-4": Row(
         "compile, one layer, 1e-4", "1", run("stratus", *DOT, *settings(accuracy=1e-4)), AT_NIGHT, cold=True

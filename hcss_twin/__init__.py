@@ -9,7 +9,6 @@ The names in ``__all__`` are imported on first use, so that ``import hcss_twin``
 
 from __future__ import annotations
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -98,24 +97,9 @@ def __getattr__(name: str) -> Any:
         "simulate": "engine.simulate",
         "sweep": "sweeps.run",
     }
-    if name in ("EvaluationChoice", "evaluate", "fit", "fit_dimension"):
-        return _of_hcss_evaluate(name)
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")
     return getattr(import_module(f"hcss_twin.{homes[name]}"), name)
-
-
-def _of_hcss_evaluate(name: str) -> Any:
-    """Return a name that moved to a plugin after version 0.1 and will be gone here in version 0.4."""
-    try:
-        found = getattr(import_module("hcss_evaluate"), name)
-    except ModuleNotFoundError as error:
-        raise AttributeError(
-            f"hcss_twin.{name} moved to the plugin hcss-evaluate as hcss_evaluate.{name}: "
-            "pip install ./plugins/hcss-evaluate in a checkout of hcss_twin"
-        ) from error
-    warnings.warn(f"hcss_twin.{name} is now hcss_evaluate.{name}", DeprecationWarning, stacklevel=3)
-    return found
 
 
 def __dir__() -> list[str]:

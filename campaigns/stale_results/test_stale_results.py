@@ -10,11 +10,11 @@ from layouts import outcome
 SAMPLE = [("change", "same size and times", "module", ""), ("accident", "array in the package", "installed", "moved")]
 PLUGIN = {
     "st_a.py": """
-from hcss_twin.registry import ProviderSpec, hookimpl
+from hcss_twin.providers import ProviderSpec, hookimpl
 
 @hookimpl
 def hcss_register_sea_models():
-    return [ProviderSpec("st-sea", "st_ap.p:Sea", None, 2, "A sea.")]
+    return [ProviderSpec("st-sea", "st_ap.p:Sea", None, 3, "A sea.")]
 """,
     "st_ap/__init__.py": "",
     "st_ap/p.py": """

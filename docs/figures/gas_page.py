@@ -40,7 +40,12 @@ IMAGE: dict[str, Any] = {
 }
 NIGHT = "2024-04-20T00:30:00+10:00"
 CASES: dict[str, dict[str, Any]] = {
-    "0.1": {"defaults": "0.1"},
+    "0.1": {
+        "atmosphere.coefficients": "lowtran7",
+        "atmosphere.gases.others": "profile",
+        "optics.parameters.ice_phase_function": "henyey-greenstein",
+        "sea.temperature_texture": 0.0,
+    },
     "lowtran7": {"atmosphere.coefficients": "lowtran7"},
     "now": {"atmosphere.coefficients": "rrtmgp"},
 }
@@ -144,8 +149,8 @@ def lines() -> Iterator[str]:
     yield "*Written by `python docs/figures/gas_page.py`; do not edit.*"
     yield ""
     yield "Since version 0.2 the band model uses coefficients fitted to RRTMGP's gas optics"
-    yield '([air](optics-sea-and-air.md#air)). `coefficients = "lowtran7"` selects those of LOWTRAN7;'
-    yield '`defaults = "0.1"` also restores the gas amounts of version 0.1.'
+    yield '([air](optics-sea-and-air.md#air)). `coefficients = "lowtran7"` selects those of LOWTRAN7,'
+    yield '`gases.others = "profile"` the gas amounts of version 0.1.'
     yield ""
     yield "## Scenes before and after"
     yield ""

@@ -6,21 +6,10 @@ import ast
 import inspect
 import re
 from collections.abc import Iterator
+from importlib import import_module
 from types import ModuleType
 
 from hcss_twin import providers
-from hcss_twin.providers import (
-    atmosphere,
-    clouds,
-    declarations,
-    elements,
-    optics,
-    radiance,
-    sea,
-    sensor,
-    surfaces,
-    variables,
-)
 
 PAGE = "reference/provider-reference.md"
 
@@ -28,27 +17,48 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-This page documents the provider interface, from the docstrings of `hcss_twin.providers`.
+This page documents all that a plugin can import from `hcss_twin.providers`, from the docstrings.
 [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
 stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
-_PARTS = (declarations, clouds, sea, optics, atmosphere, radiance, elements, surfaces, variables, sensor)
+_HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]
+_HELPERS += ["providers.common", "providers.registry.specs"]
 
 
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
     yield _prose(inspect.cleandoc(providers.__doc__ or ""))
-    for part in _PARTS:
+    for name in (name for name in providers.HOMES if name not in _HELPERS):
+        part = import_module(f"hcss_twin.{name}")
         title, _, more = _prose(inspect.cleandoc(part.__doc__ or "")).partition("\n\n")
         yield "\n\n".join((f"\n## {title.rstrip('.')}", *([more] if more else [])))
-        for node in ast.parse(inspect.getsource(part)).body:
-            if isinstance(node, ast.ClassDef) and node.name in providers.__all__:
-                yield from _class(part, node)
+        yield from _names(part, providers.HOMES[name])
+    yield "\n## Hooks, errors, files and physics"
+    for name in _HELPERS:
+        yield from _names(import_module(f"hcss_twin.{name}"), providers.HOMES[name])
 
 
-def _class(part: ModuleType, node: ast.ClassDef) -> Iterator[str]:
+def _names(part: ModuleType, names: tuple[str, ...]) -> Iterator[str]:
+    """Yield the documentation of public names of a module, in the order of their definitions."""
+    body = ast.parse(inspect.getsource(part)).body
+    for node, following in zip(body, [*body[1:], None], strict=True):
+        if isinstance(node, ast.ClassDef) and node.name in names:
+            yield from _class(node)
+        elif isinstance(node, ast.FunctionDef) and node.name in names:
+            yield f"\n### `{node.name}`\n"
+            yield _docstring(node)
+            yield f"\n```python\n{_member(node)}\n```"
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0]
+            if isinstance(target, ast.Name) and target.id in names:
+                text = ast.literal_eval(following.value) if isinstance(following, ast.Expr) else ""
+                yield f"\n### `{target.id}`\n"
+                yield "\n\n".join((*([_prose(text)] if text else []), f"```python\n{_source(node)}\n```"))
+
+
+def _class(node: ast.ClassDef) -> Iterator[str]:
     bases = [_source(base) for base in node.bases]
     yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n"
     yield _docstring(node)

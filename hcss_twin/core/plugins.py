@@ -90,9 +90,15 @@ def slow_import(origin: Origin, module: str, seconds: float) -> tuple[Remark, ..
     return (Remark(origin, "slow import", text),)
 
 
+MOVING = "docs/how-to/moving-to-api-3.md"
+"""Page that tells how to move a plugin to the present version of the provider API."""
+
+
 def describe(error: BaseException) -> str:
-    """Describe an exception in one line."""
+    """Describe an exception in one line; of a plugin that imports what this package had, name the page that helps."""
     text = " ".join(str(error).split())
+    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] == "hcss_twin":
+        text += f"; plugins written for an older provider API import it: {MOVING}"
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

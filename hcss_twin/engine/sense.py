@@ -23,8 +23,7 @@ from hcss_twin.cube.requested_variables import INPUTS
 from hcss_twin.cube.sensor_cube import RADIANCE, is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.engine.cube_points import Read, points_apart
-from hcss_twin.engine.cube_sensor import CleanCube, read_clean, sensor_attributes
+from hcss_twin.engine.cube_sensor import CleanCube, Read, points_apart, read_clean, sensor_attributes
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan

@@ -12,7 +12,6 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.gases import with_factors
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.additions import build_derived, build_elements
 from hcss_twin.plan.air_over_field import Air, Climate
 from hcss_twin.plan.assemble_air import (
     AIRS,
@@ -24,7 +23,7 @@ from hcss_twin.plan.assemble_air import (
 )
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.brightness_inversion import LayerBrightness
-from hcss_twin.plan.builder import Builder, attribute_to_field
+from hcss_twin.plan.builder import Builder, attribute_to_field, build_derived, build_elements
 from hcss_twin.plan.clouds import assemble_layers, build_generators, wind_velocity_m_s
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics

@@ -227,6 +227,19 @@ class Assembly:
         model = self.model_of(sea, self.view, kelvin, self.numerical_level)
         return replace(self, sea=sea, sea_temperature_K=kelvin, model=model, surface=state)
 
+    @property
+    def _of_radiance(self) -> list[Declaration]:
+        return [self.transmittance.declares, self.sea.declares, self.model.declares]
+
+    @property
+    def _of_additions(self) -> list[Declaration]:
+        """Declarations of elements, derived variables and surfaces."""
+        providers: list[Any] = [*self.elements, *self.derived]
+        if self.surfaces is not None:
+            boundaries = (each.boundary for each in self.surfaces.classes)
+            providers += [self.surfaces.provider, *(each for each in boundaries if each is not None)]
+        return [each.declares for each in providers]
+
     def notes(
         self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
     ) -> tuple[str, ...]:
@@ -237,13 +250,6 @@ class Assembly:
         air, particles, radiance, sunlight : bool
             Whether temperatures of the air, optical properties of clouds, radiance and sunlight are computed.
         """
-        own: list[Declaration] = []
-        if radiance:
-            own = [self.transmittance.declares, self.sea.declares, self.model.declares]
-        own += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
-        if self.surfaces is not None:
-            own.append(self.surfaces.provider.declares)
-            own += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
         notes: list[str] = [*(self.profile.notes if air or radiance else ())]
         for generator in self.generators:
             notes += generator.declares.notes
@@ -252,7 +258,7 @@ class Assembly:
             for optics, layer in zip(self.optics_of_layers, self.layers, strict=True):
                 notes += optics.declares.notes
                 notes += optics.declares.notes_by_material.get(layer.microphysics.material, ())
-        for declares in own:
+        for declares in (*(self._of_radiance if radiance else ()), *self._of_additions):
             notes += declares.notes
         notes += self.slant.notes if self.layers else ()
         return applying(notes, sunlight, {band.name: (band.lower_um, band.upper_um) for band in self.bands})
@@ -273,11 +279,7 @@ class Assembly:
         """Provider-stated accuracy."""
         declarations: list[Declaration] = [each.declares for each in self.generators]
         declarations += [each.declares for each in self.optics_of_layers]
-        declarations += [self.transmittance.declares, self.sea.declares, self.model.declares]
-        declarations += [*(each.declares for each in self.elements), *(each.declares for each in self.derived)]
-        if self.surfaces is not None:
-            declarations.append(self.surfaces.provider.declares)
-            declarations += [each.boundary.declares for each in self.surfaces.classes if each.boundary is not None]
+        declarations += [*self._of_radiance, *self._of_additions]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property

@@ -17,8 +17,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
-from hcss_twin.plan.light import PlannedLight
-from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.plan import Plan, PlannedLight
 from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import LightInputs, LightTransport

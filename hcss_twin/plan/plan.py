@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,10 +32,30 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
-    from hcss_twin.plan.light import PlannedLight
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
     from hcss_twin.plan.texture import Texture
+
+
+@dataclass(frozen=True)
+class PlannedLight:
+    """Light transport of a scene: value of ``radiance.light``, package, class, and the error that it states.
+
+    The error is that of each band, rms over pixels relative to the mean radiance.
+    """
+
+    name: str
+    provider: str
+    transport: Any
+    expected_rms: Mapping[str, float] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for plan and cube."""
+        return {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}
+
+    def check(self, *of_frame: Any) -> dict[str, Any]:
+        """Return what the transport finds about a plan, its tables and a frame for the certificate, if it does."""
+        return dict(self.transport.check(*of_frame)) if hasattr(self.transport, "check") else {}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,6 @@
-"""The contract between providers and the engine, version 2.
+"""What authors of plugins import: the contract between providers and the engine, and what they can build on.
+
+The conformance kit is ``hcss_twin.testing``; everything else in ``hcss_twin`` may change at any time.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
 which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
@@ -26,11 +28,30 @@ radians. Azimuths are bearings from the surface point toward sensor or sun, cloc
 in [0, pi] is 0 with the sensor on the sun's side and pi toward the glint. View zenith angles are at the surface point.
 """
 
+from collections.abc import Mapping
 from importlib import import_module
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hcss_twin.core.arrays import Array
+    from hcss_twin.core.catalog import Catalog
+    from hcss_twin.core.commands import CommandSpec, hookimpl
+    from hcss_twin.core.errors import (
+        CatalogError,
+        CubeError,
+        HcssError,
+        ImageError,
+        Problem,
+        ProviderError,
+        ScenarioError,
+        choose_from,
+    )
+    from hcss_twin.core.netcdf import NetcdfFile
+    from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, wind_azimuths
+    from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
+    from hcss_twin.physics.planck import planck, wavenumber_from_um
+    from hcss_twin.physics.profile import EARTH_RADIUS_M, GASES, Profile, local_zenith_deg, slant_length_m
     from hcss_twin.providers.atmosphere import (
         AtmosphereDeclaration,
         AtmosphereInputs,
@@ -48,6 +69,7 @@ if TYPE_CHECKING:
         Microphysics,
         Motion,
     )
+    from hcss_twin.providers.common import DEPENDENCIES, LEGS, MEASURED, RANGES
     from hcss_twin.providers.declarations import Declaration, ModelError, ProviderOptions
     from hcss_twin.providers.elements import (
         ElementInputs,
@@ -67,6 +89,7 @@ if TYPE_CHECKING:
         Sun,
         View,
     )
+    from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
     from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
     from hcss_twin.providers.sensor import (
         Measured,
@@ -80,20 +103,28 @@ if TYPE_CHECKING:
     from hcss_twin.providers.surfaces import SurfaceClass, SurfaceInputs, SurfaceMap, SurfaceProvider
     from hcss_twin.providers.variables import OutputVariable, VariableInputs, VariableProvider
 
-API_VERSION = 2
-"""Version of the contract, as in the ``api_version`` of a spec."""
-
 __all__ = [
     "API_VERSION",
+    "DEPENDENCIES",
+    "EARTH_RADIUS_M",
+    "GASES",
+    "LEGS",
+    "MEASURED",
+    "RANGES",
+    "SPACE",
     "Array",
     "AtmosphereDeclaration",
     "AtmosphereInputs",
     "BrightnessInversion",
+    "Catalog",
+    "CatalogError",
     "CloudDeclaration",
     "CloudGenerator",
     "CloudGeneratorOptions",
     "CloudInputs",
     "CloudLayer",
+    "CommandSpec",
+    "CubeError",
     "Declaration",
     "ElementInputs",
     "ElementPixels",
@@ -101,20 +132,31 @@ __all__ = [
     "ElementProvider",
     "ElementScene",
     "Grid",
+    "HcssError",
+    "ImageError",
+    "Kind",
+    "Leg",
     "Measured",
     "Microphysics",
     "ModelError",
     "Motion",
+    "NetcdfFile",
     "Optics",
     "OpticsDeclaration",
     "OpticsInputs",
     "OutputVariable",
+    "Path",
     "Points",
+    "Problem",
+    "Profile",
+    "ProviderError",
     "ProviderOptions",
+    "ProviderSpec",
     "RadianceDeclaration",
     "RadianceInputs",
     "RadianceModel",
     "RadianceModelOptions",
+    "ScenarioError",
     "SeaDeclaration",
     "SeaInputs",
     "SeaModel",
@@ -138,31 +180,97 @@ __all__ = [
     "VariableProvider",
     "View",
     "WaveShapes",
+    "choose_from",
+    "hookimpl",
+    "local_zenith_deg",
+    "planck",
+    "relative_azimuth_rad",
+    "scattering_cosine",
+    "slant_length_m",
+    "to_space",
+    "wavenumber_from_um",
+    "wind_azimuths",
 ]
 
-_PARTS = (
-    "atmosphere",
-    "clouds",
-    "declarations",
-    "elements",
-    "optics",
-    "radiance",
-    "sea",
-    "sensor",
-    "surfaces",
-    "variables",
+HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "providers.declarations": ("Declaration", "ModelError", "ProviderOptions"),
+        "providers.clouds": (
+            "BrightnessInversion",
+            "CloudDeclaration",
+            "CloudGenerator",
+            "CloudGeneratorOptions",
+            "CloudInputs",
+            "CloudLayer",
+            "Grid",
+            "Microphysics",
+            "Motion",
+        ),
+        "providers.sea": ("SeaDeclaration", "SeaInputs", "SeaModel", "SeaModelOptions", "WaveShapes"),
+        "providers.optics": ("Optics", "OpticsDeclaration", "OpticsInputs", "SingleScattering"),
+        "providers.atmosphere": (
+            "AtmosphereDeclaration",
+            "AtmosphereInputs",
+            "TransmittanceOptions",
+            "TransmittanceProvider",
+        ),
+        "providers.radiance": (
+            "RadianceDeclaration",
+            "RadianceInputs",
+            "RadianceModel",
+            "RadianceModelOptions",
+            "SolarIrradiance",
+            "Sun",
+            "View",
+        ),
+        "providers.elements": (
+            "ElementInputs",
+            "ElementPixels",
+            "ElementPoint",
+            "ElementProvider",
+            "ElementScene",
+            "SightPath",
+        ),
+        "providers.surfaces": ("SurfaceClass", "SurfaceInputs", "SurfaceMap", "SurfaceProvider"),
+        "providers.variables": ("OutputVariable", "VariableInputs", "VariableProvider"),
+        "providers.sensor": (
+            "Measured",
+            "Points",
+            "Sensor",
+            "SensorBand",
+            "SensorDeclaration",
+            "SensorInputs",
+            "SensorOptions",
+        ),
+        "providers.common": ("DEPENDENCIES", "LEGS", "MEASURED", "RANGES"),
+        "providers.registry.specs": ("API_VERSION", "Kind", "ProviderSpec"),
+        "core.arrays": ("Array",),
+        "core.catalog": ("Catalog",),
+        "core.commands": ("CommandSpec", "hookimpl"),
+        "core.errors": (
+            "CatalogError",
+            "CubeError",
+            "HcssError",
+            "ImageError",
+            "Problem",
+            "ProviderError",
+            "ScenarioError",
+            "choose_from",
+        ),
+        "core.netcdf": ("NetcdfFile",),
+        "physics.geometry": ("relative_azimuth_rad", "scattering_cosine", "wind_azimuths"),
+        "physics.paths": ("SPACE", "Leg", "Path", "to_space"),
+        "physics.planck": ("planck", "wavenumber_from_um"),
+        "physics.profile": ("EARTH_RADIUS_M", "GASES", "Profile", "local_zenith_deg", "slant_length_m"),
+    }
 )
+"""Modules of ``hcss_twin`` that define the names, in the order of the provider reference."""
 
 
 def __getattr__(name: str) -> Any:
-    """Import the contract on first use, so that ``hcss plugins`` can list providers without numpy."""
-    if name == "Declares":  # of version 1
-        from hcss_twin.providers.registry.version_1 import Declares
-
-        return Declares
-    if name not in __all__:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    parts = ("core.arrays", *(f"providers.{kind}" for kind in _PARTS))
-    for module in (import_module(f"hcss_twin.{part}") for part in parts):
-        globals().update({each: getattr(module, each) for each in __all__ if hasattr(module, each)})
-    return globals()[name]
+    """Import a name on first use, so that ``hcss plugins`` can list providers without numpy."""
+    for module, names in HOMES.items():
+        if name in names:
+            globals()[name] = getattr(import_module(f"hcss_twin.{module}"), name)
+            return globals()[name]
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -79,11 +79,6 @@ class Microphysics:
     radius_range_um: tuple[float, float]
     density_kg_m3: float | None = None
 
-    @property
-    def phase(self) -> str:
-        """The material, by its name in version 1 of the provider API."""
-        return self.material
-
 
 @dataclass(frozen=True)
 class CloudLayer:

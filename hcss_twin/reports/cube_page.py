@@ -265,7 +265,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _total(cell: Mapping[str, Any]) -> tuple[str, str]:
-    """Total error of a class and band in percent and kelvin; cubes of earlier versions have a total of the known."""
+    """Total error of a class and band in percent and kelvin."""
     name = "at_least" if "at_least" in cell else "total"
     least = "at least " if cell["unknown"] else ""
     return f"{least}{100.0 * cell[name]:.2g}", f"{least}{cell[f'{name}_K']:.2g}"

@@ -291,11 +291,10 @@ def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[s
         bands = zip(dataset["band"].to_numpy(), dataset["wavelength_bounds"].to_numpy(), strict=True)
         yield "bands", ", ".join(f"{name} {low:g} to {high:g} µm" for name, (low, high) in bands)
     for particle in json_attribute(attributes, "hcss_particles", []):
-        material = particle.get("material", particle.get("phase"))  # its name until version 0.1
         content, extinction = (particle[key] for key in ("water_content_g_m3", "large_particle_extinction_m1"))
         yield (
             f"particles of {particle['name']}",
-            f"{material}, effective radius {particle['effective_radius_um']:.4g} µm, water content "
+            f"{particle['material']}, effective radius {particle['effective_radius_um']:.4g} µm, water content "
             f"{content:.3g} g m⁻³, extinction {extinction:.3g} m⁻¹",
         )
     if "hcss_significant_wave_height_m" in attributes:

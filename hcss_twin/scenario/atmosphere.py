@@ -8,9 +8,10 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.models.atmosphere.profile_file import STANDARD
-from hcss_twin.scenario.former_defaults import BAND_MODEL
-from hcss_twin.scenario.section_types import ScenarioSection, filled
+from hcss_twin.scenario.section_types import ScenarioSection, filled, own
 from hcss_twin.scenario.units import Fraction, GasAmount, Length, Number, Temperature
+
+BAND_MODEL = ("band-model", own("band-model"))
 
 
 class GasesSection(ScenarioSection):

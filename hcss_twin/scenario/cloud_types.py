@@ -16,7 +16,7 @@ from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import read_model
-from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSection, with_material
+from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSection
 from hcss_twin.scenario.units import Length, Number, Whole
 
 
@@ -28,8 +28,6 @@ class TypeLayer(ScenarioSection):
     top: Length = Field(ge=THINNEST_M, le=20_000, description="Altitude of the highest cloud top, m.")
     anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
     thickness_min: Length = Field(ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
-
-    _named = model_validator(mode="before")(with_material)
 
     @model_validator(mode="after")
     def _room(self) -> TypeLayer:

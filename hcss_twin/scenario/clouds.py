@@ -18,7 +18,6 @@ from hcss_twin.scenario.section_types import (
     WIDEST,
     Material,
     ScenarioSection,
-    with_material,
 )
 from hcss_twin.scenario.units import (
     Angle,
@@ -48,8 +47,6 @@ CloudTemperature = Annotated[
 
 class Layer(ScenarioSection):
     """One cloud layer."""
-
-    _named = model_validator(mode="before")(with_material)
 
     type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
     coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
@@ -83,9 +80,7 @@ class Layer(ScenarioSection):
         description='Cloud temperature, K, 150 to 350, or "climatology": that of the top by place and date; default: '
         "that of the air at the cloud top.",
     )
-    material: Material | None = Field(
-        None, description="What the particles are made of; the mass per volume stays. Also called `phase`."
-    )
+    material: Material | None = Field(None, description="What the particles are made of; the mass per volume stays.")
     effective_radius: ParticleRadius | None = Field(
         None, ge=SMALLEST_UM, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
     )

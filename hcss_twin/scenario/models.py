@@ -225,9 +225,6 @@ class ScenarioModel(ScenarioSection):
     """A whole scenario file."""
 
     title: str = Field("", max_length=200, description="Title of the cube.")
-    defaults: Literal["0.1"] | None = Field(
-        None, description='"0.1": keys that are not given have the defaults of version 0.1, where they have changed.'
-    )
     seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
     accuracy: Accuracy = Field(
         1e-3,

@@ -18,8 +18,8 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.atmosphere import BAND_MODEL
 from hcss_twin.scenario.clouds import Layer, has_single_layer
-from hcss_twin.scenario.former_defaults import applies, with_former_defaults
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
@@ -92,9 +92,10 @@ class Scenario(ScenarioModel):
     @property
     def coefficients(self) -> str | None:
         """Name of the coefficients of the band model; None for other providers, and with a file."""
-        if not applies("atmosphere.coefficients", self.atmosphere.model_dump()):
+        air = self.atmosphere
+        if air.provider not in BAND_MODEL or "file" in air.parameters:
             return None
-        return self.atmosphere.coefficients or DEFAULT_COEFFICIENTS
+        return air.coefficients or DEFAULT_COEFFICIENTS
 
     def field_as_typed(self, field: str) -> str:
         """Convert a field path to the user's notation: ``clouds.KEY`` for a single layer in short form."""
@@ -149,7 +150,6 @@ class Scenario(ScenarioModel):
         if UNCERTAIN in raw:
             raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
         data, problems, notes = apply_overrides(normalise(raw), overrides or {})
-        data = with_former_defaults(data)
         catalog = Catalog(base=base)
         catalog.shelf = shelf or catalog.shelf
         fill_bands(data, catalog)
@@ -191,13 +191,11 @@ class Scenario(ScenarioModel):
     def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
         """Read the scenario of a cube; relative paths are resolved against ``base``.
 
-        Cubes store all keys; what a cube of version 0.1 lacks has the defaults of that version.
+        Cubes store all keys, so that later defaults do not change them.
         """
         from hcss_twin.cube.reader import scenario_text
 
         raw = _parse_json(scenario_text(path), str(path))
-        if isinstance(raw, dict) and "gases" not in raw.get("atmosphere", {}):
-            raw["defaults"] = "0.1"
         return cls.from_dict(raw, overrides, base=base, origin=str(path))
 
     def to_json(self) -> str:
@@ -213,8 +211,6 @@ class Scenario(ScenarioModel):
         for name in ("surfaces", "sensor"):
             if getattr(self, name) is None:
                 del data[name]
-        if self.defaults is None:
-            del data["defaults"]
         atmosphere = data["atmosphere"]
         atmosphere["coefficients"] = self.coefficients
         for name in ("coefficients", "inversion"):

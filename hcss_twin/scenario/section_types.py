@@ -46,24 +46,6 @@ Material = Annotated[str, Field(pattern="^[a-z][a-z0-9-]*$", max_length=40)]
 """Name of what particles are made of."""
 
 
-def with_material(data: Any) -> Any:
-    """Return a raw section with ``phase``, the name of ``material`` until version 0.1, converted.
-
-    Raises
-    ------
-    PydanticCustomError
-        If both are given.
-    """
-    if not isinstance(data, dict) or "phase" not in data:
-        return data
-    older, rest = data["phase"], {key: value for key, value in data.items() if key != "phase"}
-    if older is None:  # as scenarios in cubes of version 0.1 have it
-        return rest
-    if rest.get("material") is not None:
-        raise PydanticCustomError("two_ways", "phase given together with material, its present name; allowed: material")
-    return {**rest, "material": older}
-
-
 SMALLEST_UM, LARGEST_UM = 0.001, 500.0
 """Range of effective radius, um: from a few molecules to drizzle."""
 

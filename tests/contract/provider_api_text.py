@@ -13,33 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin import catalog, errors, providers, registry, testing
-from hcss_twin.physics import geometry, paths, planck, profile
+from hcss_twin import providers, testing
 from hcss_twin.providers.registry import specs as hookspecs
-from hcss_twin.registry import declared
 
 SNAPSHOT = Path(__file__).parents[1] / "data" / f"provider-api-{providers.API_VERSION}.txt"
 
 COMMAND = "python tests/contract/provider_api_text.py"
-
-GROUND = {
-    "hcss_twin.catalog": (catalog, ("Catalog", "NetcdfFile")),
-    "hcss_twin.errors": (
-        errors,
-        ("CatalogError", "HcssError", "Problem", "ProviderError", "ScenarioError", "choose_from"),
-    ),
-    "hcss_twin.physics.geometry": (geometry, ("relative_azimuth_rad", "scattering_cosine", "wind_azimuths")),
-    "hcss_twin.physics.paths": (paths, ("Leg", "Path", "SPACE", "to_space")),
-    "hcss_twin.physics.planck": (planck, ("planck", "wavenumber_from_um")),
-    "hcss_twin.physics.profile": (
-        profile,
-        ("EARTH_RADIUS_M", "GASES", "Profile", "local_zenith_deg", "slant_length_m"),
-    ),
-    "hcss_twin.registry": (registry, ("API_VERSION", "Kind", "ProviderSpec", "hookimpl")),
-    "hcss_twin.registry.declared": (declared, ("DEPENDENCIES", "LEGS", "MEASURED", "RANGES")),
-}
-"""What the guide lets plugins import beside ``hcss_twin.providers`` and ``hcss_twin.testing``."""
-
 
 GIVEN = ("hcss_twin.providers.BrightnessInversion",)
 """Protocols of objects that plugins receive: these may have more members, because no plugin makes them."""
@@ -50,11 +29,9 @@ def api():
     lines = []
     for name in providers.__all__:
         lines += described(f"hcss_twin.providers.{name}", getattr(providers, name))
-    for module, (home, names) in GROUND.items():
-        for name in names:
-            lines += described(f"{module}.{name}", getattr(home, name))
-    for kind in registry.Kind:
+    for kind in providers.Kind:
         lines.append(f"hook {kind.hook}{signature(getattr(hookspecs, kind.hook))} brings {kind.protocol} as '{kind}'")
+    lines.append(f"hook hcss_commands{signature(hookspecs.hcss_commands)}")
     for name in testing.__all__:
         lines += kit(f"hcss_twin.testing.{name}", getattr(testing, name))
     return lines
@@ -208,8 +185,8 @@ def write(path=SNAPSHOT):
         if broken:
             raise SystemExit(
                 "\n".join(broken) + f"\nnot written: version {providers.API_VERSION} promises that this stays "
-                "(docs/reference/provider-api.md). Undo it, or raise API_VERSION in hcss_twin/providers/__init__.py "
-                "and hcss_twin/providers/registry/specs.py and run this again: every version has a snapshot of its own."
+                "(docs/reference/provider-api.md). Undo it, or raise API_VERSION in "
+                "hcss_twin/providers/registry/specs.py and run this again: every version has a snapshot of its own."
             )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -16,11 +16,11 @@ SEA = """
     import os
     import time
 
-    from hcss_twin.registry import ProviderSpec, hookimpl
+    from hcss_twin.providers import ProviderSpec, hookimpl
 
     @hookimpl
     def hcss_register_sea_models():
-        return [ProviderSpec(name, f"strange_seas:{name.title()}", None, 2, "a test sea") for name in
+        return [ProviderSpec(name, f"strange_seas:{name.title()}", None, 3, "a test sea") for name in
                 ("good", "bright", "endless", "deadly", "known", "misnamed")]
 
     class Good:

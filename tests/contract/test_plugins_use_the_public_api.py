@@ -1,4 +1,4 @@
-"""The packages in plugins/ import only what is promised to plugins of others, in source and tests.
+"""The packages in plugins/ and the templates of new ones import only what is promised to plugins of others.
 
 Packages of ``LISTING`` name the other modules that they use in their READMEs. The tests of hcss-lowtran7 read a
 standard atmosphere of this package for comparison.
@@ -9,10 +9,10 @@ import re
 from pathlib import Path
 
 import pytest
-from provider_api_text import GROUND
 
 import hcss_twin
 from hcss_twin import providers, testing
+from hcss_twin.providers.new_plugin.write import package_files
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 PACKAGE = Path(hcss_twin.__file__).parents[1]
@@ -20,11 +20,6 @@ PUBLIC = {
     "hcss_twin": set(hcss_twin.__all__),
     "hcss_twin.providers": set(providers.__all__),
     "hcss_twin.testing": set(testing.__all__),
-    **{module: set(names) for module, (_, names) in GROUND.items()},
-    "hcss_twin.core.commands": {"CommandSpec", "hookimpl"},
-    # Every error class is public, at the top level and here.
-    "hcss_twin.errors": {name for name in hcss_twin.__all__ if name.endswith("Error")}
-    | set(GROUND["hcss_twin.errors"][1]),
 }
 LISTING = (
     "hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload", "hcss-skies",
@@ -32,15 +27,8 @@ LISTING = (
 )  # fmt: skip
 """Plugins whose README lists other modules."""
 
-PROMISED = {
-    "hcss_twin",
-    "hcss_twin.catalog",
-    "hcss_twin.errors",
-    "hcss_twin.physics.paths",
-    "hcss_twin.physics.planck",
-    "hcss_twin.providers",
-    "hcss_twin.registry",
-}
+PROMISED = {"hcss_twin", "hcss_twin.providers", "hcss_twin.physics.paths", "hcss_twin.physics.planck"}
+"""The last two define names that are public in hcss_twin.providers."""
 FOLDERS = sorted(
     path for name in ("src", "tests") for path in PLUGINS.glob(f"*/{name}") if path.parent.name not in LISTING
 )
@@ -63,6 +51,13 @@ def test_a_plugin_imports_public_names_only(folder):
     found = {name for path in folder.rglob("*.py") for name in private_imports(path.read_text(encoding="utf-8"))}
     allowed = {"hcss_twin.models.atmosphere.profile_file.load_profile"}
     assert found <= (allowed if (folder.parent.name, folder.name) == ("hcss-lowtran7", "tests") else set())
+
+
+@pytest.mark.parametrize("kind", providers.Kind)
+def test_a_new_package_imports_public_names_only(kind):
+    sources = [text for path, text in package_files(kind, "my-own").items() if path.endswith(".py")]
+    assert len(sources) == 3
+    assert not [name for text in sources for name in private_imports(text)]
 
 
 def imported_modules(folder):

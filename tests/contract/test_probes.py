@@ -96,7 +96,7 @@ class Plugin:
 
 
 def spec(name, target):
-    return ProviderSpec(name, f"{__name__}:{target}", None, 2, "for a test")
+    return ProviderSpec(name, f"{__name__}:{target}", None, 3, "for a test")
 
 
 @pytest.fixture(autouse=True)

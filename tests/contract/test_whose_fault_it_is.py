@@ -77,7 +77,7 @@ INPUTS = {
 
 
 def guarded(kind, **members):
-    spec = ProviderSpec("toy", "a:B", None, 2, "a toy")
+    spec = ProviderSpec("toy", "a:B", None, 3, "a toy")
     common = {"declares": AtmosphereDeclaration(), "variables": (), "terms": {"a": "b"}, "solar_terms": frozenset()}
     common["cloud_top_range_m"] = 0.0, 1e4
     provider = type("Toy", (), {**common, **members})()

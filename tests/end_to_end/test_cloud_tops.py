@@ -68,7 +68,7 @@ class Plugin:
     @hookimpl
     def hcss_register_cloud_generators(self):
         return [
-            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 2, "a test")
+            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 3, "a test")
             for each in (Level, Slope, Wrong)
         ]
 

@@ -88,9 +88,9 @@ class Plugin:
     def hcss_register_variables(self):
         classes = (Place, Clash, Demanding, Deep)
         specs = [
-            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 2, "a test") for each in classes
+            ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 3, "a test") for each in classes
         ]
-        return [ProviderSpec("split", f"{TEMPLATE}:Provider", f"{TEMPLATE}:Parameters", 2, "two bands"), *specs]
+        return [ProviderSpec("split", f"{TEMPLATE}:Provider", f"{TEMPLATE}:Parameters", 3, "two bands"), *specs]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -45,8 +45,8 @@ class Plugin:
     @hookimpl
     def hcss_register_transmittance_providers(self):
         return [
-            ProviderSpec("any-air", f"{__name__}:AnyAir", None, 2, "transparent"),
-            ProviderSpec("badly-bound", f"{__name__}:BadlyBound", None, 2, "returns a name"),
+            ProviderSpec("any-air", f"{__name__}:AnyAir", None, 3, "transparent"),
+            ProviderSpec("badly-bound", f"{__name__}:BadlyBound", None, 3, "returns a name"),
         ]
 
 

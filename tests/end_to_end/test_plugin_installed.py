@@ -45,7 +45,7 @@ PROVIDER = """
 
     @hookimpl
     def {hook}():
-        return [ProviderSpec("{name}", "{module}:Gas", None, 2, "a test gas")]
+        return [ProviderSpec("{name}", "{module}:Gas", None, 3, "a test gas")]
 
     class Gas:
         def __init__(self, inputs, parameters):

@@ -148,7 +148,7 @@ class Plugin:
     @hookimpl
     def hcss_register_sensors(self):
         names = ("RollingShutter", "Integrating", "Smearing", "Curious", "Secretive", "Remembering")
-        return [ProviderSpec(each.lower(), f"{__name__}:{each}", f"{__name__}:Parameters", 2, "test") for each in names]
+        return [ProviderSpec(each.lower(), f"{__name__}:{each}", f"{__name__}:Parameters", 3, "test") for each in names]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -36,7 +36,7 @@ from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
 @hookimpl
 def hcss_register_cloud_generators():
-    return [ProviderSpec("trap", "trap:Trap", None, 2, "a trap")]
+    return [ProviderSpec("trap", "trap:Trap", None, 3, "a trap")]
 
 
 class Trap:

@@ -240,9 +240,8 @@ def test_keys_that_exclude_texture_are_named() -> None:
         ({"sea": {"temperature_texture": 0.0}}, "sea.temperature_texture is 0"),
         ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "structures within the image vary"),
         ({"surfaces": {}}, "a map of surfaces"),
-        ({"defaults": "0.1"}, "sea.temperature_texture is 0"),
     ],
-    ids=["default", "off", "small image", "map", "0.1"],
+    ids=["default", "off", "small image", "map"],
 )
 def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dict, why: str) -> None:
     cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}

@@ -96,11 +96,11 @@ class Vacuum:
 class Plugin:
     @hookimpl
     def hcss_register_optics(self):
-        return [ProviderSpec("grey", f"{__name__}:Grey", f"{__name__}:GreyParameters", 2, "grey")]
+        return [ProviderSpec("grey", f"{__name__}:Grey", f"{__name__}:GreyParameters", 3, "grey")]
 
     @hookimpl
     def hcss_register_transmittance_providers(self):
-        return [ProviderSpec("vacuum", f"{__name__}:Vacuum", None, 2, "transparent")]
+        return [ProviderSpec("vacuum", f"{__name__}:Vacuum", None, 3, "transparent")]
 
 
 @pytest.fixture
@@ -202,15 +202,3 @@ def test_equal_particles_have_one_optics(folder):
     assert "equal particles" in refused(folder, low, ASH)["clouds.layers[1].optics.provider"]
     same = make_plan(scenario(folder, {**low, "optics": ASH["optics"]}, ASH))
     assert not isinstance(same.assembly.optics, LayerOptics)
-
-
-def test_phase_is_the_older_name_of_material(folder):
-    old, new = (scenario(folder, {"type": "stratus", key: "ice"}) for key in ("phase", "material"))
-    assert old.to_json() == new.to_json()
-    complete = json.loads(scenario(folder, {"type": "stratus"}).to_json())
-    for unset, given in (("material", "phase"), ("phase", "material"), ("phase", "phase")):
-        complete["clouds"]["layers"][0] |= {unset: None}  # as in cubes of this version, or of 0.1
-        again = Scenario.from_dict(complete, {f"clouds.{given}": "ice"}, base=folder)
-        assert again.to_json() == new.to_json()
-    with pytest.raises(ScenarioError, match="phase given together with material"):
-        scenario(folder, {"phase": "ice", "material": "ice"})

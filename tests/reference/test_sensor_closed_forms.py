@@ -5,7 +5,6 @@ import pytest
 from scipy import integrate, interpolate, stats
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.sensor.noise import poisson
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.radiometer import Radiometer
 from hcss_twin.providers import Grid, SensorBand, SensorInputs
@@ -122,15 +121,3 @@ def test_photons_are_those_of_the_radiometric_equation():
     expected = 1.5 * (np.pi * 0.05**2) * 5e-5**2 * 0.8 * mean / (PLANCK * LIGHT)
     np.testing.assert_allclose(rate, expected, rtol=1e-6)
     assert provider.worked_out["bands"]["mid"]["photon_wavelength_um"] == pytest.approx(mean * 1e6, rel=1e-6)
-
-
-@pytest.mark.parametrize("mean", [0.4, 3.0, 9.9, 10.0, 35.0, 400.0])
-def test_counts_follow_poisson(mean):
-    drawn = poisson(np.full((400, 500), mean), 5).ravel().astype(int)
-    low, high = stats.poisson.ppf([1e-4, 1 - 1e-4], mean).astype(int)
-    numbers = np.arange(low, high + 1)
-    expected = stats.poisson.pmf(numbers, mean) * drawn.size
-    found = np.bincount(drawn, minlength=high + 1)[low : high + 1]
-    usual = expected > 10
-    chi_squared = np.sum((found - expected)[usual] ** 2 / expected[usual])
-    assert stats.chi2.sf(chi_squared, np.count_nonzero(usual)) > 1e-3

@@ -284,7 +284,7 @@ def wide_layers(draw, particles):
         layer["parameters"] = layer["parameters"] | {"brightness_exponent": draw(log_numbers(0.05, 20))}
     if particles:
         optional = {
-            "phase": draw(st.sampled_from(["water", "ice"])),
+            "material": draw(st.sampled_from(["water", "ice"])),
             # Few values, because each is a table of optics that takes seconds.
             "effective_radius": draw(st.sampled_from([4.0, 10.0, 40.0])),
             "effective_variance": 0.1,

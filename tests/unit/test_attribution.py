@@ -44,7 +44,7 @@ class Clouds:
 def guarded(distribution="hcss-ada", honours=None, **layer):
     inputs = sample_cloud_inputs()
     inputs = dataclasses.replace(inputs, layer=dataclasses.replace(inputs.layer, **layer))
-    spec = ProviderSpec(name="ada", target="a:B", parameters=None, api_version=2, summary="a toy")
+    spec = ProviderSpec(name="ada", target="a:B", parameters=None, api_version=3, summary="a toy")
     provider = Clouds() if honours is None else Clouds(honours=honours)
     return guard(Entry(Kind.CLOUDS, spec, Origin("a", distribution, "1.2")), provider, inputs)
 

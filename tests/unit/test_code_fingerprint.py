@@ -68,7 +68,7 @@ def test_results_of_compiled_code_that_is_older_than_its_source_are_for_no_other
 
 @pytest.mark.usefixtures("started_late", "package")
 def test_the_state_of_what_only_the_provider_knows_is_part_of_its_name():
-    spec = ProviderSpec("toy", "some_package.inner:Thing", None, 2, "A toy.")
+    spec = ProviderSpec("toy", "some_package.inner:Thing", None, 3, "A toy.")
     entry = Entry(Kind.SEA, spec, Origin("a", "hcss-none", "1"))
     codes = [
         entry.code(ResultCache(), SimpleNamespace(**each)) for each in ({}, {"cache_token": "1"}, {"cache_token": "2"})

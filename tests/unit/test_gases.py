@@ -45,8 +45,8 @@ def test_a_model_atmosphere_has_the_gases_of_the_year_and_the_plan_says_so():
     assert told == {"atmosphere.gases": "CO2 388.8, CH4 1.799, N2O 0.3232 ppm"}
 
 
-def test_version_0_1_took_the_gases_of_the_profile():
-    profile, told = air(defaults="0.1")
+def test_the_gases_of_the_profile_can_be_chosen():
+    profile, told = air(atmosphere__gases__others="profile")
     np.testing.assert_array_equal(profile.mixing_ratio["co2"], STANDARD.mixing_ratio["co2"])
     assert told == {}
 
@@ -82,13 +82,6 @@ def test_a_factor_is_a_factor():
 def test_other_amounts_are_refused(amount):
     with pytest.raises(ScenarioError, match=r"atmosphere.gases.CO2: .*(is not an amount of a gas|not a number)"):
         Scenario.from_toml(CLEAR, {"atmosphere.gases.CO2": amount})
-
-
-def test_defaults_of_a_former_version_fill_only_what_is_not_given():
-    scenario = Scenario.from_toml(CLEAR, {"defaults": "0.1", "atmosphere.gases.others": "year"})
-    stored = json.loads(scenario.to_json())
-    assert stored["atmosphere"]["coefficients"] == "lowtran7"
-    assert stored["atmosphere"]["gases"] == {"others": "year"}
 
 
 def test_scenarios_store_the_coefficients_that_were_used():

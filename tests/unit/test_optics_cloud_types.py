@@ -11,7 +11,7 @@ from hcss_twin.providers import Microphysics
 ROOT = Path(__file__).parents[2]
 
 KEYS = {
-    "layer": {"phase", "base", "top", "anchor", "thickness_min"},
+    "layer": {"material", "base", "top", "anchor", "thickness_min"},
     "fractal": {"gamma", "H", "L", "k"},
     "microphysics": {"alpha", "b", "nu", "number_density", "radius_range_um", "source"},
 }
@@ -87,7 +87,7 @@ def test_cloud_type_has_the_effective_radius_its_header_states(name) -> None:
     data = read(name)
     particles = data["microphysics"]
     cloud = Microphysics(
-        data["layer"]["phase"],
+        data["layer"]["material"],
         particles["alpha"],
         particles["b"],
         particles["nu"],

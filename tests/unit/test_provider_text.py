@@ -43,11 +43,11 @@ class Sea:
 class Ada:
     @hookimpl
     def hcss_register_optics(self):
-        return [ProviderSpec("ada", f"{__name__}:Drops", f"{__name__}:Parameters", 1, "drops by Ada", ("Ada, 1843",))]
+        return [ProviderSpec("ada", f"{__name__}:Drops", f"{__name__}:Parameters", 3, "drops by Ada", ("Ada, 1843",))]
 
     @hookimpl
     def hcss_register_sea_models(self):
-        return [ProviderSpec("ada", f"{__name__}:Sea", None, 1, "a sea by Ada")]
+        return [ProviderSpec("ada", f"{__name__}:Sea", None, 3, "a sea by Ada")]
 
 
 @pytest.fixture

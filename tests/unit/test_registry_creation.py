@@ -98,7 +98,7 @@ def entry(monkeypatch):
             name="toy",
             target=f"hcss_toy_sea:{target}",
             parameters=parameters and f"hcss_toy_sea:{parameters}",
-            api_version=2,
+            api_version=3,
             summary="a toy",
         )
         return Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2"))
@@ -165,6 +165,6 @@ def test_wrong_parameters_are_refused(entry):
 
 
 def test_module_that_cannot_be_imported_is_named():
-    spec = ProviderSpec(name="toy", target="no_such_module_x:Y", parameters=None, api_version=2, summary="a toy")
+    spec = ProviderSpec(name="toy", target="no_such_module_x:Y", parameters=None, api_version=3, summary="a toy")
     with pytest.raises(ProviderError, match="cannot import 'no_such_module_x:Y': ModuleNotFoundError"):
         Registry().create(Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2")), "inputs")

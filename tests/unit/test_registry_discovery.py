@@ -7,8 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from hcss_twin.cli import cli
+from hcss_twin.core.catalog import catalog_root
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.core.plugins import installed
+from hcss_twin.core.plugins import MOVING, installed
 from hcss_twin.providers.registry import API_VERSION, Kind, Origin, ProviderSpec, Registry, defaults, hookimpl
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import own, selected
@@ -109,8 +110,6 @@ BROKEN = {
     "text": (plugin("grey"), "returned str"),
     "list of text": (plugin(["grey"]), "list with str"),
     "twice": (plugin([spec(), spec()]), "'grey' twice"),
-    "draft api": (plugin([spec(api_version=0)]), "version 0 of the provider API, the draft before version 1,"),
-    "newer api": (plugin([spec(api_version=7)]), "version 7 of the provider API and this hcss_twin"),
     "malformed": (Malformed(), "do not look at me"),
     "arguments": (SimpleNamespace(**{HOOK: hookimpl(lambda surprise: [])}), "surprise"),
 }
@@ -132,14 +131,16 @@ def test_broken_plugin_is_kept_apart(case):
 @pytest.mark.parametrize(
     ("version", "whose_turn"),
     [
-        (0, "install a newer release of the plugin; its author runs the conformance kit"),
+        (API_VERSION - 1, f"install a newer release of the plugin; its author finds the changes in {MOVING}"),
         (API_VERSION + 1, f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"),
     ],
 )
 def test_another_api_version_says_whose_turn_it_is(version, whose_turn):
     registry = registry_with((plugin([spec(api_version=version)]), origin()))
     [broken] = registry.broken
-    assert f"accepts versions 1 and {API_VERSION}: {whose_turn}" in broken.error
+    assert str(broken).startswith("hcss-a 1.2 ")
+    assert f"version {version} of the provider API" in broken.error
+    assert f"accepts version {API_VERSION}: {whose_turn}" in broken.error
     assert f"hcss_twin {__version__}" in broken.error
     with pytest.raises(ProviderError, match="'grey' is written for version"):
         registry.resolve("atmosphere", "grey")
@@ -271,6 +272,8 @@ def test_entry_points_are_read_one_distribution_at_a_time(tmp_path, monkeypatch)
     install(tmp_path, "bbb-missing", "2", "[hcss_twin]\nm = no_such_module_anywhere\n")
     install(tmp_path, "ccc-raises", "3", "[hcss_twin]\nr = hcss_plugin_that_raises\n")
     install(tmp_path, "ddd-exits", "4", "[hcss_twin]\ne = hcss_plugin_that_exits\n")
+    install(tmp_path, "ddd-older", "2", "[hcss_twin]\no = hcss_plugin_of_api_2\n")
+    (tmp_path / "hcss_plugin_of_api_2.py").write_text("from hcss_twin.registry import hookimpl\n")
     install(tmp_path, "eee-good", "5", "[hcss_twin]\ng = hcss_plugin_that_works\n[other]\nx = y\n")
     (tmp_path / "hcss_plugin_that_raises.py").write_text("1 / 0\n")
     (tmp_path / "hcss_plugin_that_exits.py").write_text("import sys; sys.exit('bye')\n")
@@ -278,15 +281,19 @@ def test_entry_points_are_read_one_distribution_at_a_time(tmp_path, monkeypatch)
         "from hcss_twin.providers.registry import ProviderSpec, hookimpl\n"
         "@hookimpl\n"
         "def hcss_register_optics():\n"
-        "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 1, 'shiny')]\n"
+        "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 3, 'shiny')]\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     registry = Registry.discover()
     errors = {broken.distribution: broken.error for broken in registry.broken}
     assert set(errors) >= {"aaa-garbage", "bbb-missing", "ccc-raises", "ddd-exits"}
     assert "no_such_module_anywhere" in errors["bbb-missing"]
+    assert MOVING not in errors["bbb-missing"]
     assert "ZeroDivisionError" in errors["ccc-raises"]
     assert "SystemExit: bye" in errors["ddd-exits"]
+    assert "'hcss_twin.registry'" in errors["ddd-older"]
+    assert MOVING in errors["ddd-older"]
+    assert (catalog_root().parent / MOVING).is_file()
     assert str(registry.resolve("optics", "shiny").origin) == "eee-good 5"
 
 
@@ -294,7 +301,7 @@ REGISTERS = """
 from hcss_twin.providers.registry import ProviderSpec, hookimpl
 @hookimpl
 def hcss_register_optics():
-    return [ProviderSpec('shiny', 'not_imported:Yet', None, 1, 'shiny')]
+    return [ProviderSpec('shiny', 'not_imported:Yet', None, 3, 'shiny')]
 """
 
 

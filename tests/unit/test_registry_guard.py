@@ -44,7 +44,7 @@ class Answers:
 
 
 def guarded(kind, provider, inputs=None):
-    spec = ProviderSpec(name="toy", target="a:B", parameters=None, api_version=2, summary="a toy")
+    spec = ProviderSpec(name="toy", target="a:B", parameters=None, api_version=3, summary="a toy")
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, inputs)
 
 

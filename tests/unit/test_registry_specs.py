@@ -52,10 +52,6 @@ def test_specs_cannot_be_changed():
         spec().name = "other"
 
 
-def test_registry_speaks_the_version_of_the_contract():
-    assert API_VERSION == providers.API_VERSION
-
-
 def test_every_kind_has_a_documented_hook_and_a_protocol():
     hooks = {name for name in vars(specs) if name.startswith("hcss_register_")}
     assert {kind.hook for kind in Kind} == hooks

@@ -17,20 +17,20 @@ def particles(catalog=None, **keys):
     return resolve_layer(Layer.model_validate(keys), catalog or Catalog(), "clouds").layer.microphysics
 
 
-def own_type(folder, microphysics, phase="water"):
+def own_type(folder, microphysics, material="water"):
     text = (Catalog().root / "cloud_types" / "stratus.toml").read_text(encoding="utf-8")
     assert BY_SHAPE in text
-    text = text.replace(BY_SHAPE, microphysics).replace('phase = "water"', f'phase = "{phase}"')
+    text = text.replace(BY_SHAPE, microphysics).replace('material = "water"', f'material = "{material}"')
     (folder / "mine.toml").write_text(text, encoding="utf-8")
     return Catalog(base=folder)
 
 
-@pytest.mark.parametrize("phase", ["water", "ice"])
+@pytest.mark.parametrize("material", ["water", "ice"])
 @pytest.mark.parametrize("variance", [0.01, 0.15, 0.4])
-def test_particles_given_in_the_scenario_are_those_of_the_same_type_file(tmp_path, variance, phase):
-    catalog = own_type(tmp_path, BY_SIZE.format(12.0, variance, 3e-4), phase)
+def test_particles_given_in_the_scenario_are_those_of_the_same_type_file(tmp_path, variance, material):
+    catalog = own_type(tmp_path, BY_SIZE.format(12.0, variance, 3e-4), material)
     given = particles(
-        type="stratus", phase=phase, effective_radius=12.0, effective_variance=variance, water_content=0.3
+        type="stratus", material=material, effective_radius=12.0, effective_variance=variance, water_content=0.3
     )
     assert given == particles(catalog, type="mine.toml")
 
@@ -40,10 +40,10 @@ def test_what_the_scenario_leaves_out_is_that_of_the_type_file(tmp_path):
     for key, value, changed in (
         ("effective_radius", 20.0, (20.0, 0.15, 3e-4)),
         ("effective_variance", 0.3, (12.0, 0.3, 3e-4)),
-        ("phase", "ice", (12.0, 0.15, 3e-4)),
+        ("material", "ice", (12.0, 0.15, 3e-4)),
     ):
         found = particles(catalog, type="mine.toml", **{key: value})
-        assert found == size.gamma_distribution("ice" if key == "phase" else "water", *changed)
+        assert found == size.gamma_distribution("ice" if key == "material" else "water", *changed)
 
 
 def test_of_a_type_by_shape_radius_and_content_stay_as_they_were_measured():
@@ -56,13 +56,13 @@ def test_of_a_type_by_shape_radius_and_content_stay_as_they_were_measured():
 
 def test_a_water_content_alone_changes_only_how_many_particles_there_are():
     usual, found = particles(type="stratus"), particles(type="stratus", water_content=0.6)
-    shape = ("phase", "alpha", "b", "nu", "radius_range_um")
+    shape = ("material", "alpha", "b", "nu", "radius_range_um")
     assert [getattr(found, key) for key in shape] == [getattr(usual, key) for key in shape]
     assert size.water_content_kg_m3(found) == pytest.approx(6e-4, rel=1e-12)
 
 
 def test_a_material_alone_keeps_sizes_and_mass():
-    usual, found = particles(type="cirrus"), particles(type="cirrus", phase="water")
+    usual, found = particles(type="cirrus"), particles(type="cirrus", material="water")
     assert found.material == "water"
     assert size.effective_radius_um(found) == size.effective_radius_um(usual)
     assert size.water_content_kg_m3(found) == pytest.approx(size.water_content_kg_m3(usual), rel=1e-12)
@@ -112,7 +112,7 @@ def test_particles_that_the_optics_do_not_have_are_a_problem_of_their_key():
     overrides = {"optics.provider": "bulk", "clouds.effective_radius": 120.0}
     found = refusal(overrides, "cirrus")
     assert "closest is 96.03" in found["clouds.effective_radius"]
-    found = refusal({"optics.provider": "bulk", "clouds.phase": "ice", "clouds.effective_radius": 2.0})
+    found = refusal({"optics.provider": "bulk", "clouds.material": "ice", "clouds.effective_radius": 2.0})
     assert "closest is 5.442" in found["clouds.effective_radius"]
 
 

@@ -134,7 +134,7 @@ class ShadowTables:
 
     def at(self, time_s: float) -> tuple[Array, Array]:
         """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as in :class:`TableReader`."""
-        index, weight = _interval(self.time_s, time_s)
+        index, weight = interval(self.time_s, time_s)
         after = min(index + 1, len(self.time_s) - 1)
         loss: Array = (1 - weight) * self.loss[index] + weight * self.loss[after]
         depth: Array = (1 - weight) * self.depth[index] + weight * self.depth[after]
@@ -262,7 +262,7 @@ class TableReader:
     def at(self, time_s: float) -> DenseTable:
         """Return the table at a time within the nodes."""
         nodes = self._tables.time_s
-        index, weight = _interval(nodes, time_s)
+        index, weight = interval(nodes, time_s)
         if len(nodes) == 1:
             return self._dense(index)
         return self._dense(index).blend(self._dense(index + 1), weight)
@@ -280,7 +280,7 @@ class TableReader:
         )
 
 
-def _interval(nodes: tuple[float, ...], time_s: float) -> tuple[int, float]:
+def interval(nodes: tuple[float, ...], time_s: float) -> tuple[int, float]:
     """Interval of a time, and the weight of its end node; 0 and 0 for a single node."""
     if len(nodes) == 1:
         return 0, 0.0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import kernel
-from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables, WaveTables
+from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables, WaveTables, interval
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import wind_sense
@@ -265,8 +265,7 @@ class WaveStage:
         change, nodes = self._nodes, self._time_s
         if len(nodes) == 1:
             return change[0]
-        index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
-        weight = (time_s - nodes[index]) / (nodes[index + 1] - nodes[index])
+        index, weight = interval(nodes, time_s)
         # Not as a difference: small night values would be lost in the rounding of day values.
         return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
 

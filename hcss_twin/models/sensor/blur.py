@@ -15,8 +15,6 @@ from hcss_twin.models.sensor.detector import photon_wavelength_um
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.point_image import PointImage
 from hcss_twin.models.sensor.point_spread import (
-    LEAST,
-    NEAR,
     airy_mtf,
     convolve,
     gaussian_mtf,
@@ -90,7 +88,6 @@ class Blur:
         self._smear = abs(inputs.platform_speed_m_s) * self._exposure_s / inputs.grid.pixel_size_m
         self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0
         self._cut = 0.0
-        self._least = LEAST if parameters.method == "rows" else NEAR
         self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
         self._transfers: dict[tuple[str, tuple[int, ...]], Array] = {}
         self.weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
@@ -165,12 +162,12 @@ class Blur:
         still = np.array(0.0)
         if self._parameters.psf == "airy":
             planes = [_airy_kernel(self._cutoff(band))]
-            along_x, cut_x = line_kernel(lambda frequency: smear_mtf(frequency, self._smear), self._least)
+            along_x, cut_x = line_kernel(lambda frequency: smear_mtf(frequency, self._smear))
             along_y, cut_y = np.ones(1), planes[0][1]
         else:
             planes = []
-            along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency), self._least)
-            along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still), self._least)
+            along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency))
+            along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still))
         self._cut = max(self._cut, cut_x + cut_y)
         kernels = (*(plane for plane, _ in planes), along_y[:, None], along_x[None, :])
         return tuple(kernel for kernel in kernels if kernel.size > 1)

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.planck import PLANCK_J_S, SECOND_RADIATION, SPEED_OF_LIGHT_M_S, planck, wavenumber_from_um
@@ -15,9 +14,6 @@ from hcss_twin.providers import SensorBand
 
 _NODES = 24
 """Per interval of the response table; the integral over one interval from 8 to 14 um is exact to 1e-12."""
-
-UPPER, LOWER = 1, 2
-"""Flags of values clipped at the upper and at the lower end."""
 
 
 def band_radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
@@ -91,28 +87,3 @@ class Readout:
     bits: int | None = None
     step: float = 1.0
     offset: int = 0
-
-    def read(self, signal: Array) -> tuple[Array, NDArray[np.int32] | None, NDArray[np.uint8]]:
-        """Read a frame.
-
-        Returns
-        -------
-        signal : ndarray (Y, X)
-            Signal after readout: that of the digital number, if digitised.
-        digital_number : ndarray (Y, X) or None
-            The nearest whole number to signal / step + offset, halves up, within 0 and 2^bits - 1.
-        flags : ndarray (Y, X)
-            0; 1 or 2 where a value was clipped at the upper or lower end.
-        """
-        flags = np.zeros(signal.shape, dtype=np.uint8)
-        if self.full is not None:
-            flags[signal > self.full] = UPPER
-            signal = np.minimum(signal, self.full)
-        if self.bits is None:
-            return signal, None, flags
-        number = np.floor(signal / self.step + 0.5) + self.offset
-        most = float(2**self.bits - 1)
-        flags[number > most] = UPPER
-        flags[number < 0.0] = LOWER
-        number = np.clip(number, 0.0, most)
-        return (number - self.offset) * self.step, number.astype(np.int32), flags

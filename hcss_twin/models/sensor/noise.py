@@ -12,7 +12,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
 from scipy.special import ndtri
 
 from hcss_twin.core.arrays import Array
@@ -37,31 +36,6 @@ def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:
     return int(sequence.generate_state(1, np.uint64)[0])
 
 
-def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
-    """Draw numbers of electrons from Poisson's distribution, whose variance is its mean.
-
-    Parameters
-    ----------
-    expected : ndarray (Y, X)
-        Mean numbers. Negative numbers, which blur of a sharp edge can cause, are kept, so that the mean of the frame is
-        preserved.
-    key : int
-        As :func:`key_of` returns.
-    corner : (int, int)
-        Row and column of the first pixel in the image.
-
-    Raises
-    ------
-    ProviderError
-        If more than 1e12 electrons are expected in a pixel.
-    """
-    most = float(expected.max(initial=0.0))
-    if most > MAX_COUNTED:
-        raise too_many_electrons(most)
-    result: Array = poisson(np.maximum(expected, 0.0), key, corner) + np.minimum(expected, 0.0)
-    return result
-
-
 def too_many_electrons(most: float) -> ProviderError:
     """Return the error of a pixel in which more electrons are expected than can be drawn."""
     return ProviderError(
@@ -70,79 +44,12 @@ def too_many_electrons(most: float) -> ProviderError:
     )
 
 
-def gaussian_noise(signal: Array, deviation: float, key: int, corner: tuple[int, int]) -> Array:
-    """Add Gaussian noise with a given standard deviation in signal units: read noise or an NER."""
-    rows, columns = signal.shape
-    result: Array = signal + deviation * standard_normal(key, (rows, columns), corner)
-    return result
-
-
-class FixedPattern:
-    """Gain and offset of each detector of one band, the same in all frames.
-
-    Parameters
-    ----------
-    shape, corner : (int, int)
-        Rows and columns of the frames, and row and column of their first pixel in the image.
-    gain_deviation, offset_deviation : float
-        Standard deviations of the gain, whose mean is 1, and of the offset, whose mean is 0, in the unit of the signal.
-    line : bool
-        One detector per row instead of one per pixel, which causes stripes along the flight direction (x).
-    seed, band : int, str
-        Seeds of the detector pattern.
-    dtype : data type
-        Of the differences.
-    """
-
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        corner: tuple[int, int],
-        gain_deviation: float,
-        offset_deviation: float,
-        line: bool,
-        seed: int,
-        band: str,
-        dtype: DTypeLike = np.float64,
-    ) -> None:
-        detectors, first = ((shape[0], 1), (corner[0], 0)) if line else (shape, corner)
-        self._dtype = dtype
-        self._gain, self._offset = (
-            None if not size else (size * standard_normal(key_of(seed, stage, band), detectors, first)).astype(dtype)
-            for stage, size in (("gain", gain_deviation), ("offset", offset_deviation))
-        )
-
-    def __call__(self, signal: Array) -> Array:
-        """Return (1 + gain difference) signal + offset for a frame (Y, X)."""
-        if self._gain is not None:
-            signal = signal * (1.0 + self._gain)
-        return signal if self._offset is None else signal + self._offset
-
-    @property
-    def arrays(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Gain differences and offsets, (Y, X), (Y, 1), or (0, 0) where there are none."""
-        none = np.empty((0, 0), self._dtype)
-        return (none if self._gain is None else self._gain), (none if self._offset is None else self._offset)
-
-
 def standard_normal(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
     """Return standard normal numbers (Y, X) for the pixels from ``corner`` on, which may be negative."""
     numbers = np.empty(shape)
     _fill_uniform(numbers, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
     normals: Array = ndtri(numbers, out=numbers)
     return normals
-
-
-def poisson(mean: Array, key: int, corner: tuple[int, int] = (0, 0)) -> Array:
-    """Return Poisson numbers with means ``mean`` (Y, X), 0 to 1e12, as float64, for the pixels from ``corner`` on.
-
-    Means from 10 on by transformed rejection (W. Hoermann, Insurance: Mathematics and Economics 12, 39 (1993),
-    algorithm PTRS), smaller ones by multiplying uniform numbers until the product falls below exp(-mean).
-    """
-    numbers: Array = np.empty(mean.shape)
-    means = np.ascontiguousarray(mean, dtype=np.float64)
-    _fill_poisson(numbers, means, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
-    return numbers
 
 
 @kernel()
@@ -183,16 +90,12 @@ def _fill_uniform(numbers: Array, key: Any, first_row: Any, first_column: Any) -
 
 
 @kernel()
-def _fill_poisson(numbers: Array, mean: Array, key: Any, first_row: Any, first_column: Any) -> None:
-    for y in range(mean.shape[0]):
-        own_row = row_key(key, np.int64(first_row + y))
-        for x in range(mean.shape[1]):
-            numbers[y, x] = draw_poisson(mean[y, x], pixel_key(own_row, np.int64(first_column + x)))
-
-
-@kernel()
 def draw_poisson(mean: float, pixel_key: Any) -> Any:
-    """Return the Poisson number of a pixel; see :func:`poisson`."""
+    """Return a Poisson number with a mean of 0 to 1e12.
+
+    Means from 10 on by transformed rejection (W. Hoermann, Insurance: Mathematics and Economics 12, 39 (1993),
+    algorithm PTRS), smaller ones by multiplying uniform numbers until the product falls below exp(-mean).
+    """
     if mean <= 0.0:
         return 0.0
     return _multiplied(mean, pixel_key) if mean < _SMALL_MEAN else _rejected(mean, pixel_key)

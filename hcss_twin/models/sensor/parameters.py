@@ -123,12 +123,6 @@ class RadiometerParameters(BaseModel):
         description="Black-body temperature of the spectrum within a band, K, to convert radiance to "
         "photons; default: the same spectral radiance at all wavelengths.",
     )
-    method: Literal["rows", "frames"] = Field(
-        "rows",
-        description='"rows": one random number for shot and read noise, with their mean, variance and skewness '
-        '(Poisson numbers below 100 electrons), single precision; "frames": as in version 0.1, separate numbers for '
-        "shot and read noise, blur by Fourier transforms, up to 20 times as slow.",
-    )
     quantum_efficiency: _Fraction = Field(1.0, description="Electrons per photon, above 0 to 1.")
     shot_noise: bool = Field(True, description="Whether to add shot noise (Poisson statistics of electrons).")
     read_noise: float = Field(0.0, ge=0, le=1e9, description="Read noise of a pixel (standard deviation), electrons.")

@@ -33,17 +33,15 @@ LARGEST = 1025
 """Largest number of rows or columns of a kernel from a file."""
 
 
-def line_kernel(transfer: Callable[[Array], Array], least: int = LEAST) -> tuple[Array, float]:
+def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
     """Return the kernel (2 R + 1,) along one axis, normalised to sum 1, and the truncated fraction.
 
     Parameters
     ----------
     transfer : callable
         Maps frequencies from 0 to 0.5, in cycles per pixel, to a real factor; 1 at frequency 0.
-    least : int
-        Smallest reach of a slowly decreasing kernel.
     """
-    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE, least)
+    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE)
     kernel = np.concatenate((half[:0:-1], half))
     return kernel / kernel.sum(), cut
 
@@ -59,7 +57,7 @@ def plane_kernel(transfer: Callable[[Array, Array], Array]) -> tuple[Array, floa
         kernel: Array = idctn(transfer(frequency[:, None], frequency[None, :]), type=1)
         return kernel
 
-    corner, cut = _cut(quarter, LONGEST_PLANE, LEAST)
+    corner, cut = _cut(quarter, LONGEST_PLANE)
     right = np.concatenate((corner[:, :0:-1], corner), axis=1)
     kernel = np.concatenate((right[:0:-1], right))
     return kernel / kernel.sum(), cut
@@ -69,7 +67,7 @@ def _frequencies(size: int) -> Array:
     return np.arange(size + 1) / (2.0 * size)
 
 
-def _cut(quarter: Callable[[int], Array], longest: int, least: int) -> tuple[Array, float]:
+def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
     """Truncate a kernel at its reach; ``quarter`` computes one quadrant on a given number of pixels.
 
     The transform covers at least twice the reach, because a discrete transform folds back what lies beyond it.
@@ -80,7 +78,7 @@ def _cut(quarter: Callable[[int], Array], longest: int, least: int) -> tuple[Arr
         beyond = _beyond(whole)
         reach = int(np.argmax(beyond <= NEGLIGIBLE))
         if beyond[reach] > NEGLIGIBLE or reach > NEAR:
-            reach = max(least, int(np.argmax(beyond <= SMALL)))
+            reach = max(LEAST, int(np.argmax(beyond <= SMALL)))
         if 2 * reach <= size or size >= 2 * longest:
             reach = min(reach, longest)
             return whole[tuple(slice(reach + 1) for _ in whole.shape)], float(beyond[reach])

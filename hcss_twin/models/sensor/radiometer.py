@@ -19,7 +19,7 @@ from hcss_twin.models.sensor.detector import (
     photon_wavelength_um,
     photons_per_radiance,
 )
-from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, key_of, shot_noise, too_many_electrons
+from hcss_twin.models.sensor.noise import key_of, standard_normal, too_many_electrons
 from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
 from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, Points, SensorBand, SensorDeclaration, SensorInputs
@@ -30,6 +30,8 @@ _TYPES = {"radiance": np.float32, "photon_rate": np.float32, "digital_number": n
 class Radiometer:
     """Blur, smear, photons, noise, fixed pattern, saturation and quantisation (docs/how-to/sensors.md)."""
 
+    single_precision = True
+
     def __init__(self, inputs: SensorInputs, parameters: RadiometerParameters) -> None:
         self.blur = Blur(inputs, parameters)
         self.channels = tuple(_Channel(inputs, parameters, band) for band in inputs.bands)
@@ -39,7 +41,6 @@ class Radiometer:
             *(("digital_number",) if parameters.bits is not None else ()),
             *(("saturated",) if any(each.can_saturate for each in self.channels) else ()),
         )
-        self.single_precision = parameters.method == "rows"
         self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels)
         self.worked_out: Mapping[str, Any] = {
             **self.blur.worked_out,
@@ -59,22 +60,9 @@ class Radiometer:
 
     def _measured(self, radiance: Array, frame: int, added: NDArray[np.float32]) -> Measured:
         """Return the measurement of a frame; what is added (B, y, x), if anything, is not blurred."""
-        if self.single_precision:
-            found = self.arrays(radiance.shape)
-            self.measure_into(np.ascontiguousarray(radiance, dtype=np.float32), frame, found, added=added)
-            return Measured(**found)
-        clean = np.asarray(radiance, dtype=np.float64)
-        readings = [
-            channel.measure(self.blur(clean[index], channel.band) + (added[index] if added.size else 0.0), frame)
-            for index, channel in enumerate(self.channels)
-        ]
-        measured, rates, numbers, flags = zip(*readings, strict=True)
-        return Measured(
-            radiance=np.stack(measured),
-            photon_rate=np.stack(rates) if "photon_rate" in self.variables else None,
-            digital_number=np.stack(numbers) if "digital_number" in self.variables else None,
-            saturated=np.stack(flags) if "saturated" in self.variables else None,
-        )
+        found = self.arrays(radiance.shape)
+        self.measure_into(np.ascontiguousarray(radiance, dtype=np.float32), frame, found, added=added)
+        return Measured(**found)
 
     def arrays(self, shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
         """Return arrays for the measurement of frames of a shape (B, y, x)."""
@@ -185,39 +173,17 @@ class _Channel:
         return Readout(full, given.bits, step, given.number_offset)
 
     @cached_property
-    def pattern(self) -> FixedPattern:
-        """Gain and offset of the detectors."""
-        given, grid = self.parameters, self.inputs.grid
+    def pattern(self) -> tuple[NDArray[np.float32], ...]:
+        """Gain differences and offsets of the detectors: (Y, X), (Y, 1) for one per row, or (0, 0) for none."""
+        given, grid, corner = self.parameters, self.inputs.grid, self.inputs.corner
+        shape = grid.rows, grid.columns
+        if given.fixed_pattern == "row":  # stripes along the flight direction (x)
+            shape, corner = (shape[0], 1), (corner[0], 0)
         offset = self._number("offset_radiance") if self.electrons_per_radiance is None else given.offset_electrons
-        return FixedPattern(
-            (grid.rows, grid.columns),
-            self.inputs.corner,
-            given.gain_deviation,
-            offset,
-            given.fixed_pattern == "row",
-            self.inputs.seed,
-            self.band.name,
-            np.float32 if given.method == "rows" else np.float64,
+        return tuple(
+            (size * standard_normal(self._key(stage), shape if size else (0, 0), corner)).astype(np.float32)
+            for stage, size in (("gain", given.gain_deviation), ("offset", offset))
         )
-
-    def measure(self, radiance: Array, frame: int) -> tuple[Array, Array, NDArray[np.int32] | None, NDArray[np.uint8]]:
-        """Return radiance, photon rate, digital number and flags (Y, X) of a blurred frame (Y, X)."""
-        given, per_radiance, dark = self.parameters, self.electrons_per_radiance, 0.0
-        rate = radiance * self.photons_per_radiance
-        if per_radiance is None:
-            per_radiance = 1.0
-            signal = self.pattern(radiance)
-            if self.noise_radiance:
-                signal = gaussian_noise(signal, self.noise_radiance, *self._random("noise", frame))
-        else:
-            dark = given.dark_current * (given.integration_time or 0.0)
-            signal = self.pattern(radiance * per_radiance) + dark
-            if given.shot_noise:
-                signal = shot_noise(signal, *self._random("shot", frame))
-            if given.read_noise:
-                signal = gaussian_noise(signal, given.read_noise, *self._random("read", frame))
-        signal, number, flags = self.readout.read(signal)
-        return (signal - dark) / per_radiance, rate, number, flags
 
     def measure_rows(
         self,
@@ -229,10 +195,10 @@ class _Channel:
         results: Mapping[str, NDArray[Any]],
     ) -> None:
         """Write some rows of the results (Y, X) for a frame (Y, X) that is not blurred yet."""
-        keys = tuple(np.uint64(self._random(stage, frame)[0]) for stage in ("rows", "shot"))
+        keys = tuple(np.uint64(self._key(stage, frame)) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        behind = (*self.pattern.arrays, self.detector, keys, self.inputs.corner, lines)
+        behind = (*self.pattern, self.detector, keys, self.inputs.corner, lines)
         if not measure(image, *weights, added, *behind, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
 
@@ -253,9 +219,9 @@ class _Channel:
             most=2.0 ** (read.bits or 0) - 1.0,
         )
 
-    def _random(self, stage: str, frame: int) -> tuple[int, tuple[int, int]]:
-        """Return the key of a stage's random numbers, and the first pixel's row and column."""
-        return key_of(self.inputs.seed, stage, self.band.name, frame), self.inputs.corner
+    def _key(self, stage: str, frame: int = 0) -> int:
+        """Return the key of a stage's random numbers."""
+        return key_of(self.inputs.seed, stage, self.band.name, frame)
 
     def _number(self, name: str) -> float:
         return of_band(getattr(self.parameters, name), self.band.name, name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
+from hcss_twin.providers.registry.specs import API_VERSION, ProviderSpec, hookimpl
 
 HCSS = "W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based Infrared Payload Digital Twin"
 
@@ -12,7 +12,7 @@ HCSS = "W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based I
 def _own(name: str, target: str, parameters: str, summary: str, *references: str) -> ProviderSpec:
     """Return the spec of a provider in :mod:`hcss_twin.models`."""
     models = "hcss_twin.models"
-    return ProviderSpec(name, f"{models}.{target}", f"{models}.{parameters}", 2, summary, references)
+    return ProviderSpec(name, f"{models}.{target}", f"{models}.{parameters}", API_VERSION, summary, references)
 
 
 @hookimpl

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
-from hcss_twin.core.plugins import OWN_DISTRIBUTION, Origin, Remark
+from hcss_twin.core.plugins import MOVING, OWN_DISTRIBUTION, Origin, Remark
 from hcss_twin.providers.registry import specs
-from hcss_twin.providers.registry.specs import API_VERSION, API_VERSIONS, Kind, ProviderSpec
+from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class Collection:
             for result in results:
                 self._extend(kind, result)
         for _, spec in self.specs:
-            if spec.api_version not in API_VERSIONS:
+            if spec.api_version != API_VERSION:
                 raise ProviderError(_other_version(spec))
 
     def _extend(self, kind: Kind, result: object) -> None:
@@ -157,15 +157,12 @@ _OF_OTHER_GROUPS = (specs.hcss_commands.__name__, "hcss_sections")
 
 def _other_version(spec: ProviderSpec) -> str:
     """Return the message for different API versions, with the remedy."""
-    newer = spec.api_version > API_VERSION
     remedy = (
         f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"
-        if newer
-        else f"install a newer release of the plugin; its author runs the conformance kit (hcss_twin.testing), fixes "
-        f"what fails, and sets api_version={API_VERSION} (docs/reference/provider-api.md)"
+        if spec.api_version > API_VERSION
+        else f"install a newer release of the plugin; its author finds the changes in {MOVING}"
     )
-    draft = ", the draft before version 1," if spec.api_version == 0 else ""
     return (
-        f"'{spec.name}' is written for version {spec.api_version} of the provider API{draft} and this hcss_twin "
-        f"{__version__} accepts versions {' and '.join(map(str, API_VERSIONS))}: {remedy}"
+        f"'{spec.name}' is written for version {spec.api_version} of the provider API, and this hcss_twin "
+        f"{__version__} accepts version {API_VERSION}: {remedy}"
     )

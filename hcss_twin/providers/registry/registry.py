@@ -303,17 +303,13 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
 
 
 def _checked(entry: Entry, provider: Any) -> Any:
-    """Return a provider that has the members of its kind, in the present version of the API."""
+    """Return a provider after checking that it has the members of its kind."""
     import hcss_twin.providers as providers
     from hcss_twin.providers.common import check_element_variables, check_measured, check_options, check_surface_classes
     from hcss_twin.providers.declarations import check_declaration
 
     protocol = getattr(providers, entry.kind.protocol)
-    declaration = expected = getattr(providers, protocol.__annotations__["declares"])
-    if entry.spec.api_version == 1:
-        from hcss_twin.providers.registry import version_1
-
-        expected = version_1.Declares
+    expected = getattr(providers, protocol.__annotations__["declares"])
     attributes = set(protocol.__annotations__)
     methods = {name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")}
     try:
@@ -346,4 +342,4 @@ def _checked(entry: Entry, provider: Any) -> Any:
             check_surface_classes(provider.classes)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
-    return version_1.adapted(provider, declaration) if entry.spec.api_version == 1 else provider
+    return provider

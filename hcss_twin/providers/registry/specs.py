@@ -58,11 +58,8 @@ class Kind(StrEnum):
         return member
 
 
-API_VERSION = 2
-"""Version of the provider contract of this engine, equal to ``providers.API_VERSION``."""
-
-API_VERSIONS = (1, API_VERSION)
-"""Versions that the engine accepts; version 1 through :mod:`hcss_twin.providers.registry.version_1`."""
+API_VERSION = 3
+"""Version of the provider API: the only one that the engine accepts."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from hcss_examples.ship import Parameters as ShipParameters
 from hcss_examples.ship import Ship, shared_area
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import ProviderError
 from hcss_twin.testing import ElementContract, KnownElement, PlainScene, assert_registered, sample_element_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "aircraft-and-ship.toml"

@@ -10,8 +10,7 @@ import pytest
 from hcss_examples.ice_map import IceMap, Parameters
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import Catalog, ProviderError
 from hcss_twin.testing import SurfaceContract, assert_registered, sample_surface_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "sea-ice.toml"

@@ -11,9 +11,7 @@ from conftest import CELL_M, CELLS, water_kg_m3
 from hcss_examples.les_clouds import LesClouds, Parameters, water_content_kg_m3
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ProviderError
-from hcss_twin.providers import Grid, Motion
+from hcss_twin.providers import Catalog, Grid, Motion, ProviderError
 from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "les-clouds.toml"

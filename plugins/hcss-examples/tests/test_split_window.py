@@ -3,7 +3,7 @@
 import pytest
 from hcss_examples.split_window import Parameters, SplitWindow
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import ProviderError
 from hcss_twin.testing import VariableContract, assert_registered, sample_variable_inputs
 
 

@@ -3,7 +3,7 @@ import pytest
 from hcss_grey_atmosphere.parameters import GreyParameters
 from hcss_grey_atmosphere.provider import GreyAtmosphere
 
-from hcss_twin.physics.paths import to_space
+from hcss_twin.providers import to_space
 from hcss_twin.testing import TransmittanceContract, assert_registered, sample_atmosphere_inputs
 
 

@@ -2,9 +2,8 @@ import shutil
 
 import pytest
 
-from hcss_twin.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.providers import AtmosphereInputs
+from hcss_twin.providers import AtmosphereInputs, Catalog
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -11,7 +11,7 @@ from hcss_lowtran7.build import build
 from hcss_lowtran7.parameters import Lowtran7Parameters
 from pydantic import ValidationError
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import ProviderError
 
 BUILD = """
 import sys

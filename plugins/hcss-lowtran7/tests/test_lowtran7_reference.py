@@ -12,12 +12,17 @@ from hcss_lowtran7.program import AS_IT_IS, Job, run
 from hcss_lowtran7.source import find_source
 from hcss_lowtran7.tape7 import read_tape7
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ProviderError
-from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.physics.profile import local_zenith_deg
-from hcss_twin.providers import AtmosphereInputs
+from hcss_twin.providers import (
+    SPACE,
+    AtmosphereInputs,
+    Catalog,
+    Leg,
+    Path,
+    ProviderError,
+    local_zenith_deg,
+    planck,
+    to_space,
+)
 from hcss_twin.testing import sample_profile
 
 pytestmark = pytest.mark.usefixtures("compiler")

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 SCENARIO = """
-defaults = "0.1"
 place = {latitude = 35.0, longitude = 150.0}
 time = 2024-04-20T12:30:00+10:00
 clouds.type = "stratus"
 image = {rows = 16, columns = 16}
 frames.count = 1
+atmosphere.gases.others = "profile"
+sea.temperature_texture = 0.0
 radiance.model = "as-printed"
 sea.model = "cox-munk"
 optics.provider = "mie"

@@ -145,9 +145,7 @@ def main(options: argparse.Namespace) -> None:
     plan = hcss_twin.make_plan(scenario)
     planned = time.process_time() - began
     views = "one direction" if plan.views is None else f"{plan.views.order_x + 1} x {plan.views.order_y + 1} directions"
-    print(
-        f"plan {planned:.0f} s processor time, {views}, {plan.samples_per_pixel} points along a pixel"
-    )
+    print(f"plan {planned:.0f} s processor time, {views}, {plan.samples_per_pixel} points along a pixel")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pass.nc"
         progress = Progress(path)

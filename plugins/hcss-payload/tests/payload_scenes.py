@@ -31,7 +31,6 @@ def camera(size=64, field_deg=10.0, **changes):
 RADIOMETER = {
     "model": "radiometer",
     "parameters": {
-        "method": "rows",
         "psf": "gaussian",
         "psf_sigma": 0.5,
         "noise": "photon",

@@ -29,7 +29,7 @@ def mean_of_black_body(temperature_K, lower_um, upper_um):
 @pytest.mark.parametrize("band", [[2.7, 3.0], [3.0, 5.0], [8.0, 14.0]])
 def test_an_isothermal_enclosure_has_the_mean_wavelength_of_planck(band):
     """Everything at one temperature: the model's spectra are replaced by those of a black body."""
-    from hcss_twin.physics.planck import planck
+    from hcss_twin.providers import planck
 
     columns = column_spectra(Scenario.load("stratus", {**SMALL, **NIGHT, "bands": [band]}))
     enclosed = np.broadcast_to(planck(columns.wavenumber_cm1, 290.0), columns.radiance.shape)

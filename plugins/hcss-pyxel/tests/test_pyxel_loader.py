@@ -8,7 +8,7 @@ import pytest
 from hcss_pyxel import load_cube
 from scipy import constants
 
-from hcss_twin.errors import CubeError
+from hcss_twin.providers import CubeError
 
 OPTICS = {"f_number": 2.5}
 

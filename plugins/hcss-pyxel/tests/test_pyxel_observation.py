@@ -11,7 +11,7 @@ from hcss_pyxel import load_cube
 from hcss_pyxel.cli import cli
 from hcss_pyxel.run import run_pipeline
 
-from hcss_twin.errors import HcssError
+from hcss_twin.providers import HcssError
 
 
 @pytest.fixture

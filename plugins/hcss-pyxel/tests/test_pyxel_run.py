@@ -113,7 +113,7 @@ def test_an_example_of_a_scene_that_is_not_at_hand_says_so(cube, tmp_path):
 
 
 def test_an_example_is_not_overwritten(cube, ran):
-    from hcss_twin.errors import CubeError
+    from hcss_twin.providers import CubeError
 
     again = CliRunner().invoke(cli, ["example", str(cube), "-o", str(ran[1].parent)])
     assert isinstance(again.exception, CubeError)

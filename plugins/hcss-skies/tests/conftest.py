@@ -8,8 +8,7 @@ from hcss_skies.example import make_example, write_example
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.providers import Grid, Motion
+from hcss_twin.providers import Catalog, Grid, Motion
 from hcss_twin.testing import sample_cloud_inputs
 from hcss_twin.testing.own_cache import own_cache  # noqa: F401
 

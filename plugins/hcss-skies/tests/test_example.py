@@ -10,7 +10,7 @@ from conftest import cloud_field
 from hcss_skies.example import LEVELS, make_example, read_example, write_example
 from hcss_skies.library import shipped
 
-from hcss_twin.errors import CatalogError
+from hcss_twin.providers import CatalogError
 
 TERMS = {"pixel_size_m": 3000.0, "clear_m": 300.0, "kind": "test", "source": "test", "licence": "none"}
 

@@ -11,8 +11,7 @@ from hcss_skies.example import make_example, write_example
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 
-from hcss_twin.errors import CatalogError
-from hcss_twin.providers import Grid, Motion
+from hcss_twin.providers import CatalogError, Grid, Motion
 from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 

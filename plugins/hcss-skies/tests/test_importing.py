@@ -19,8 +19,8 @@ from hcss_skies.refining import MARGIN, refine
 from hcss_skies.split_window import DEPTH_RATIO, WAVELENGTHS_UM, height_above_opaque_m
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.errors import CatalogError
 from hcss_twin.physics.planck import planck
+from hcss_twin.providers import CatalogError
 
 
 def write_image(path, kelvin):

@@ -3,7 +3,7 @@
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import AtmosphereDeclaration
 
 
 class Parameters(BaseModel):
@@ -14,7 +14,7 @@ class Parameters(BaseModel):
 
 
 class Malkmus:
-    declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+    declares = AtmosphereDeclaration()
 
     def __init__(self, inputs, parameters):
         self._p = parameters

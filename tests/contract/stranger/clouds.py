@@ -3,7 +3,7 @@
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import CloudDeclaration
 
 
 class Parameters(BaseModel):
@@ -24,7 +24,7 @@ class CloudStreets:
         self._phase = np.random.default_rng(inputs.seed).random()
         drift = motion.cloud_velocity_m_s
         self._pixels_per_s = (motion.platform_speed_m_s - drift[0]) / pixel, -drift[1] / pixel
-        self.declares = Declares(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
+        self.declares = CloudDeclaration(depends_on=frozenset({"time"} if any(self._pixels_per_s) else ()))
 
     def thickness_m(self, time_s, rows, columns):
         layer = self._layer

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares, ElementPixels
+from hcss_twin.providers import Declaration, ElementPixels
 
 
 class Parameters(BaseModel):
@@ -16,7 +16,7 @@ class Parameters(BaseModel):
 
 
 class Ship:
-    declares = Declares()
+    declares = Declaration()
     variables: ClassVar = {"temperature": ("K", "Temperature of the deck.")}
 
     def __init__(self, inputs, parameters):

@@ -4,7 +4,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.integrate import trapezoid
 
-from hcss_twin.providers import Declares, SingleScattering
+from hcss_twin.providers import OpticsDeclaration, SingleScattering
 
 
 class Parameters(BaseModel):
@@ -16,7 +16,7 @@ class Parameters(BaseModel):
 
 
 class SoftParticles:
-    declares = Declares(notes=("one refractive index and asymmetry at all wavelengths",))
+    declares = OpticsDeclaration(notes=("one refractive index and asymmetry at all wavelengths",))
 
     def __init__(self, inputs, parameters):
         self._p = parameters

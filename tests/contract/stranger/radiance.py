@@ -3,10 +3,7 @@
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.physics.geometry import relative_azimuth_rad
-from hcss_twin.physics.paths import to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Declares
+from hcss_twin.providers import RadianceDeclaration, planck, relative_azimuth_rad, to_space
 
 
 class Parameters(BaseModel):
@@ -16,7 +13,7 @@ class Parameters(BaseModel):
 
 
 class Absorbing:
-    declares = Declares(
+    declares = RadianceDeclaration(
         depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
         notes=("absorbing radiance: clouds do not scatter, and the sea reflects no sky",),
     )

@@ -3,7 +3,7 @@
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares
+from hcss_twin.providers import SeaDeclaration
 
 
 class Parameters(BaseModel):
@@ -13,7 +13,7 @@ class Parameters(BaseModel):
 
 
 class Slush:
-    declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+    declares = SeaDeclaration(depends_on=frozenset({"view_zenith", "sun_zenith"}))
     significant_wave_height_m = 0.0
 
     def __init__(self, inputs, parameters):

@@ -3,7 +3,7 @@
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares, Measured
+from hcss_twin.providers import Measured, SensorDeclaration
 
 
 class Parameters(BaseModel):
@@ -13,7 +13,7 @@ class Parameters(BaseModel):
 
 
 class Lagging:
-    declares = Declares(reach_pixels=0, remembers=True)
+    declares = SensorDeclaration(reach_pixels=0, remembers=True)
     variables = ()
 
     def __init__(self, inputs, parameters):

@@ -3,7 +3,7 @@
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declares, SurfaceClass, SurfaceMap
+from hcss_twin.providers import Declaration, SeaDeclaration, SurfaceClass, SurfaceMap
 
 
 class Parameters(BaseModel):
@@ -13,7 +13,7 @@ class Parameters(BaseModel):
 
 
 class Grey:
-    declares = Declares()
+    declares = SeaDeclaration()
 
     def emissivity(self, wavenumber_cm1, mu):
         return np.full((mu.size, wavenumber_cm1.size), 0.97)
@@ -23,7 +23,7 @@ class Grey:
 
 
 class Floe:
-    declares = Declares()
+    declares = Declaration()
 
     def __init__(self, inputs, parameters):
         self._ground, self._edge = inputs.ground, parameters.edge

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from hcss_twin.physics.paths import Path
-from hcss_twin.providers import Array, AtmosphereInputs, AtmosphereDeclaration
+from hcss_twin.providers import Path, Array, AtmosphereInputs, AtmosphereDeclaration
 from pydantic import BaseModel, ConfigDict, Field
 
 

@@ -3,9 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
-from hcss_twin.physics.paths import to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array, RadianceDeclaration, RadianceInputs, Sun
+from hcss_twin.providers import to_space, planck, Array, RadianceDeclaration, RadianceInputs, Sun
 from pydantic import BaseModel, ConfigDict, Field
 
 

@@ -1,11 +1,11 @@
 """Examples of providers for hcss_twin; this module holds the hooks and imports nothing else."""
 
-from hcss_twin.registry import ProviderSpec, hookimpl
+from hcss_twin.providers import ProviderSpec, hookimpl
 
 
 def _spec(name: str, target: str, summary: str) -> ProviderSpec:
     module = f"hcss_examples.{target.partition(':')[0]}"
-    return ProviderSpec(name, f"hcss_examples.{target}", f"{module}:Parameters", 2, summary)
+    return ProviderSpec(name, f"hcss_examples.{target}", f"{module}:Parameters", 3, summary)
 
 
 @hookimpl

@@ -8,8 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.errors import ProviderError, choose_from
-from hcss_twin.providers import Declaration, ElementInputs, ElementPoint, ElementScene
+from hcss_twin.providers import Declaration, ElementInputs, ElementPoint, ElementScene, ProviderError, choose_from
 
 
 class Parameters(BaseModel):

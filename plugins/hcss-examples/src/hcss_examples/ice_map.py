@@ -4,9 +4,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.interpolate import RegularGridInterpolator
 
-from hcss_twin.catalog import NetcdfFile
-from hcss_twin.errors import ProviderError
-from hcss_twin.providers import Array, Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
+from hcss_twin.providers import Array, Declaration, NetcdfFile, ProviderError, SurfaceClass, SurfaceInputs, SurfaceMap
 
 
 class Parameters(BaseModel):

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.catalog import NetcdfFile
-from hcss_twin.errors import CatalogError, ProviderError
-from hcss_twin.providers import CloudDeclaration, CloudInputs, Microphysics
+from hcss_twin.providers import CatalogError, CloudDeclaration, CloudInputs, Microphysics, NetcdfFile, ProviderError
 
 
 class Parameters(BaseModel):

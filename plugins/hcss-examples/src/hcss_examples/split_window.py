@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.errors import ProviderError
-from hcss_twin.providers import Declaration, OutputVariable, VariableInputs
+from hcss_twin.providers import Declaration, OutputVariable, ProviderError, VariableInputs
 
 
 class Parameters(BaseModel):

@@ -1,6 +1,6 @@
 """Hook that registers the provider. It is imported at every start, so it must import quickly."""
 
-from hcss_twin.registry import ProviderSpec, hookimpl
+from hcss_twin.providers import ProviderSpec, hookimpl
 
 
 @hookimpl
@@ -11,7 +11,7 @@ def hcss_register_transmittance_providers() -> list[ProviderSpec]:
             name="grey",
             target="hcss_grey_atmosphere.provider:GreyAtmosphere",
             parameters="hcss_grey_atmosphere.parameters:GreyParameters",
-            api_version=2,
+            api_version=3,
             summary="grey, well-mixed gas: T = exp(-optical depth x air mass)",
         )
     ]

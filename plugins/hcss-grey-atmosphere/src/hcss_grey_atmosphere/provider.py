@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hcss_grey_atmosphere.parameters import GreyParameters
-from hcss_twin.physics.paths import Path
-from hcss_twin.providers import Array, AtmosphereDeclaration, AtmosphereInputs
+from hcss_twin.providers import Array, AtmosphereDeclaration, AtmosphereInputs, Path
 
 
 class GreyAtmosphere:

@@ -15,7 +15,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Literal
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import ProviderError
 
 CACHE_VARIABLE = "HCSS_LOWTRAN7_CACHE"
 """Environment variable that names another folder for the compiled program."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hcss_lowtran7.levels import Levels
-from hcss_twin.physics.profile import EARTH_RADIUS_M
+from hcss_twin.providers import EARTH_RADIUS_M
 
 SLANT, TO_SPACE = 2, 3
 """ITYPE: a slant path between two altitudes, and one that leaves the atmosphere."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import Profile
 
 Array = NDArray[np.float64]
 

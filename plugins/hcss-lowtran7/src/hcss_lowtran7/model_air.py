@@ -9,7 +9,7 @@ from hcss_lowtran7.build import Program
 from hcss_lowtran7.deck import TO_SPACE, Air, Haze, Ray, deck
 from hcss_lowtran7.levels import GASES, levels_of
 from hcss_lowtran7.program import AIR, Job, run
-from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import Profile
 
 Array = NDArray[np.float64]
 

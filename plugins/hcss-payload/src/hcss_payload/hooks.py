@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hcss_twin.core.commands import CommandSpec
-from hcss_twin.registry import ProviderSpec, hookimpl
+from hcss_twin.providers import ProviderSpec, hookimpl
 
 
 @hookimpl
@@ -14,7 +14,7 @@ def hcss_commands() -> list[CommandSpec]:
 
 def _stage(name: str, module: str, kind: str, summary: str) -> ProviderSpec:
     target = f"hcss_payload.stages.{module}"
-    return ProviderSpec(name, f"{target}:{kind}", f"{target}:Parameters", 2, summary)
+    return ProviderSpec(name, f"{target}:{kind}", f"{target}:Parameters", 3, summary)
 
 
 @hookimpl

@@ -92,7 +92,7 @@ def run(pipeline: Path, output: Path | None, force: bool) -> None:
 
 def main() -> None:
     """Run the command line; an expected error gives one message and exit code 1."""
-    from hcss_twin.errors import HcssError
+    from hcss_twin.providers import HcssError
 
     try:
         cli(prog_name="hcss-pyxel", standalone_mode=True)

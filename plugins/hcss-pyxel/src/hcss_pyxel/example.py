@@ -18,7 +18,7 @@ from hcss_pyxel.airy import airy_kernel
 from hcss_pyxel.files import complete_or_absent, frame_times_s
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
 from hcss_twin import open_cube
-from hcss_twin.errors import CubeError, HcssError, choose_from
+from hcss_twin.providers import CubeError, HcssError, choose_from
 
 FILL = 2.0 / 3.0
 """Of the well, by the brightest pixel."""

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.errors import CubeError
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, CubeError
 
 if TYPE_CHECKING:
     import xarray as xr

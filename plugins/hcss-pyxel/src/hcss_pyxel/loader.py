@@ -14,7 +14,7 @@ from hcss_pyxel.exposure import BETWEEN, Between, frame_weights
 from hcss_pyxel.files import frame_times_s
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
 from hcss_twin import open_cube
-from hcss_twin.errors import choose_from
+from hcss_twin.providers import choose_from
 
 if TYPE_CHECKING:
     import xarray as xr

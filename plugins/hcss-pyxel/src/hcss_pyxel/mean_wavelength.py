@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_twin import ColumnSpectra, column_spectra
-from hcss_twin.physics.planck import wavenumber_from_um
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, wavenumber_from_um
 
 
 @dataclass(frozen=True)

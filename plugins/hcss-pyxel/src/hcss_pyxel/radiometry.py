@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import constants
 
-from hcss_twin.physics.planck import planck, wavenumber_from_um
+from hcss_twin.providers import planck, wavenumber_from_um
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from typing import Any
 from hcss_pyxel.files import complete_or_absent
 from hcss_pyxel.loader import load_cube
 from hcss_twin import open_cube
-from hcss_twin.errors import HcssError, choose_from
+from hcss_twin.providers import HcssError, choose_from
 
 LOADER = "hcss_pyxel.load_cube"
 

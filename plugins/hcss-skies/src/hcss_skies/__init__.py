@@ -1,6 +1,6 @@
 """Skies that imitate images, for hcss_twin; this module holds the hook and imports nothing else."""
 
-from hcss_twin.registry import ProviderSpec, hookimpl
+from hcss_twin.providers import ProviderSpec, hookimpl
 
 
 @hookimpl
@@ -11,7 +11,7 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             "example",
             "hcss_skies.generator:ExampleClouds",
             "hcss_skies.parameters:ExampleParameters",
-            2,
+            3,
             "skies that look like an example: blended patches that move, turn and change as measured",
         ),
         ProviderSpec(

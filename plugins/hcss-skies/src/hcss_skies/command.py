@@ -101,7 +101,7 @@ def import_image(
     from hcss_skies.detail_of_image import described
     from hcss_skies.example import write_example
     from hcss_skies.importing import import_example
-    from hcss_twin.errors import CatalogError
+    from hcss_twin.providers import CatalogError
 
     if output.parent.is_dir():
         require_writable([output], force, form="NetCDF")

@@ -21,8 +21,7 @@ from scipy.special import ndtr, ndtri
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import open_netcdf
-from hcss_twin.errors import CatalogError
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, CatalogError
 
 LEVELS = 256
 """Ranks of a field."""

@@ -21,8 +21,7 @@ from hcss_skies.pyramid import make_level
 from hcss_skies.refining import MARGIN, STAGE, refine
 from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
-from hcss_twin.errors import ProviderError
-from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
+from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs, ProviderError
 
 PATCH_S = 12_000.0
 """Time in which a patch becomes another one."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.errors import CatalogError
+from hcss_twin.providers import CatalogError
 
 
 def image_notes(path: Path, variable: str | None) -> tuple[str, ...]:

@@ -14,8 +14,7 @@ from hcss_skies.example import MAX_SIDE, MIN_SIDE, Detail, Example, make_example
 from hcss_skies.missing import Missing, filled, without_missing
 from hcss_skies.planes import FIRST, SECOND, Plane, read_plane, window_channel
 from hcss_twin.core.reading import open_netcdf
-from hcss_twin.errors import CatalogError
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, CatalogError
 
 CLEAR_K = 1.5
 """Pixels colder than the clear sky by more hold cloud: three standard deviations of clear sea."""

@@ -7,8 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import CatalogError
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, CatalogError
 
 Missing = Literal["auto", "fill", "crop"]
 

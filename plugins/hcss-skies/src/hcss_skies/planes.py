@@ -17,12 +17,11 @@ import numpy as np
 
 from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import first_bytes, open_netcdf
-from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, CatalogError, choose_from
 
 _EARTH_RADIUS_M = 6.371e6
 

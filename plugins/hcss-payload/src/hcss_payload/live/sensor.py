@@ -76,11 +76,10 @@ class LiveSensor:
         examine_geometry({"camera": optics}, stages)
         self._sensor: Any
         self._sensor = sensor = _unchecked(stages[0].provider)
-        by_rows = hasattr(sensor, "measure_into") and sensor.single_precision
-        if len(stages) > 1 or not by_rows:
+        if len(stages) > 1 or not hasattr(sensor, "measure_into"):
             raise PayloadError(
-                f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one 'radiometer' with "
-                'method = "rows", for live frames'
+                f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one "
+                "'radiometer', for live frames"
             )
         cut = {name: shortened(each, BLUR_LEFT_OUT) for name, each in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
@@ -127,7 +126,7 @@ class LiveSensor:
             kernels, detector = self._kernels[band], channel.detector
             counts = detector.shot and not detector.deviation  # whole electrons
             drawn = kernels is not None and not counts and measure_rows(
-                self.scene[band], kernels.down, kernels.across, kernels.reach, added[band], *channel.pattern.arrays,
+                self.scene[band], kernels.down, kernels.across, kernels.reach, added[band], *channel.pattern,
                 detector, keys[band], tuple(lines), radiance[band], self._none if written is None else written[band],
             )  # fmt: skip
             if not drawn:

@@ -17,7 +17,7 @@ from hcss_payload.live.ring import MOST_TARGETS, NUMBERS, Letter, Ring, RingShap
 from hcss_payload.live.target import PointTarget
 from hcss_payload.live.twin import PreparedPass
 from hcss_payload.pose import Pose
-from hcss_twin.errors import HcssError
+from hcss_twin.providers import HcssError
 
 SPIN_S, NAP_S, LOOK_S = 2e-3, 5e-5, 0.5
 """Time for which a server looks for poses without pause after a frame, its pauses, and time between two looks for its

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, choose_from
+from hcss_twin.providers import Catalog, CatalogError, choose_from
 
 SUFFIX = ".nc"
 
