@@ -8,7 +8,7 @@ from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.providers import Catalog
 from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 

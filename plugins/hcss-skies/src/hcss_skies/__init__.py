@@ -18,7 +18,7 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             "surrogate",
             "hcss_skies.surrogate.generator:SurrogateClouds",
             "hcss_skies.surrogate.parameters:SurrogateParameters",
-            2,
+            3,
             "evolving cloud fields with the amplitudes and the spectrum of an image",
             (
                 "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, Phys. Rev. Lett. 77, 635 "
