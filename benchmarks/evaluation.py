@@ -28,11 +28,11 @@ from typing import Any
 
 from hcss_evaluate import EvaluationChoice, evaluate
 from hcss_evaluate.comparison.result import Evaluation
-from hcss_evaluate.report_page import evaluation_page
+from hcss_evaluate.matching.match import match
+from hcss_evaluate.matching.target import ImageChoice, read_target
+from hcss_evaluate.pages.evaluation_page import evaluation_page
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.analysis.matching.match import match
-from hcss_twin.analysis.matching.target import ImageChoice, read_target
 from hcss_twin.engine.simulate import run
 from hcss_twin.reports.page import write_page
 

@@ -17,12 +17,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from hcss_evaluate.matching.dimension_range import empty_frame
+from hcss_evaluate.matching.structure import simulate_image
+from hcss_evaluate.matching.target import Target
 from hcss_evaluate.posterior.fit import fit_targets
 from hcss_evaluate.posterior.fit_run import FitOptions
 
-from hcss_twin.analysis.matching.dimension_range import empty_frame
-from hcss_twin.analysis.matching.structure import simulate_image
-from hcss_twin.analysis.matching.target import Target
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 H, CELLS = 0.4, (6.0, 8.0)

@@ -20,10 +20,12 @@ import argparse
 import time
 from pathlib import Path
 
-from hcss_twin.analysis.matching.match import BUDGET, Match, match
-from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
+from hcss_evaluate.matching import BUDGET
+from hcss_evaluate.matching.match import Match, match
+from hcss_evaluate.matching.target import ImageChoice, Target, read_target
+from hcss_evaluate.pages.cloud_pictures import draw_match
+
 from hcss_twin.core.errors import HcssError
-from hcss_twin.reports.preview import draw_match
 
 SUFFIXES = (".nc", ".jpg", ".png", ".tif", ".tiff")
 

@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 from agreement import QUANTILES, STATISTICS, Sides, by_bootstrap, by_permutation, statistics
+from hcss_evaluate.posterior.posterior_file import Diagnostic, read_posterior, write_posterior
 from numpy.typing import NDArray
 from page import put
 from scipy import ndimage, stats
 
 import hcss_twin
-from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, read_posterior, write_posterior
 from hcss_twin.core.cache import private_cache
 
 PAGE = Path(__file__).parents[1] / "docs" / "development" / "uncertainty.md"

@@ -9,20 +9,17 @@ The names in ``__all__`` are imported on first use, so that ``import hcss_twin``
 
 from __future__ import annotations
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
     from hcss_twin.core.errors import (
         CatalogError,
         CubeError,
         HcssError,
         ImageError,
-        PosteriorError,
         PropagationError,
         ProviderError,
         ScenarioError,
@@ -51,7 +48,6 @@ __all__ = [
     "CubeError",
     "HcssError",
     "ImageError",
-    "PosteriorError",
     "PropagationError",
     "ProviderError",
     "ProviderSpec",
@@ -69,7 +65,6 @@ __all__ = [
     "open_propagation",
     "open_sweep",
     "propagate",
-    "read_posterior",
     "report",
     "sense",
     "simulate",
@@ -84,7 +79,6 @@ def __getattr__(name: str) -> Any:
         "CubeError": "core.errors",
         "HcssError": "core.errors",
         "ImageError": "core.errors",
-        "PosteriorError": "core.errors",
         "PropagationError": "core.errors",
         "ProviderError": "core.errors",
         "ScenarioError": "core.errors",
@@ -95,7 +89,6 @@ def __getattr__(name: str) -> Any:
         "column_spectra": "engine.column_spectra",
         "export_cube": "cube.export.cube_export",
         "hookimpl": "providers.registry.specs",
-        "read_posterior": "analysis.uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",
         "open_cube": "cube.reader",
@@ -107,24 +100,9 @@ def __getattr__(name: str) -> Any:
         "simulate": "engine.simulate",
         "sweep": "sweeps.run",
     }
-    if name in ("EvaluationChoice", "evaluate", "fit", "fit_dimension"):
-        return _of_hcss_evaluate(name)
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")
     return getattr(import_module(f"hcss_twin.{homes[name]}"), name)
-
-
-def _of_hcss_evaluate(name: str) -> Any:
-    """Return a name that moved to a plugin after version 0.1 and will be gone here in version 0.4."""
-    try:
-        found = getattr(import_module("hcss_evaluate"), name)
-    except ModuleNotFoundError as error:
-        raise AttributeError(
-            f"hcss_twin.{name} moved to the plugin hcss-evaluate as hcss_evaluate.{name}: "
-            "pip install ./plugins/hcss-evaluate in a checkout of hcss_twin"
-        ) from error
-    warnings.warn(f"hcss_twin.{name} is now hcss_evaluate.{name}", DeprecationWarning, stacklevel=3)
-    return found
 
 
 def __dir__() -> list[str]:

@@ -46,10 +46,6 @@ class ImageError(HcssError):
     """An image cannot be evaluated because of its shape, type or values."""
 
 
-class PosteriorError(HcssError):
-    """A posterior cannot be sampled, written or read."""
-
-
 class PropagationError(HcssError):
     """Uncertainty cannot be propagated as requested, or its file cannot be written or read."""
 
@@ -60,14 +56,6 @@ class OptionError(HcssError):
 
 class ProviderNameError(OptionError, ProviderError):
     """No provider has this name."""
-
-
-class ImageOptionError(OptionError, ImageError):
-    """An option of image evaluation is not allowed."""
-
-
-class PosteriorOptionError(OptionError, PosteriorError):
-    """An option of a fit is not allowed."""
 
 
 class PropagationOptionError(OptionError, PropagationError):

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.measures import power_spectrum
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.reports.colour_scale import ColourScale, band_limits_um, colours_of
+from hcss_twin.reports.power_spectrum import mean_spectrum, power_spectrum
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -172,15 +172,15 @@ def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> Frame
     """Return the mean spectrum of images (y, x) of one shape, or None if no image has one.
 
     Images below 32 x 32 pixels, with missing values, or that are exact planes have none
-    (:mod:`hcss_twin.analysis.measures.power_spectrum`).
+    (:mod:`hcss_twin.reports.power_spectrum`).
     """
     spectra = []
     for image in images:
         try:
-            spectra.append(power_spectrum.power_spectrum(image))
+            spectra.append(power_spectrum(image))
         except ImageError:
             continue
-    mean = power_spectrum.mean_spectrum(spectra)
+    mean = mean_spectrum(spectra)
     if mean is None:
         return None
     pixel_km = pixel_size_m / 1e3

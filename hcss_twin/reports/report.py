@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
@@ -10,20 +11,24 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.core.reading import reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.reports.page import write_page
+from hcss_twin.reports.page import Page, write_page
 from hcss_twin.sweeps.dataset import MARK
 
 ALLOWED = (
     "allowed: a cube (.nc or .zarr, of `hcss run` or `hcss sense`), the folder or the dataset of a sweep "
-    "(`hcss sweep`), a posterior (`hcss fit`), or a propagation (`hcss run --draws`)"
+    "(`hcss sweep`), a propagation (`hcss run --draws`), or a posterior (`hcss fit` of the package hcss-evaluate)"
 )
+
+GROUP = "hcss_twin.reports"
+"""Entry point group of pages of other packages. The name of an entry point is the global attribute that marks its
+NetCDF files; the value is a function that takes the path and returns a :class:`~hcss_twin.reports.page.Page`."""
 
 PAGES = {
     MARK: "sweep_page",  # first, because the dataset of a sweep also has the marker attribute of cubes
-    "hcss_posterior_version": "posterior_page",
     "hcss_propagation_version": "propagation_page",
     FORMAT_ATTRIBUTE: "cube_page",
 }
@@ -57,22 +62,20 @@ def report(
         If the source has no report, the file exists, or it cannot be written.
     """
     path = Path(source)
-    name = _page_of(path)
+    page = _page_of(path)
     target = Path(output) if output is not None else _beside(path)
     require_not_read(target, [path], HcssError)
     require_file(target, HcssError, "HTML")
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
-    # imported when needed, because pages import matplotlib
-    page = getattr(import_module(f"hcss_twin.reports.{name}"), name)
     with reading(path, HcssError):
         contents = page(path)
     write_page(target, contents)
     return target
 
 
-def _page_of(path: Path) -> str:
-    """Return the name of the page for a path; raise HcssError if there is none."""
+def _page_of(path: Path) -> Callable[[Path], Page]:
+    """Return the function that makes the page of a path; raise HcssError if there is none."""
     if not path.exists():
         raise HcssError(f"cannot report on {path}: there is no such file; {ALLOWED}")
     require_no_stream(path, HcssError)
@@ -81,19 +84,32 @@ def _page_of(path: Path) -> str:
         from hcss_twin.sweeps.folder import INDEX
 
         if is_zarr(path):
-            return PAGES[FORMAT_ATTRIBUTE]
+            return _own_page(FORMAT_ATTRIBUTE)
         if (path / INDEX).is_file():
-            return PAGES[MARK]
+            return _own_page(MARK)
         raise HcssError(f"cannot report on {path}: it is a folder without {INDEX} of a sweep; {ALLOWED}")
     try:
         with reading(path, HcssError), NetcdfFile(path) as file:
             names = set(file.ncattrs())
     except Exception as error:  # a damaged file of any kind
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error
-    for mark, page in PAGES.items():
+    for mark in PAGES:
         if mark in names:
+            return _own_page(mark)
+    for origin, entry_point in installed(GROUP):
+        if not isinstance(entry_point, BaseException) and entry_point.name in names:
+            try:
+                page: Callable[[Path], Page] = entry_point.load()
+            except FAILURES as error:
+                raise HcssError(f"page of {entry_point.name} of {origin}: {describe(error)}") from error
             return page
     raise HcssError(f"cannot report on {path}: it is NetCDF without {', '.join(PAGES)}; {ALLOWED}")
+
+
+def _own_page(mark: str) -> Callable[[Path], Page]:
+    """Return a page of this package; imported when needed, because pages import matplotlib."""
+    page: Callable[[Path], Page] = getattr(import_module(f"hcss_twin.reports.{PAGES[mark]}"), PAGES[mark])
+    return page
 
 
 def _why_not(path: Path) -> str:

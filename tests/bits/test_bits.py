@@ -37,7 +37,7 @@ def test_results_are_those_recorded(name, tmp_path):
         pytest.skip(f"no tolerance holds for this case, and bits are those of another environment: {other}")
     if name == "imagery-clouds":
         pytest.importorskip("iris_sample_data")
-    if name in ("evaluate", "fit-dimension", "fit-image"):
+    if name in ("evaluate", "fit-dimension", "fit-image", "match"):
         pytest.importorskip("hcss_evaluate", reason="plugins/hcss-evaluate has the commands")
     if name == "zarr-quantized":
         pytest.importorskip("zarr", reason="the extra 'zarr'")

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.posterior.posterior_file import read_posterior
 from posterior_example import example_posterior
 from scipy import stats
 
-from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
-from hcss_twin.core.errors import PosteriorError, ScenarioError
+from hcss_twin.core.errors import ScenarioError
 from hcss_twin.sweeps.propagation.draws import uncertain_keys
 from hcss_twin.sweeps.propagation.joint_sample import PosteriorDraws, joint_sample
 

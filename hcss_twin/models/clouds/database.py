@@ -72,7 +72,7 @@ class EntryFacts:
     threshold_lowest, threshold_highest : float
         Thresholds in image units; they differ only for method ``local``. Lowest means least cloudy.
     closing, opening, largest_hole, min_area : int
-        Parameters of the mask cleaning in pixels (:class:`hcss_twin.models.clouds.segmentation.Cleaning`).
+        Parameters of the mask cleaning in pixels (:class:`hcss_evaluate.database.segmentation.Cleaning`).
     holes_filled, hole_pixels, clouds_dropped : int
         Number of changes made by the cleaning.
     coverage : float

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
-from hcss_evaluate import fit_dimension
+from hcss_evaluate import PosteriorError, fit_dimension, read_posterior
+from hcss_evaluate.matching.dimension_range import empty_frame
+from hcss_evaluate.matching.structure import simulate_image
 from hcss_evaluate.posterior import chains, fit
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.mixing import mixing
 from hcss_evaluate.posterior.octaves import UNKNOWN, Octaves
 
-from hcss_twin import PosteriorError, read_posterior
-from hcss_twin.analysis.matching.dimension_range import empty_frame
-from hcss_twin.analysis.matching.structure import simulate_image
-from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 

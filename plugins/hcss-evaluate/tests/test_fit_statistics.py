@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hcss_evaluate.matching.structure import CloudImage, grey_inputs
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_evaluate.posterior.doubts import doubts, unlikeness
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
@@ -24,7 +25,6 @@ from scipy.integrate import dblquad
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
 
-from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.models.clouds.fractal.generator import FractalClouds

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import predictive
 import pytest
-
-from hcss_twin.analysis.matching.structure import CloudImage
+from hcss_evaluate.matching.structure import CloudImage
 
 FOUND = json.loads(predictive.RESULTS.read_text(encoding="utf-8"))
 

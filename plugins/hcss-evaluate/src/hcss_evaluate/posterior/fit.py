@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.matching.target import ImageChoice, Target, read_target
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_evaluate.posterior.chains import SingleModel, begin, extend, walkers_of
 from hcss_evaluate.posterior.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
@@ -22,12 +24,10 @@ from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
 from hcss_evaluate.posterior.octaves import Octaves
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.population import PopulationModel
+from hcss_evaluate.posterior.posterior_file import Posterior, read_posterior
 from hcss_evaluate.posterior.result import write_result
-from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
-from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import require_not_read
 
 FRAME = (800, 800, 20.0)

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
-from hcss_twin.analysis.matching.structure import STILL, CloudImage, octave_lags
-from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
-from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_evaluate.matching.structure import STILL, CloudImage, octave_lags
+from hcss_evaluate.measures.semivariance import semivariances
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
+from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import highest_values
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow

@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise, contrasts
 from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance, score_variogram
 from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
-from hcss_twin.analysis.uncertainty.priors import KINDS
+from hcss_evaluate.posterior.priors import KINDS
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError, PosteriorError
+from hcss_twin.core.errors import ImageError
 from hcss_twin.core.kernels import kernel
 
 
