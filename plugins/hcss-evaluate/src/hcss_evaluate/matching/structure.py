@@ -42,9 +42,14 @@ class Structure:
     along_y: Array
 
     @property
+    def both(self) -> Array:
+        """Along x, then along y (2 N,)."""
+        return np.concatenate([self.along_x, self.along_y])
+
+    @property
     def logarithm(self) -> Array:
         """Natural logarithms along x, then along y (2 N,)."""
-        values: Array = np.log(np.concatenate([self.along_x, self.along_y]))
+        values: Array = np.log(self.both)
         return values
 
 

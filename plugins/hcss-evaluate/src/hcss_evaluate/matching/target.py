@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.core.arguments import checked
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, CubeError, ImageError, ScenarioError
 from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.netcdf import NETCDF
@@ -28,7 +30,6 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     thickness_of,
 )
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
@@ -112,7 +113,7 @@ def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
 
 
 def _read(path: Path, choice: ImageChoice) -> Target:
-    source = _open(path, choice)
+    source = _entry(path, choice) or _cube(path, choice) or _image(path, choice)
     shape = source.shape
     size = choice.pixel_size_m or source.pixel_size_m
     if size is None:
@@ -120,31 +121,134 @@ def _read(path: Path, choice: ImageChoice) -> Target:
     part = (choice.rows or min(shape[0], LARGEST_SIDE), choice.columns or min(shape[1], LARGEST_SIDE))
     if min(part) < SMALLEST_SIDE:
         raise ImageError(f"image: {part[0]} rows x {part[1]} columns, allowed: {SMALLEST_SIDE} or more along each axis")
-    grid = Grid(*part, size)
-    method = _method(choice, source)
-    if source.image is not None and method == "valid":
-        level = _valid_level(source.image, choice, grid)
-        how = source.cube_note or "every pixel with a value"
-    else:
-        level, how = _imagery_level(path, choice, grid, method, source.image is None)
+    level, cloud = source.clouds(Grid(*part, size))
     cloudy = np.count_nonzero(level)
-    if cloudy == 0 or (cloudy == level.size and method != "coverage"):
+    if cloudy == 0 or (cloudy == level.size and choice.method != "coverage"):
         what = "no pixel" if cloudy == 0 else "every pixel"
-        raise ImageError(
-            f"image: {what} of the part is cloudy by the method '{method}'; allowed: another method or part"
-        )
+        raise ImageError(f"image: {what} of the part is cloud, which is {cloud}; allowed: another method or part")
     which = "the whole image" if part == shape else f"a part of {shape[0]} x {shape[1]}"
     if part != shape and choice.row_origin is None and choice.column_origin is None:
         which = f"the centre of {shape[0]} x {shape[1]}"
-    notes = [f"{part[0]} rows x {part[1]} columns of {size:g} m: {which}.", f"Cloud is {how}."]
+    notes = [f"{part[0]} rows x {part[1]} columns of {size:g} m: {which}.", f"Cloud is {cloud}."]
     if choice.pixel_size_m is None and source.is_nominal:
         notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     if source.pixel_size_m is not None and size != source.pixel_size_m:
         notes.append(f"Pixels of {source.pixel_size_m:.6g} m are treated as pixels of {size:g} m.")
-    if source.image is not None and not source.cube_note:
-        notes += described(source.image, choice.cloud_is)
-    of_plugins = () if source.cube_note else _notes_of_plugins(path, choice.variable)
-    return Target(CloudImage(level, size), path.name, (*notes, *of_plugins))
+    return Target(CloudImage(level, size), path.name, (*notes, *source.notes()))
+
+
+@dataclass(frozen=True)
+class _Source:
+    """An image with its cloud mask, as one of the readers below finds it.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Rows and columns of the image.
+    pixel_size_m : float or None
+        None if the file states none; ``why`` is the reason.
+    is_nominal : bool
+        Whether the pixel size holds at the sub-satellite point only.
+    clouds : callable
+        Returns the grey levels of the chosen part, 0 where clear, and what the mask is.
+    notes : callable
+        Returns what the user should know of the image.
+    """
+
+    shape: tuple[int, ...]
+    pixel_size_m: float | None
+    is_nominal: bool
+    clouds: Callable[[Grid], tuple[NDArray[np.float32], str]]
+    notes: Callable[[], Iterable[str]]
+    why: str = ""
+
+
+def _entry(path: Path, choice: ImageChoice) -> _Source | None:
+    """Read an entry of the cloud database with its cleaned mask; None if the file is none, or is damaged."""
+    try:
+        facts, shape = read_facts(path)
+    except CatalogError:
+        return None
+    usual = ImageChoice()
+    given = [name for name in _OF_AN_IMAGE if getattr(choice, name) != getattr(usual, name)]
+    if given:
+        raise ImageError(f"{', '.join(given)}: has no meaning for an entry of the database; leave it out")
+    clouds = partial(_generated, path, choice, "what the entry's mask has", {"entry": str(path.resolve())})
+    notes = partial(_notes_of_plugins, path, choice.variable)
+    return _Source(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, clouds, notes)
+
+
+_MASK, _THICKNESS = "cloud_mask", "cloud_thickness"
+
+
+def _cube(path: Path, choice: ImageChoice) -> _Source | None:
+    """Read the first frame of a cube's thickness with its mask; None if the file or the choice is another image."""
+    if choice.method != "auto" or choice.variable not in (None, _THICKNESS):
+        return None
+    if not first_bytes(path, CatalogError).startswith(NETCDF):
+        return None
+    try:
+        dataset = open_cube(path)
+    except CubeError:
+        return None
+    with dataset:
+        if choice.cloud_is != "auto":
+            raise ImageError("cloud_is: has no meaning for a cube, whose own cloud is used; leave it out")
+        if _THICKNESS not in dataset:
+            raise ImageError(
+                f"{path}: the cube has no {_THICKNESS}; allowed: a cube with it (hcss run --set "
+                f'\'output.variables=["{_MASK}", "{_THICKNESS}"]\'), or one of its images by --variable'
+            )
+        planes = {
+            name: dataset[name].isel(time=0).transpose("y", "x").to_numpy()
+            for name in (_THICKNESS, _MASK)
+            if name in dataset
+        }
+        step_y, step_x = (
+            float(dataset[axis][1] - dataset[axis][0]) if axis in dataset.coords and dataset.sizes[axis] > 1 else None
+            for axis in ("y", "x")
+        )
+        frames = dataset.sizes["time"]
+    thickness = planes[_THICKNESS].astype(np.float64)
+    cloudy, stated = thickness > 0.0, f"its {_THICKNESS} is greater than 0"
+    if _MASK in planes:
+        cloudy, stated = planes[_MASK] == 1, f"its {_MASK} is 1"
+    if not cloudy.any():
+        raise ImageError(f"{path}: no pixel of the cube's first frame is cloudy; allowed: a cube with cloud")
+    which = f"the first of the cube's {frames} frames" if frames > 1 else "the cube"
+    cloud = f"every pixel of {which} where {stated}, with grey levels from its {_THICKNESS}"
+    north_first, east_first = step_y is None or step_y < 0.0, step_x is not None and step_x < 0.0
+    turn = slice(None, None, -1 if north_first else 1), slice(None, None, -1 if east_first else 1)
+    level = np.where(cloudy, thickness, np.nan)[turn]
+    clouds = partial(_masked, choice, level, (north_first, east_first), cloud)
+    return _Source(thickness.shape, None if step_x is None else abs(step_x), False, clouds, tuple)
+
+
+def _image(path: Path, choice: ImageChoice) -> _Source:
+    """Read any other image; a damaged entry is reported as such."""
+    image = read_image(path, choice.variable)
+    method = choice.method
+    if method == "auto":
+        method = "valid" if has_values_in_cloud_only(image) else "otsu"
+    if method == "valid":
+        level, turned = cloudiness_level(image, choice.cloud_is), (image.north_first, image.east_first)
+        clouds = partial(_masked, choice, level, turned, "every pixel with a value")
+    else:
+        how = {
+            "image": str(path.resolve()),
+            "method": method,
+            "variable": choice.variable,
+            "window_pixels": choice.window_pixels,
+            "cloud_is": choice.cloud_is,
+        }
+        clouds = partial(_generated, path, choice, f"what the method '{method}' finds", how)
+
+    def notes() -> Iterator[str]:
+        yield from described(image, choice.cloud_is)
+        yield from _notes_of_plugins(path, choice.variable)
+
+    why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
+    return _Source(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, clouds, notes, why)
 
 
 def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
@@ -158,89 +262,6 @@ def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
             yield f"{origin} has no notes: {describe(error)}"
 
 
-@dataclass(frozen=True)
-class _ImageFacts:
-    """Metadata of a file; ``image`` is None for an entry, ``why`` is the reason for a missing pixel size.
-
-    ``cube_note`` says which variables of a cube are used; empty for other images.
-    """
-
-    shape: tuple[int, ...]
-    pixel_size_m: float | None
-    is_nominal: bool
-    why: str
-    image: SatelliteImage | None
-    cube_note: str = ""
-
-
-def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
-    try:
-        facts, shape = read_facts(path)
-    except CatalogError:
-        if choice.method == "auto" and choice.variable in (None, _THICKNESS):
-            cube = _cube_clouds(path)
-            if cube is not None:
-                if choice.cloud_is != "auto":
-                    raise ImageError(
-                        "cloud_is: has no meaning for a cube, whose own cloud is used; leave it out"
-                    ) from None
-                return cube
-        # Any other image. If it is an invalid entry, the reader reports what is wrong.
-        image = read_image(path, choice.variable)
-        why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
-        return _ImageFacts(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
-    usual = ImageChoice()
-    given = [name for name in _OF_AN_IMAGE if getattr(choice, name) != getattr(usual, name)]
-    if given:
-        raise ImageError(f"{', '.join(given)}: has no meaning for an entry of the database; leave it out")
-    return _ImageFacts(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
-
-
-_MASK, _THICKNESS = "cloud_mask", "cloud_thickness"
-
-
-def _cube_clouds(path: Path) -> _ImageFacts | None:
-    """Return the first frame of a cube's thickness where its mask has cloud; None if the file is no cube."""
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
-        return None
-    try:
-        dataset = open_cube(path)
-    except CubeError:
-        return None
-    with dataset:
-        if _THICKNESS not in dataset:
-            raise ImageError(
-                f"{path}: the cube has no {_THICKNESS}; allowed: a cube with it (hcss run --set "
-                f'\'output.variables=["{_MASK}", "{_THICKNESS}"]\'), or one of its images by --variable'
-            )
-        thickness = dataset[_THICKNESS].isel(time=0).transpose("y", "x")
-        values = thickness.to_numpy().astype(np.float64)
-        cloudy, said = values > 0.0, f"its {_THICKNESS} is greater than 0"
-        if _MASK in dataset:
-            cloudy, said = dataset[_MASK].isel(time=0).transpose("y", "x").to_numpy() == 1, f"its {_MASK} is 1"
-        steps = [
-            float(dataset[axis][1] - dataset[axis][0]) if axis in dataset.coords and dataset.sizes[axis] > 1 else None
-            for axis in ("y", "x")
-        ]
-        frames = dataset.sizes["time"]
-    if not cloudy.any():
-        raise ImageError(f"{path}: no pixel of the cube's first frame is cloudy; allowed: a cube with cloud")
-    which = f"the first of the cube's {frames} frames" if frames > 1 else "the cube"
-    image = SatelliteImage(
-        np.where(cloudy, values, np.nan),
-        None if steps[1] is None else abs(steps[1]),
-        True,
-        "m",
-        "geometric thickness of the cloud",
-        path.name,
-        north_first=steps[0] is None or steps[0] < 0.0,
-        east_first=steps[1] is not None and steps[1] < 0.0,
-        variable=_THICKNESS,
-    )
-    note = f"every pixel of {which} where {said}, with grey levels from its {_THICKNESS}"
-    return _ImageFacts(values.shape, image.pixel_size_m, False, "", image, note)
-
-
 def _check(choice: ImageChoice) -> None:
     """Refuse options that contradict each other: none is ignored."""
     if (choice.coverage is None) is (choice.method == "coverage"):
@@ -249,28 +270,10 @@ def _check(choice: ImageChoice) -> None:
         raise ImageError("window_pixels: allowed with the method 'local' only")
 
 
-def _method(choice: ImageChoice, source: _ImageFacts) -> Literal["otsu", "local", "coverage", "valid"]:
-    if choice.method != "auto":
-        return choice.method
-    image = source.image
-    return "valid" if image is not None and (source.cube_note or has_values_in_cloud_only(image)) else "otsu"
-
-
-def _imagery_level(
-    path: Path, choice: ImageChoice, grid: Grid, method: str, is_entry: bool
+def _generated(
+    path: Path, choice: ImageChoice, cloud: str, how: dict[str, Any], grid: Grid
 ) -> tuple[NDArray[np.float32], str]:
-    """Return grey levels and a description of the cloud mask from the imagery generator."""
-    how: dict[str, Any] = {"entry": str(path.resolve())}
-    said = "what the entry's mask has"
-    if not is_entry:
-        how = {
-            "image": str(path.resolve()),
-            "method": method,
-            "variable": choice.variable,
-            "window_pixels": choice.window_pixels,
-            "cloud_is": choice.cloud_is,
-        }
-        said = f"what the method '{method}' finds"
+    """Return grey levels from the imagery generator, and the cloud with its note on missing pixels."""
     parameters = ImageryParameters(
         **how,
         missing=choice.missing,
@@ -283,21 +286,21 @@ def _imagery_level(
         grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent), parameters
     )
     # Other attributes of the generator, coverage and motion, concern a scene and not a single image.
-    said += "".join(f"; {note}" for note in clouds.declares.notes if "missing" in note).rstrip(".")
-    return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), said
+    cloud += "".join(f"; {note}" for note in clouds.declares.notes if "missing" in note).rstrip(".")
+    return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), cloud
 
 
-def _valid_level(image: SatelliteImage, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
-    """Return grey levels of an image in which every pixel with a value is cloud."""
+def _masked(
+    choice: ImageChoice, level: Array, turned: tuple[bool, bool], cloud: str, grid: Grid
+) -> tuple[NDArray[np.float32], str]:
+    """Return grey levels of cloudiness levels (rows northward, columns eastward) that are NaN where clear."""
     origins = (choice.row_origin, choice.column_origin)
-    rows, columns = image.values.shape
+    rows, columns = level.shape
     problems = position_problems((rows, columns), grid, origins)
     if problems:
         raise ScenarioError(problems, origin="image")
-    turned = (image.north_first, image.east_first)
     window = MovingWindow((rows, columns), grid, STILL, origins, turned)
-    level = cloudiness_level(image, choice.cloud_is)
-    relative = relative_grey(level[~np.isnan(level)], float(np.nanmin(level)))
+    cloudy = ~np.isnan(level)
     grey = np.zeros(level.shape, dtype=np.float32)
-    grey[~np.isnan(level)] = thickness_of(relative, *LEVELS)
-    return grey[window.at(0.0)].copy()
+    grey[cloudy] = thickness_of(relative_grey(level[cloudy], float(np.nanmin(level))), *LEVELS)
+    return grey[window.at(0.0)].copy(), cloud
