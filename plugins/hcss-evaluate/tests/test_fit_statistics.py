@@ -128,9 +128,8 @@ def test_expected_score_variogram_is_the_mean_of_simulations(coverage):
     semivariance, variance = BatchVariogram.of(KNOWN)(shape[None], LAGS, PIXEL_M, side, side)
     expected = ScoreSemivariance(coverage).logarithm(semivariance / variance[..., None])[0, 0]
     data = ImageData(side, side, PIXEL_M, round(coverage * side**2), LAGS, np.ones(10))
-    simulated = np.array(
-        [image_structure(data.simulate(shape, (0, 8), seed)[0], LAGS.tolist()).logarithm for seed in range(120)]
-    )
+    drawn = [data.simulate(shape, (0, 8), seed)[0] for seed in range(120)]
+    simulated = np.array([image_structure(scores, LAGS.tolist()).logarithm for scores in drawn])
     error = simulated.std(axis=0) / np.sqrt(120)
     # .03: what frames' own mean, variance and logarithm change, which is learned.
     assert np.all(np.abs(simulated.mean(axis=0) - expected) < 0.03 + 3 * error)

@@ -180,8 +180,8 @@ def fit_dimension(
     chosen.check()
     if min(rows, columns) < SMALLEST_SIDE or not 0.0 < pixel_size_m < float("inf"):
         raise PosteriorError(
-            f"frame: {rows} x {columns} pixels of {pixel_size_m:g} m given, allowed: {SMALLEST_SIDE} or more along each "
-            "axis, of a size greater than 0"
+            f"frame: {rows} x {columns} pixels of {pixel_size_m:g} m given, allowed: {SMALLEST_SIDE} or more along "
+            "each axis, of a size greater than 0"
         )
     numbers = {name: fixed_number(name, value) for name, value in chosen.fixed.items()}
     space = Space.of(numbers, chosen.priors, usual_priors([(rows, columns, pixel_size_m)]))
