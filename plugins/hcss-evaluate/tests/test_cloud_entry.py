@@ -10,18 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+from hcss_evaluate.database.folder import entry_path, list_entries, valid_entry_name
 from hcss_evaluate.database.segmentation import Cleaning
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.database import (
-    NOT_STATED,
-    entry_path,
-    list_entries,
-    read_entry,
-    read_facts,
-    valid_entry_name,
-    write_entry,
-)
+from hcss_twin.models.clouds.database import NOT_STATED, read_entry, read_facts, write_entry
 
 PLAIN = Cleaning(closing=1, opening=1, largest_hole=0, min_area=1)
 

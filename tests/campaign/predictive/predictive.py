@@ -31,6 +31,7 @@ import numpy as np
 from hcss_evaluate.matching.search import brightness_exponent
 from hcss_evaluate.matching.structure import LEVELS, CloudImage, grey_inputs
 from hcss_evaluate.matching.target import Target
+from hcss_evaluate.measures.power_spectrum import power_spectrum
 from hcss_evaluate.posterior import chains
 from hcss_evaluate.posterior.fit import fit_targets
 from hcss_evaluate.posterior.fit_run import FitOptions, usual_priors
@@ -44,7 +45,6 @@ from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.cloudiness import otsu_threshold, relative_grey, thickness_of
-from hcss_twin.reports.power_spectrum import power_spectrum
 
 RESULTS = Path(__file__).with_name("results.json")
 OCTAVES, GAMMA, MISFIT, SAMPLES = (0, 8), 2.0, 0.1, 200.0

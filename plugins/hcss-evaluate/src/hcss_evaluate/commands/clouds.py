@@ -101,9 +101,10 @@ def import_command(
         options |= {key: value for key, value in found.stated.items() if options[key] is None}
     assert image is not None
     from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+    from hcss_evaluate.database.folder import valid_entry_name
     from hcss_evaluate.database.segmentation import Cleaning
     from hcss_evaluate.pages.cloud_pictures import draw_entry
-    from hcss_twin.models.clouds.database import SUFFIX, valid_entry_name, write_entry
+    from hcss_twin.models.clouds.database import SUFFIX, write_entry
 
     if options["coverage"] is None and options["method"] == "coverage":
         raise click.UsageError("--method coverage needs --coverage, the fraction of cloudy pixels")
@@ -185,7 +186,7 @@ def _folders(folder: Path | None) -> list[Path]:
 @json_option
 def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
     """List the entries."""
-    from hcss_twin.models.clouds.database import list_entries
+    from hcss_evaluate.database.folder import list_entries
 
     listed = [each for place in _folders(folder) for each in list_entries(place)]
     if as_json:
@@ -229,8 +230,9 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
 @json_option
 def clouds_preview(name: str, folder: Path | None, output: Path | None, force: bool, as_json: bool) -> None:
     """Draw and describe the entry NAME."""
+    from hcss_evaluate.database.folder import entry_path
     from hcss_evaluate.pages.cloud_pictures import draw_entry
-    from hcss_twin.models.clouds.database import SUFFIX, entry_path, read_entry
+    from hcss_twin.models.clouds.database import SUFFIX, read_entry
 
     own, *shipped = _folders(folder)
     path = next((found for place in shipped if (found := place / f"{name}{SUFFIX}").is_file()), None)

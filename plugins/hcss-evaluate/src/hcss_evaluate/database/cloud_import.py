@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -27,7 +27,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     lost_cloud,
     relative_grey,
 )
-from hcss_twin.models.clouds.imagery.image import SatelliteImage, cropped
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.version import __version__
 
@@ -87,7 +87,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     image = read_image(path, options.variable)
     part = ""
     if options.crop is not None:
-        image = cropped(path, image, options.crop)
+        image = _cropped(path, image, options.crop)
         row, column, rows, columns = options.crop
         part = f", rows {row} to {row + rows - 1} and columns {column} to {column + columns - 1}"
     size = _pixel_size(path, image, options)
@@ -160,6 +160,27 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         *_changed_by_cleaning(cloudy & ~missing, facts.coverage, missing),
     )
     return CloudEntry(grey, segments.labels, missing, _shown(level), facts, notes)
+
+
+def _cropped(path: Path, image: SatelliteImage, crop: tuple[int, int, int, int]) -> SatelliteImage:
+    """Return a part of an image: first row, first column, rows and columns, counted as stored.
+
+    Raises
+    ------
+    CatalogError
+        If the part is not inside the image, has a side of one pixel, or no pixel with a value.
+    """
+    row, column, rows, columns = crop
+    height, width = image.values.shape
+    if not (0 <= row <= height - rows and 0 <= column <= width - columns and min(rows, columns) >= 2):
+        raise CatalogError(
+            f"{path}: crop: {rows} rows and {columns} columns from row {row} and column {column}; allowed: two or more "
+            f"within the {height} rows and {width} columns of the image"
+        )
+    values = image.values[row : row + rows, column : column + columns]
+    if np.isnan(values).all():
+        raise CatalogError(f"{path}: crop: all {values.size} pixels are missing; allowed: a part with values")
+    return replace(image, values=values)
 
 
 def _changed_by_cleaning(cloudy: NDArray[np.bool_], coverage: float, missing: NDArray[np.bool_]) -> tuple[str, ...]:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from fractional_brownian_surface import fractional_brownian_surface
+from hcss_evaluate.measures.power_spectrum import mean_spectrum, power_spectrum, spectral_distance_db
 
 from hcss_twin.core.errors import ImageError
-from hcss_twin.reports.power_spectrum import mean_spectrum, power_spectrum, spectral_distance_db
 
 
 def noise(seed, shape=(256, 256)):
