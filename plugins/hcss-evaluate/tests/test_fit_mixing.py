@@ -40,7 +40,7 @@ ARVIZ = {
     "drifting": (234.59888, 1837.2374, 1.0310475),
 }
 """ess(method="bulk"), ess(method="tail") and rhat(method="rank") of ArviZ 0.23.4, whose import takes 5 s of CPU time:
-with arviz==0.23.4 installed, ``python tests/unit/test_fit_mixing.py`` prints them."""
+with arviz==0.23.4 installed, ``python plugins/hcss-evaluate/tests/test_fit_mixing.py`` prints them."""
 
 
 @pytest.mark.parametrize("name", CASES)
