@@ -1,6 +1,7 @@
 """The page of a posterior: every number is that of its draws."""
 
 import json
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -13,6 +14,7 @@ from pages import read_page
 
 import hcss_twin
 from hcss_twin.core.errors import HcssError
+from hcss_twin.core.plugins import Origin
 
 RANDOM = np.random.default_rng(5)
 CHAINS = {"H": RANDOM.normal(0.4, 0.03, (8, 40)), "Lx": RANDOM.lognormal(2.0, 0.1, (8, 40))}
@@ -117,6 +119,23 @@ def test_chains_that_have_not_converged_have_no_page(tmp_path):
     with pytest.raises(HcssError, match="not converged"):
         hcss_twin.report(path)
     assert not (tmp_path / "p.html").exists()
+
+
+def test_without_a_page_the_package_is_named(tmp_path, monkeypatch):
+    def broken():
+        raise ImportError("no figures")
+
+    path, mark = written(tmp_path / "p.nc"), "hcss_posterior_version"
+    for found, message in (
+        ([], "hcss-evaluate"),
+        (
+            [(Origin(mark, "hcss-evaluate", "9"), SimpleNamespace(name=mark, load=broken))],
+            "hcss-evaluate 9.*no figures",
+        ),
+    ):
+        monkeypatch.setattr("hcss_twin.reports.report.installed", lambda group, found=found: found)
+        with pytest.raises(HcssError, match=message):
+            hcss_twin.report(path)
 
 
 @pytest.mark.parametrize(
