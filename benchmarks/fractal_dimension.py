@@ -29,12 +29,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_evaluate.measures import fractal_dimension
+from hcss_evaluate.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
+from hcss_evaluate.measures.fractal_dimension import EstimatorCalibration, spectral_dimension, variogram_dimension
+from hcss_evaluate.measures.histogram_metrics import histogram_metrics, to_grey_levels
+from hcss_evaluate.measures.morphology import morphology
 
-from hcss_twin.analysis.measures import fractal_dimension
-from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
-from hcss_twin.analysis.measures.fractal_dimension import EstimatorCalibration, spectral_dimension, variogram_dimension
-from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
-from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.clouds.fractal.generator import FractalClouds

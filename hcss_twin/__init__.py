@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
     from hcss_twin.core.errors import (
         CatalogError,
         CubeError,
         HcssError,
         ImageError,
-        PosteriorError,
         ProviderError,
         ScenarioError,
         SweepError,
@@ -47,7 +45,6 @@ __all__ = [
     "CubeError",
     "HcssError",
     "ImageError",
-    "PosteriorError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
@@ -62,7 +59,6 @@ __all__ = [
     "make_plan",
     "open_cube",
     "open_sweep",
-    "read_posterior",
     "report",
     "sense",
     "simulate",
@@ -77,7 +73,6 @@ def __getattr__(name: str) -> Any:
         "CubeError": "core.errors",
         "HcssError": "core.errors",
         "ImageError": "core.errors",
-        "PosteriorError": "core.errors",
         "ProviderError": "core.errors",
         "ScenarioError": "core.errors",
         "SweepError": "core.errors",
@@ -87,7 +82,6 @@ def __getattr__(name: str) -> Any:
         "column_spectra": "engine.column_spectra",
         "export_cube": "cube.export.cube_export",
         "hookimpl": "providers.registry.specs",
-        "read_posterior": "analysis.uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",
         "open_cube": "cube.reader",

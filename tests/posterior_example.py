@@ -1,8 +1,7 @@
 """A small file of a posterior, as `hcss fit` writes them."""
 
 import numpy as np
-
-from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, write_posterior
+from hcss_evaluate.posterior.posterior_file import Diagnostic, write_posterior
 
 TOLD = Diagnostic("parameter", "uniform:0:1", 30.0)
 

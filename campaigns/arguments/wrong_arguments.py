@@ -16,7 +16,7 @@ import xarray as xr
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "stability"))
 
 from hang import Hang, limited
-from hcss_evaluate import EvaluationChoice, evaluate, fit, fit_dimension
+from hcss_evaluate import EvaluationChoice, evaluate, fit, fit_dimension, read_posterior
 from hcss_uncertainty import open_propagation, propagate
 from input_files import FIT, noise, small_stratus
 from posterior_example import example_posterior
@@ -64,7 +64,7 @@ def calls(folder):
         "open_cube": (hcss_twin.open_cube, {"path": cube}),
         "open_sweep": (hcss_twin.open_sweep, {"path": cube}),
         "open_propagation": (open_propagation, {"path": cube}),
-        "read_posterior": (hcss_twin.read_posterior, {"path": folder / "p.nc"}),
+        "read_posterior": (read_posterior, {"path": folder / "p.nc"}),
         "brightness_temperature": (hcss_twin.brightness_temperature, {"cube": cube}),
         "export_cube": (hcss_twin.export_cube, {"cube": cube, "to": "png", "output": folder, "replace": True}),
         "Scenario.load": (Scenario.load, {"source": "stratus"}),

@@ -31,17 +31,18 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.matching.dimension_range import type_parameters
+from hcss_evaluate.matching.structure import CloudImage, grey_inputs
+from hcss_evaluate.matching.target import Target
 from hcss_evaluate.posterior import chains
 from hcss_evaluate.posterior.fit import fit_targets
 from hcss_evaluate.posterior.fit_run import FitOptions, usual_priors
+from hcss_evaluate.posterior.priors import KINDS, Prior
 from scipy.stats import chi2, kstest
 
-from hcss_twin.analysis.matching.dimension_range import type_parameters
-from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
-from hcss_twin.analysis.matching.target import Target
-from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import HcssError, PosteriorError
+from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters

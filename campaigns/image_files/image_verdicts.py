@@ -14,12 +14,12 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+from hcss_evaluate.database.segmentation import Cleaning
 from image_scenes import independent
 
-from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.errors import HcssError
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.clouds.segmentation import Cleaning
 
 QUESTION = re.compile(r"\?|far from")
 

@@ -29,17 +29,17 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+from hcss_evaluate.matching.search import brightness_exponent
+from hcss_evaluate.matching.structure import LEVELS, CloudImage, grey_inputs
+from hcss_evaluate.matching.target import Target
+from hcss_evaluate.measures.power_spectrum import power_spectrum
 from hcss_evaluate.posterior import chains
 from hcss_evaluate.posterior.fit import fit_targets
 from hcss_evaluate.posterior.fit_run import FitOptions, usual_priors
+from hcss_evaluate.posterior.posterior_file import Posterior
+from hcss_evaluate.posterior.priors import KINDS, Prior
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.matching.search import brightness_exponent
-from hcss_twin.analysis.matching.structure import LEVELS, CloudImage, grey_inputs
-from hcss_twin.analysis.matching.target import Target
-from hcss_twin.analysis.measures.power_spectrum import power_spectrum
-from hcss_twin.analysis.uncertainty.posterior_file import Posterior
-from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write

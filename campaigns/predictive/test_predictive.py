@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import predictive
 import pytest
-
-from hcss_twin.analysis.matching.structure import CloudImage
+from hcss_evaluate.matching.structure import CloudImage
 
 
 def test_the_page_has_the_table_of_the_results():

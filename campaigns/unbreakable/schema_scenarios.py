@@ -45,10 +45,10 @@ def prepare():
 
 def write_files(folder):
     """Write the files that trials name."""
+    from hcss_evaluate.database.cloud_import import ImportOptions, import_image
     from input_files import noise, write_airs
     from surface_files import write_half
 
-    from hcss_twin.analysis.cloud_import import ImportOptions, import_image
     from hcss_twin.models.clouds.database import write_entry
 
     image = np.kron(noise(), np.ones((2, 2)))

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 
-from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.models.clouds.coverage import cloud_fraction_value
 from hcss_twin.models.clouds.database import SUFFIX, write_entry
 from hcss_twin.plan.make_plan import make_plan

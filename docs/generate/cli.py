@@ -8,13 +8,8 @@ from operator import itemgetter
 from typing import Any
 
 import click
-from hcss_bench.command import bench
-from hcss_evaluate.command import evaluate_command
-from hcss_evaluate.posterior.command import fit_command
-from hcss_modtran.command import atmosphere_import
-from hcss_paper.command import reproduce
-from hcss_uncertainty.command import propagate_command
 
+from hcss_twin.cli.group import OF_PLUGINS
 from hcss_twin.cli.main import cli
 
 PAGE = "reference/cli.md"
@@ -34,10 +29,8 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | 130, 143 | interrupted, terminated |
 
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
-(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md): `hcss atmosphere import`
-comes with `hcss-modtran`, `hcss bench` with `hcss-bench`, `hcss evaluate` and `hcss fit` with `hcss-evaluate`,
-`hcss propagate` with `hcss-uncertainty`, and
-`hcss reproduce` with `hcss-paper`.
+(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md):
+{PLUGINS}.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
@@ -45,7 +38,10 @@ _SHARED = ("Print the result as JSON.", "Replace existing files.")
 
 def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> Iterator[tuple[str, click.Command]]:
     """Yield the full name and the object of every command that can run, sorted by name."""
-    for name, command in sorted(group.commands.items()):
+    members = dict(group.commands)
+    if group is cli:
+        members |= {name: each.load() for name, each in cli.plugin_commands()[0].items() if name in OF_PLUGINS}
+    for name, command in sorted(members.items()):
         if isinstance(command, click.Group):
             if command.invoke_without_command:
                 yield " ".join((*words, name)), command
@@ -54,19 +50,17 @@ def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> It
             yield " ".join((*words, name)), command
 
 
+def _of_plugins() -> str:
+    packages = sorted(set(OF_PLUGINS.values()))
+    named = {each: [f"`hcss {name}`" for name, package in OF_PLUGINS.items() if package == each] for each in packages}
+    return ";\n".join(f"`{package}` has {', '.join(names)}" for package, names in named.items())
+
+
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
-    yield _INTRODUCTION.replace("{GENERATED}", generated)
-    of_plugins = [
-        ("hcss atmosphere import", atmosphere_import),
-        ("hcss bench", bench),
-        ("hcss evaluate", evaluate_command),
-        ("hcss fit", fit_command),
-        ("hcss propagate", propagate_command),
-        ("hcss reproduce", reproduce),
-    ]
+    yield _INTRODUCTION.replace("{GENERATED}", generated).replace("{PLUGINS}", _of_plugins())
     listed: dict[int, str] = {}
-    for words, command in sorted([*commands(), *of_plugins], key=itemgetter(0)):
+    for words, command in sorted(commands(), key=itemgetter(0)):
         if id(command) in listed:
             yield f"## `{words}`\n\nThe same command as `{listed[id(command)]}`.\n"
             continue

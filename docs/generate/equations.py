@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from hcss_paper.equations import ENGINE, PAPER, TITLE, Equation, summary
+from hcss_paper.equations import ENGINE, PAPER, TITLE, Equation, qualified, summary
 
 PAGE = "development/equations.md"
 
@@ -38,7 +38,7 @@ def _entry(equation: Equation, heading: str, source: str) -> Iterator[str]:
     yield f"### {heading}\n"
     yield f"$$\n{equation.formula}\n$$\n"
     for dotted in equation.functions:
-        yield f"* `hcss_twin.{dotted}`: {_plain(summary(dotted))}"
+        yield f"* `{qualified(dotted)}`: {_plain(summary(dotted))}"
     yield ""
     if source:
         yield f"Source: {source}.\n"

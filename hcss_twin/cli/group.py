@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,18 +13,21 @@ if TYPE_CHECKING:
 TOPICS = {
     "Simulate": ("run", "plan", "validate", "sweep", "sense"),
     "Look at cubes": ("preview", "report", "volume", "export", "verify"),
-    "Clouds from images": ("import", "clouds", "match"),
+    "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
     "Inputs": ("scenarios", "schema", "atmosphere"),
     "Plugins": ("plugins", "new-plugin", "check"),
     "This machine": ("cache",),
 }
-"""Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
+"""Headings of ``hcss --help`` and their commands, installed plugins' included; others go under "Other"."""
 
 OF_PLUGINS = {
     "atmosphere import": "hcss-modtran",
     "bench": "hcss-bench",
+    "clouds": "hcss-evaluate",
     "evaluate": "hcss-evaluate",
     "fit": "hcss-evaluate",
+    "import": "hcss-evaluate",
+    "match": "hcss-evaluate",
     "propagate": "hcss-uncertainty",
     "reproduce": "hcss-paper",
 }
@@ -74,19 +77,17 @@ class CommandGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands by topic; summaries of plugin commands come from their specs."""
-        named = {name for names in TOPICS.values() for name in names}
-        topics: dict[str, Any] = {**TOPICS, "Other": sorted(set(self.commands) - named)}
         plugins, broken, _ = self.plugin_commands()
         width = max(map(len, (*self.commands, *plugins)))
         limit = formatter.width - 6 - width
-        for topic, names in topics.items():
-            rows = [(f"{name:<{width}}", self.commands[name].get_short_help_str(limit)) for name in names]
+        summaries = {name: command.spec.summary for name, command in plugins.items()}
+        summaries |= {name: command.get_short_help_str(limit) for name, command in self.commands.items()}
+        named = {name for names in TOPICS.values() for name in names}
+        for topic, names in {**TOPICS, "Other": tuple(sorted(set(summaries) - named))}.items():
+            rows = [(f"{name:<{width}}", summaries[name]) for name in names if name in summaries]
             if rows:
                 with formatter.section(topic):
                     formatter.write_dl(rows)
-        if plugins:
-            with formatter.section("Of plugins"):
-                formatter.write_dl([(f"{name:<{width}}", plugins[name].spec.summary) for name in sorted(plugins)])
         if broken:
             formatter.write(f"\n{len(broken)} broken: see hcss plugins\n")
 

@@ -17,10 +17,8 @@ import click
 
 from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.authors import check, new_plugin
-from hcss_twin.cli.clouds import clouds, import_command
 from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.group import CommandGroup
-from hcss_twin.cli.match import match_command
 from hcss_twin.cli.options import (
     EXISTING,
     FOLDER,
@@ -272,10 +270,7 @@ for _command in (
     atmosphere,
     cache,
     check,
-    clouds,
     export_command,
-    import_command,
-    match_command,
     new_plugin,
     report_command,
     sense,

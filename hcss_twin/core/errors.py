@@ -46,24 +46,12 @@ class ImageError(HcssError):
     """An image cannot be evaluated because of its shape, type or values."""
 
 
-class PosteriorError(HcssError):
-    """A posterior cannot be sampled, written or read."""
-
-
 class OptionError(HcssError):
     """An argument or option is not allowed."""
 
 
 class ProviderNameError(OptionError, ProviderError):
     """No provider has this name."""
-
-
-class ImageOptionError(OptionError, ImageError):
-    """An option of image evaluation is not allowed."""
-
-
-class PosteriorOptionError(OptionError, PosteriorError):
-    """An option of a fit is not allowed."""
 
 
 class CacheWarning(UserWarning):

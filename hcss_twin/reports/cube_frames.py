@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.measures import power_spectrum
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.reports.colour_scale import ColourScale, band_limits_um, colours_of
+from hcss_twin.reports.power_spectrum import Rings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -172,19 +173,18 @@ def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> Frame
     """Return the mean spectrum of images (y, x) of one shape, or None if no image has one.
 
     Images below 32 x 32 pixels, with missing values, or that are exact planes have none
-    (:mod:`hcss_twin.analysis.measures.power_spectrum`).
+    (:mod:`hcss_twin.reports.power_spectrum`).
     """
     spectra = []
     for image in images:
-        try:
-            spectra.append(power_spectrum.power_spectrum(image))
-        except ImageError:
-            continue
-    mean = power_spectrum.mean_spectrum(spectra)
-    if mean is None:
+        with suppress(ImageError):
+            spectra.append(Rings.of(image))
+    if not spectra:
         return None
+    full = spectra[0].waves > 0
     pixel_km = pixel_size_m / 1e3
-    return FrameSpectrum(mean.wavenumber / pixel_km, mean.power * pixel_km**2)
+    power = np.mean([each.power[full] for each in spectra], axis=0)
+    return FrameSpectrum(spectra[0].wavenumber[full] / pixel_km, power * pixel_km**2)
 
 
 @dataclass(frozen=True)

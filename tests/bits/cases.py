@@ -30,6 +30,7 @@ NEEDS = {
     "evaluate": "hcss_evaluate",
     "fit-dimension": "hcss_evaluate",
     "fit-image": "hcss_evaluate",
+    "match": "hcss_evaluate",
     "propagation": "hcss_uncertainty",
     "zarr-quantized": "zarr",
 }

@@ -149,18 +149,22 @@ FIXED = ("--fix", "gamma=2", "--samples", 100, "--json")
 
 def fit_dimension(folder: Path) -> Results:
     size = ("--rows", 64, "--columns", 64)
+    from hcss_evaluate import read_posterior
+
     out = folder / "d.nc"
     answer = hcss("fit", "--fd", 2.4, "--fd-error", 0.05, *size, *FIXED, "--fix", "coverage=0.4", "-o", out)
-    posterior = hcss_twin.read_posterior(out)
+    posterior = read_posterior(out)
     return {"answer": json.loads(answer), **posterior.samples}
 
 
 def fit_image(folder: Path) -> Results:
+    from hcss_evaluate import read_posterior
+
     np.save(folder / "a.npy", cloud_image(64, 64))
     with inside(folder):
         words = ("--fix", "coverage=image", "--fix", "Lx=40", "-o", "p.nc")
         answer = hcss("fit", "a.npy", *IMAGE, *FIXED, *words)
-        posterior = hcss_twin.read_posterior(Path("p.nc"))
+        posterior = read_posterior(Path("p.nc"))
     return {"answer": json.loads(answer), **posterior.samples}
 
 

@@ -67,8 +67,8 @@ def broken():
 def test_help_lists_a_command_without_importing_its_code_and_it_runs(install):
     install("visitor", specs("greet"))
     helped = hcss("--help").output
-    of_plugins = helped.split("Of plugins:")[1]
-    assert re.search(r"^  greet +Greet somebody\.$", of_plugins, re.MULTILINE)
+    others = helped.split("Other:")[1]
+    assert re.search(r"^  greet +Greet somebody\.$", others, re.MULTILINE)
     assert "visitor_code" not in sys.modules
     assert hcss("greet", "you").output == "hello you\n"
     assert "Greet NAME." in hcss("greet", "--help").output

@@ -6,13 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+from hcss_evaluate.database.segmentation import Cleaning
 from surface_files import write_netcdf
 
-from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.clouds.database import write_entry
-from hcss_twin.models.clouds.segmentation import Cleaning
 from hcss_twin.physics.profile import airmass_of_legs
 from hcss_twin.providers import Motion
 from hcss_twin.providers.registry import Kind, Registry

@@ -8,17 +8,17 @@ import math
 
 import numpy as np
 import pytest
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+from hcss_evaluate.database.segmentation import Cleaning
 from pydantic import ValidationError
 from scipy.stats import kstest
 
-from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import read_entry, write_entry
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import Sky, single_clouds
-from hcss_twin.models.clouds.segmentation import Cleaning
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 THINNEST, THICKEST = 100.0, 2000.0

@@ -4,15 +4,15 @@ import os
 from dataclasses import replace
 
 import numpy as np
+from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.fit import fit
+from hcss_evaluate.posterior.posterior_file import read_posterior
 from hcss_modtran.importing import read_paths
 from hcss_uncertainty.dataset import open_propagation
 from hcss_uncertainty.joint_sample import PosteriorDraws
 from input_files import FIT, SENSOR, SWEPT, noise, optics_table, small_stratus
 
-from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
 from hcss_twin.core.catalog import Catalog, read_columns
-from hcss_twin.core.errors import PosteriorError
 from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.sense import sense_file

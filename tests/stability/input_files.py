@@ -12,6 +12,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2] / "plugins" / "hcss-modtran" / "tests"))
 
 from cheap import CHEAP
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.matching.target import ImageChoice
 from hcss_evaluate.posterior.fit import fit
 from hcss_uncertainty.propagation import propagate
 from posterior_example import example_posterior
@@ -19,10 +22,7 @@ from surface_files import write_netcdf
 from tape7_text import radiance_run
 from tape7_text import write as write_tape7
 
-from hcss_twin.analysis.cloud_import import ImportOptions, import_image
-from hcss_twin.analysis.matching.target import ImageChoice
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import PosteriorError
 from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import run
 from hcss_twin.models.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from examples import examples
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 from hypothesis import given
 from hypothesis import strategies as st
 from input_files import small_table
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin import HcssError, Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients

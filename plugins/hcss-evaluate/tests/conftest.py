@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evaluation_images import made
+
+sys.path.append(str(Path(__file__).parents[3] / "tests"))  # what the tests of several packages share
 
 from hcss_twin.testing.own_cache import own_cache  # noqa: F401
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from click.testing import CliRunner
-from hcss_evaluate.command import evaluate_command
+from hcss_evaluate.commands.evaluate import evaluate_command
 from random_fields import power_law
 
 from hcss_twin.cli.main import cli

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 from hcss_evaluate.comparison.definitions import DEFINITIONS, eq_24, four_measures
-
-from hcss_twin.analysis.measures.morphology import Morphology
+from hcss_evaluate.measures.morphology import Morphology
 
 TABLES = Path(__file__).parents[2] / "hcss-paper" / "src" / "hcss_paper" / "data" / "tables.json"
 PAPER = json.loads(TABLES.read_text(encoding="utf-8"))

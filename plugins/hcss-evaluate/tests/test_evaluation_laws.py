@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from evaluation_images import FOUR, clouds, hcss, made, surface
 from hcss_evaluate import EvaluationChoice, evaluate
+from hcss_evaluate.matching.target import ImageChoice, read_target
 
 from hcss_twin import open_cube
-from hcss_twin.analysis.matching.target import ImageChoice, read_target
 from hcss_twin.models.clouds.imagery.netcdf_image import PlanckCoefficients
 
 

@@ -4,12 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.chains import MarkovChains, SingleModel, begin, converge, extend, judge, stored, walkers_of
 from hcss_evaluate.posterior.fit import _pilot
 from hcss_evaluate.posterior.fit_run import Checkpoint, FitState
-
-from hcss_twin.analysis.uncertainty.mixing import mixing
-from hcss_twin.core.errors import PosteriorError
+from hcss_evaluate.posterior.mixing import mixing
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
 PRECISION = np.linalg.inv(COVARIANCE)

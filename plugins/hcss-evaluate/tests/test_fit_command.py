@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
-from hcss_evaluate import fit_dimension
+from hcss_evaluate import PosteriorError, fit_dimension, read_posterior
+from hcss_evaluate.matching.dimension_range import empty_frame
+from hcss_evaluate.matching.structure import simulate_image
 from hcss_evaluate.posterior import chains, fit
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_evaluate.posterior.mixing import mixing
 from hcss_evaluate.posterior.octaves import UNKNOWN, Octaves
 
-from hcss_twin import PosteriorError, read_posterior
-from hcss_twin.analysis.matching.dimension_range import empty_frame
-from hcss_twin.analysis.matching.structure import simulate_image
-from hcss_twin.analysis.uncertainty.mixing import mixing
 from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
@@ -106,19 +105,6 @@ def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monke
     fit_dimension(2.4, 0.05, "halved.nc", **given)
     assert Path("halved.nc").read_bytes() == Path("whole.nc").read_bytes()
     assert not Path("halved.nc.state").exists()
-
-
-def test_diagnostics_in_the_file_are_those_of_arviz_on_its_chains(here):
-    # Not among the test dependencies, because its import takes 5 s; tests/unit/test_fit_mixing.py has its numbers.
-    arviz = pytest.importorskip("arviz")
-    fit_dimension(2.4, 0.05, "p.nc", fixed={"gamma": 2.0, "coverage": 0.4}, samples=200.0)
-    with xr.open_dataset("p.nc") as file:
-        stored = file[["H", "Lx", "Ly"]]
-        found = {f"{method}_effective_sample_size": arviz.ess(stored, method=method) for method in ("bulk", "tail")}
-        found["rank_normalized_split_r_hat"] = arviz.rhat(stored, method="rank")
-        for attribute, expected in found.items():
-            own = [stored[name].attrs[attribute] for name in expected]
-            np.testing.assert_allclose(own, [float(value) for value in expected.values()], rtol=1e-4)
 
 
 def test_chains_that_have_not_converged_are_refused_and_gone_on_with(here):

@@ -5,10 +5,9 @@ import pytest
 from hcss_evaluate.posterior.chains import begin, extend
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.population import PopulationModel
+from hcss_evaluate.posterior.priors import Prior
 from scipy.special import ndtr
 from scipy.stats import kstest
-
-from hcss_twin.analysis.uncertainty.priors import Prior
 
 LOW, HIGH = 0.02, 0.98
 USUAL = {"H": f"uniform:{LOW}:{HIGH}"}

@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.fit_run import FitOptions
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.population import _log_between
 from scipy import stats
-
-from hcss_twin.core.errors import PosteriorError
 
 USUAL = {
     "H": "uniform:0.02:0.98",

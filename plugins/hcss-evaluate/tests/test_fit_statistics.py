@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hcss_evaluate.matching.structure import CloudImage, grey_inputs, image_structure
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_evaluate.posterior.doubts import doubts, unlikeness
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
@@ -14,7 +15,6 @@ from hcss_evaluate.posterior.image_data import (
     field_scores,
     image_scores,
     rank_scores,
-    score_variogram,
     still_field,
 )
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
@@ -24,7 +24,6 @@ from scipy.integrate import dblquad
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
 
-from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
@@ -129,7 +128,8 @@ def test_expected_score_variogram_is_the_mean_of_simulations(coverage):
     semivariance, variance = BatchVariogram.of(KNOWN)(shape[None], LAGS, PIXEL_M, side, side)
     expected = ScoreSemivariance(coverage).logarithm(semivariance / variance[..., None])[0, 0]
     data = ImageData(side, side, PIXEL_M, round(coverage * side**2), LAGS, np.ones(10))
-    simulated = np.array([np.log(score_variogram(data.simulate(shape, (0, 8), seed)[0], LAGS)) for seed in range(120)])
+    drawn = [data.simulate(shape, (0, 8), seed)[0] for seed in range(120)]
+    simulated = np.array([image_structure(scores, LAGS.tolist()).logarithm for scores in drawn])
     error = simulated.std(axis=0) / np.sqrt(120)
     # .03: what frames' own mean, variance and logarithm change, which is learned.
     assert np.all(np.abs(simulated.mean(axis=0) - expected) < 0.03 + 3 * error)

@@ -6,6 +6,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
+from hcss_evaluate.measures.degradation import Degradation
 from hcss_paper import (
     cubes,
     figure_03_sea_spectrum,
@@ -29,7 +30,6 @@ from hcss_paper.run import COLOURS, small_png
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.analysis.measures.degradation import Degradation
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
 from hcss_twin.physics.paths import to_space

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hcss_evaluate.measures.morphology import morphology
 from hcss_paper import claims, fits, scene, tables_2_and_4, tables_5_to_7
 from hcss_paper.cubes import cube_mean
 from hcss_paper.ev_readings import Reading, readings
@@ -24,7 +25,6 @@ from hcss_paper.run import outcomes
 from hcss_paper.scene import BANDS, black_surface
 from hcss_paper.tables_8_and_9 import eq_24_limits, eq_24_percent
 
-from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.scenario.scenario import Scenario
 

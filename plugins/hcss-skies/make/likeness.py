@@ -3,7 +3,7 @@
     python make/likeness.py BLOCKS.nc
 
 Two parts of 160 x 160 pixels of each SEVIRI block, the shipped examples, and 40 fractal fields of random parameters are
-matched without a search; the ratio of :class:`hcss_twin.analysis.matching.quantities.Likeness` is above 1.25 where the
+matched without a search; the ratio of :class:`hcss_evaluate.matching.quantities.Likeness` is above 1.25 where the
 command says so. Prints ratios by kind of cloud (``block-kinds.txt``).
 """
 
@@ -15,15 +15,15 @@ from pathlib import Path
 import kinds
 import netCDF4
 import numpy as np
+from hcss_evaluate.matching.match import match
+from hcss_evaluate.matching.quantities import MAX_RATIO
+from hcss_evaluate.matching.search import reference_cells
+from hcss_evaluate.matching.structure import CloudImage, simulate_image
+from hcss_evaluate.matching.target import Target
 from hcss_skies.example import read_example
 from hcss_skies.importing import CLEAR_K, clear_sky_K
 from hcss_skies.library import shipped
 
-from hcss_twin.analysis.matching.match import match
-from hcss_twin.analysis.matching.quantities import MAX_RATIO
-from hcss_twin.analysis.matching.search import reference_cells
-from hcss_twin.analysis.matching.structure import CloudImage, simulate_image
-from hcss_twin.analysis.matching.target import Target
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 SIDE, FIELDS, PIXEL_M = 160, 40, 3000.0

@@ -257,7 +257,7 @@ def test_real_files_are_imported(tmp_path):
 
 def test_match_and_fit_know_the_detail_below_the_pixel(tmp_path):
     """Of the spectrum that the image was made with, seen through the blur of a sensor; other images have no note."""
-    from hcss_twin.analysis.matching.target import ImageChoice, read_target
+    from hcss_evaluate.matching.target import ImageChoice, read_target
 
     height = 1500.0 * np.exp(0.6 * rough_field(512, 3.2)).reshape(256, 2, 256, 2).mean(axis=(1, 3))
     write_image(tmp_path / "image.nc", 300.0 - 6.5e-3 * gaussian_filter(height, 0.5, mode="wrap"))

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.posterior.posterior_file import read_posterior
 from hcss_uncertainty.draws import uncertain_keys
 from hcss_uncertainty.joint_sample import PosteriorDraws, joint_sample
 from posterior_example import example_posterior
 from scipy import stats
 
-from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
-from hcss_twin.core.errors import PosteriorError, ScenarioError
+from hcss_twin.core.errors import ScenarioError
 
 
 @pytest.mark.parametrize(

@@ -115,27 +115,6 @@ def luminance(colours: NDArray[np.float64]) -> NDArray[np.float64]:
     return grey if colours.shape[2] == 3 else np.where(colours[..., 3] > 0.0, grey, np.nan)
 
 
-def cropped(path: Path, image: SatelliteImage, crop: tuple[int, int, int, int]) -> SatelliteImage:
-    """Return a part of an image: first row, first column, rows and columns, counted as stored.
-
-    Raises
-    ------
-    CatalogError
-        If the part is not inside the image, has a side of one pixel, or no pixel with a value.
-    """
-    row, column, rows, columns = crop
-    height, width = image.values.shape
-    if not (0 <= row <= height - rows and 0 <= column <= width - columns and min(rows, columns) >= 2):
-        raise CatalogError(
-            f"{path}: crop: {rows} rows and {columns} columns from row {row} and column {column}; allowed: two or more "
-            f"within the {height} rows and {width} columns of the image"
-        )
-    values = image.values[row : row + rows, column : column + columns]
-    if np.isnan(values).all():
-        raise CatalogError(f"{path}: crop: all {values.size} pixels are missing; allowed: a part with values")
-    return replace(image, values=values)
-
-
 def choose_plane(path: Path, variable: str | None, planes: list[str], known: list[str]) -> str:
     """Return the variable to read: ``variable``, or the only one of ``planes``.
 

@@ -5,8 +5,13 @@ from hcss_twin.core.commands import CommandSpec, hookimpl
 
 @hookimpl
 def hcss_commands() -> list[CommandSpec]:
-    """Return the commands ``evaluate`` and ``fit``."""
+    """Return the commands for clouds in images: import, clouds, match, fit and evaluate."""
     return [
-        CommandSpec("evaluate", "hcss_evaluate.command:evaluate_command", "Compare simulated with real images."),
-        CommandSpec("fit", "hcss_evaluate.posterior.command:fit_command", "Sample the posterior of cloud parameters."),
+        CommandSpec("import", "hcss_evaluate.commands.clouds:import_command", "Extract the clouds of an image."),
+        CommandSpec("clouds", "hcss_evaluate.commands.clouds:clouds", "Show the cloud database."),
+        CommandSpec("match", "hcss_evaluate.commands.match:match_command", "Estimate cloud parameters of an image."),
+        CommandSpec("fit", "hcss_evaluate.commands.fit:fit_command", "Sample the posterior of cloud parameters."),
+        CommandSpec(
+            "evaluate", "hcss_evaluate.commands.evaluate:evaluate_command", "Compare simulated with real images."
+        ),
     ]

@@ -24,7 +24,8 @@ class Equation:
     formula : str
         LaTeX, on one line.
     functions : tuple of str
-        Functions that compute it, ``package.module.function`` or ``package.module.Class.method``, in ``hcss_twin``.
+        Functions that compute it, ``package.module.function`` or ``package.module.Class.method``; a name that does not
+        begin with another package, such as ``hcss_evaluate``, is in ``hcss_twin``.
     source : str
         Book, article or "eq N" of the paper.
     paper : int or None
@@ -41,18 +42,23 @@ class Equation:
     note: str = ""
 
 
+def qualified(dotted: str) -> str:
+    """Return the dotted name of a function with its package."""
+    return dotted if dotted.startswith("hcss_") else f"hcss_twin.{dotted}"
+
+
 def find(dotted: str) -> Any:
-    """Return the function, class or method with a dotted name in ``hcss_twin``.
+    """Return the function, class or method with a dotted name.
 
     Raises
     ------
     LookupError
         If there is no such object.
     """
-    words = dotted.split(".")
-    for split in range(len(words), 0, -1):
+    words = qualified(dotted).split(".")
+    for split in range(len(words), 1, -1):
         try:
-            found: Any = import_module(".".join(("hcss_twin", *words[:split])))
+            found: Any = import_module(".".join(words[:split]))
         except ModuleNotFoundError:
             continue
         for word in words[split:]:

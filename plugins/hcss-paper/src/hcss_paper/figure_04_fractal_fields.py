@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from hcss_evaluate.measures.fractal_dimension import variogram_dimension
+from hcss_evaluate.measures.semivariance import semivariances
 
 from hcss_paper.figure_base import blank, reduced, scenario_of, shades
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.analysis.measures.fractal_dimension import variogram_dimension
-from hcss_twin.analysis.measures.semivariance import semivariances
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.coverage import cloud_fraction_value
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram

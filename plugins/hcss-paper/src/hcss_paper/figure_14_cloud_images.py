@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from hcss_evaluate.measures.histogram_metrics import to_grey_levels
+from hcss_evaluate.measures.morphology import Morphology, morphology
 from matplotlib.colors import LogNorm
 from numpy.typing import NDArray
 
@@ -12,8 +14,6 @@ from hcss_paper.figure_base import blank, image_panel
 from hcss_paper.inputs import assumed, fitted, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.tables_8_and_9 import MEASURES, cloud_field
-from hcss_twin.analysis.measures.histogram_metrics import to_grey_levels
-from hcss_twin.analysis.measures.morphology import Morphology, morphology
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from hcss_evaluate.measures.degradation import Degradation, estimate_degradation
 from scipy.ndimage import gaussian_filter
 
 from hcss_paper.figure_base import PHYSICAL_NOTE, RADIANCE, SHORT_WAVE, blank, radiance_inputs, scenario_of, shades
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.scene import Model
-from hcss_twin.analysis.measures.degradation import Degradation, estimate_degradation
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.sense import sense
 from hcss_twin.engine.simulate import simulate

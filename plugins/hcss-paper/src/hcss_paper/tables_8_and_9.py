@@ -7,12 +7,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from hcss_evaluate.measures.morphology import Morphology, morphology, relative_errors, root_mean_square
 from numpy.typing import NDArray
 
 from hcss_paper.ev_readings import Reading, readings
 from hcss_paper.inputs import fitted, published
 from hcss_paper.reproduction import Check, Reproduction, Row, judged
-from hcss_twin.analysis.measures.morphology import Morphology, morphology, relative_errors, root_mean_square
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario

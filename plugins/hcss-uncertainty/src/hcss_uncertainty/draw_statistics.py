@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from hcss_evaluate.measures.morphology import morphology
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import SeenWindow, strata, stratum_names

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.posterior.posterior_file import PARAMETERS, Posterior, read_posterior
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.uncertainty.posterior_file import PARAMETERS, Posterior, read_posterior
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorError
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.sweeps.axis import axis_of
 

@@ -32,8 +32,8 @@ from hcss_evaluate.comparison.side import (
     measure_side,
     pictured,
 )
-from hcss_twin.analysis.measures.morphology import MorphologyErrors
-from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
+from hcss_evaluate.measures.morphology import MorphologyErrors
+from hcss_evaluate.measures.power_spectrum import mean_spectrum, spectral_distance_db
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from hcss_twin.analysis.measures.morphology import Morphology, MorphologyErrors, morphology_errors
+from hcss_evaluate.measures.morphology import Morphology, MorphologyErrors, morphology_errors
 
 GREY_LEVELS = 256
 

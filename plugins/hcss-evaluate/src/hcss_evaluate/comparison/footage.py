@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageOptionError
 from hcss_twin.models.clouds.imagery.cloudiness import CloudIs
 
 Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]

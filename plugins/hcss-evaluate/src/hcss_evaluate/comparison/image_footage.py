@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
+from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, CubeError, ImageError, ImageOptionError
+from hcss_twin.core.errors import CatalogError, CubeError, ImageError
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile
 from hcss_twin.core.reading import first_bytes, reading
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE

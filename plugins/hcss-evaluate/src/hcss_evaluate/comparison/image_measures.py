@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.comparison.definitions import GREY_LEVELS
-from hcss_twin.analysis.measures.box_counting import box_counting_dimension
-from hcss_twin.analysis.measures.checks import complete_part
-from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, spectral_dimension, variogram_dimension
-from hcss_twin.analysis.measures.morphology import Morphology, morphology
-from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum, power_spectrum
+from hcss_evaluate.measures.box_counting import box_counting_dimension
+from hcss_evaluate.measures.checks import complete_part
+from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, spectral_dimension, variogram_dimension
+from hcss_evaluate.measures.morphology import Morphology, morphology
+from hcss_evaluate.measures.power_spectrum import PowerSpectrum, power_spectrum
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 

@@ -12,7 +12,7 @@ import numpy as np
 from hcss_evaluate.comparison.definitions import Mode, four_measures
 from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation
 from hcss_evaluate.comparison.result import Dependence, FrameResult, Metric
-from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum
+from hcss_evaluate.measures.power_spectrum import PowerSpectrum
 from hcss_twin.core.arrays import Array
 
 Definition = Literal["as-printed", "corrected", "both"]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.comparison.definitions import DEFINITIONS, Mode
 from hcss_evaluate.comparison.image_measures import DistributionDistance, ImageMeasures, TemporalAutocorrelation
-from hcss_twin.analysis.measures.morphology import MorphologyErrors
-from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum
+from hcss_evaluate.measures.morphology import MorphologyErrors
+from hcss_evaluate.measures.power_spectrum import PowerSpectrum
 from hcss_twin.core.json_numbers import json_list, json_number
 
 

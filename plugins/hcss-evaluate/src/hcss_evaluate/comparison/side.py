@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method
 from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_evaluate.comparison.result import FrameResult, Pictured
-from hcss_twin.analysis.measures.histogram_metrics import joint_histogram, to_grey_levels
+from hcss_evaluate.measures.histogram_metrics import joint_histogram, to_grey_levels
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, ordinal
 from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of

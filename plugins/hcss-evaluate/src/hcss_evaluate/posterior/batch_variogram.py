@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENGTH_M
@@ -153,7 +153,7 @@ def _fill(
                 done += 1
 
 
-# The lags of hcss_twin.analysis.measures.fractal_dimension.
+# The lags of hcss_evaluate.measures.fractal_dimension.
 _LAGS = np.array([1, 2], dtype=np.int64)
 
 

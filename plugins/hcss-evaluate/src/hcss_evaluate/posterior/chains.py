@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hcss_evaluate.posterior.mixing import Mixing, mixing
 from hcss_evaluate.posterior.parameter_space import Space
-from hcss_twin.analysis.uncertainty.mixing import Mixing, mixing
-from hcss_twin.analysis.uncertainty.priors import KINDS
+from hcss_evaluate.posterior.priors import KINDS
 from hcss_twin.core.arrays import Array
 
 Likelihood = Callable[[Array], Array]

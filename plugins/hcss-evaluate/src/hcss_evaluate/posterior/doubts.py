@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.matching.quantities import MAX_RATIO, likeness
+from hcss_evaluate.matching.structure import CloudImage
 from hcss_evaluate.posterior.image_data import image_scores
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
-from hcss_twin.analysis.matching.quantities import MAX_RATIO, likeness
-from hcss_twin.analysis.matching.structure import CloudImage
-from hcss_twin.analysis.uncertainty.posterior_file import SUSPICIOUS
+from hcss_evaluate.posterior.posterior_file import SUSPICIOUS
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 
@@ -39,7 +39,7 @@ def unlikeness(
     """Return how far an image is from images drawn from its posterior, over how far these are from each other.
 
     Compared are kurtosis, skewness and alignment at 1 to 8 pixels of normal scores, none of which the fit uses
-    (:func:`hcss_twin.analysis.matching.quantities.likeness`). ``values`` are draws (N, 5) of all parameters, ``lasts``
+    (:func:`hcss_evaluate.matching.quantities.likeness`). ``values`` are draws (N, 5) of all parameters, ``lasts``
     (N,) of the last octave.
     """
     data = likelihood.data

@@ -14,6 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.matching.dimension_range import PIXEL_SIZE_M, SIDE
+from hcss_evaluate.matching.target import ImageChoice, Target, read_target
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_evaluate.posterior.chains import SingleModel, begin, extend, walkers_of
 from hcss_evaluate.posterior.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
@@ -22,15 +25,14 @@ from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
 from hcss_evaluate.posterior.octaves import Octaves
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.population import PopulationModel
+from hcss_evaluate.posterior.posterior_file import Posterior, read_posterior
 from hcss_evaluate.posterior.result import write_result
-from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
-from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorError
 from hcss_twin.core.files import require_not_read
+from hcss_twin.core.images import SMALLEST_SIDE
 
-FRAME = (800, 800, 20.0)
+FRAME = (SIDE, SIDE, PIXEL_SIZE_M)
 """Rows, columns and pixel size of the paper's images; also used to check priors before any image is read."""
 
 
@@ -176,10 +178,10 @@ def fit_dimension(
     """
     chosen = FitOptions(**options).of_type()
     chosen.check()
-    if min(rows, columns) < 32 or not 0.0 < pixel_size_m < float("inf"):
+    if min(rows, columns) < SMALLEST_SIDE or not 0.0 < pixel_size_m < float("inf"):
         raise PosteriorError(
-            f"frame: {rows} x {columns} pixels of {pixel_size_m:g} m given, allowed: 32 or more along each axis, of "
-            "a size greater than 0"
+            f"frame: {rows} x {columns} pixels of {pixel_size_m:g} m given, allowed: {SMALLEST_SIDE} or more along "
+            "each axis, of a size greater than 0"
         )
     numbers = {name: fixed_number(name, value) for name, value in chosen.fixed.items()}
     space = Space.of(numbers, chosen.priors, usual_priors([(rows, columns, pixel_size_m)]))

@@ -16,20 +16,21 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.errors import PosteriorError, PosteriorOptionError
+from hcss_evaluate.matching.dimension_range import type_parameters
 from hcss_evaluate.posterior.chains import Convergence, MarkovChains, SingleModel, begin, converge, walkers_of
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood
 from hcss_evaluate.posterior.octaves import UNKNOWN
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.population import PopulationModel
+from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin import __version__
-from hcss_twin.analysis.matching.dimension_range import type_parameters
-from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import HcssError, PosteriorError, PosteriorOptionError
+from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.reading import reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M

@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
-from hcss_twin.analysis.matching.structure import STILL, CloudImage, octave_lags
-from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
-from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_evaluate.matching.structure import STILL, CloudImage, image_structure, octave_lags
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
+from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import highest_values
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
@@ -88,18 +87,6 @@ def field_scores(field: NDArray[np.float32], of_ranks: NDArray[np.float32]) -> N
     result = np.empty(flat.size, dtype=np.float32)
     _look_up(flat, np.float32(low), scale, table, result)
     return result.reshape(field.shape)
-
-
-def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Array:
-    """Return the semivariances of scores at ``lags`` (M,) along x, then along y (2 M,).
-
-    Raises ImageError if the image does not vary along an axis.
-    """
-    measured = semivariances(scores, lags.tolist())
-    both = np.concatenate([measured.along_x, measured.along_y])
-    if not np.all(both > 0.0):
-        raise ImageError("image: constant along rows or columns, allowed: clouds that vary along both")
-    return both
 
 
 class ScoreSemivariance:
@@ -223,10 +210,9 @@ class ImageData:
                 f"smallest lag: {smallest_lag} pixels, allowed: 1 to {octave_lags(level.shape)[-2]}, with two lags or "
                 "more up to a third of the shorter side"
             )
-        distances = np.array(lags, dtype=np.int64)
-        variogram = score_variogram(image_scores(level), distances)
+        structure = image_structure(image_scores(level), lags)
         rows, columns = level.shape
-        return cls(rows, columns, image.pixel_size_m, cloudy, distances, variogram)
+        return cls(rows, columns, image.pixel_size_m, cloudy, structure.lags, structure.both)
 
     @cached_property
     def rank_scores(self) -> NDArray[np.float32]:

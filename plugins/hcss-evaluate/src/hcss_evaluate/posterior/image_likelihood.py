@@ -12,14 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from hcss_evaluate.errors import PosteriorError
+from hcss_evaluate.matching.structure import image_structure
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise, contrasts
-from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance, score_variogram
+from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance
 from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
-from hcss_twin.analysis.uncertainty.priors import KINDS
+from hcss_evaluate.posterior.priors import KINDS
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError, PosteriorError
+from hcss_twin.core.errors import ImageError
 from hcss_twin.core.kernels import kernel
 
 
@@ -258,11 +260,11 @@ class ImageLikelihood:
         def one(index: int) -> None:
             try:
                 scores, threshold = self.data.simulate(shapes[index], (first, int(lasts[index])), seeds[index])
-                variogram = score_variogram(scores, self.data.lags)
+                structure = image_structure(scores, self.data.lags.tolist())
             except ImageError as error:
                 named = ", ".join(f"{n} = {v:.4g}" for n, v in zip(SHAPE, shapes[index], strict=True))
                 raise PosteriorError(f"simulation: {error}, with {named}; allowed: priors that exclude them") from error
-            statistics[index, :-1] = np.log(variogram)
+            statistics[index, :-1] = structure.logarithm
             statistics[index, -1] = threshold
 
         with ThreadPoolExecutor(workers) as pool:

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
+from hcss_evaluate.errors import PosteriorOptionError
+from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorOptionError, choose_from
+from hcss_twin.core.errors import choose_from
 
 SHAPE = ("H", "gamma", "Lx", "Ly")
 """Parameters that determine the field's variogram."""
@@ -26,7 +27,7 @@ class Space:
     Attributes
     ----------
     priors : dict of str to Prior
-        Priors of the free parameters, in the order of :data:`hcss_twin.analysis.uncertainty.priors.KINDS`.
+        Priors of the free parameters, in the order of :data:`hcss_evaluate.posterior.priors.KINDS`.
     fixed : dict of str to float
         All others.
     """

@@ -19,7 +19,7 @@ from scipy.special import log_ndtr
 
 from hcss_evaluate.posterior.chains import Likelihood
 from hcss_evaluate.posterior.parameter_space import Space
-from hcss_twin.analysis.uncertainty.priors import KINDS, Prior
+from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin.core.arrays import Array
 
 # Initial spread of a population on the scale, and its scatter among walkers.

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.matching.structure import CloudImage
 from hcss_evaluate.posterior.batch_variogram import DimensionLikelihood
 from hcss_evaluate.posterior.chains import Convergence, MarkovChains, SingleModel, stored
 from hcss_evaluate.posterior.doubts import doubts, unlikeness
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.population import PopulationModel
-from hcss_twin.analysis.matching.structure import CloudImage
-from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
-from hcss_twin.analysis.uncertainty.priors import KINDS
+from hcss_evaluate.posterior.posterior_file import Diagnostic, VariogramCheck, write_posterior
+from hcss_evaluate.posterior.priors import KINDS
 from hcss_twin.core.arrays import Array
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

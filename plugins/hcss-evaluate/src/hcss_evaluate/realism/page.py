@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from hcss_evaluate.pages.evaluation_figures import REAL, SIMULATED
 from hcss_evaluate.realism.coherence import WAVELENGTHS
 from hcss_evaluate.realism.score import Curve, Realism
-from hcss_evaluate.report_figures import REAL, SIMULATED
 from hcss_twin import __version__
 from hcss_twin.reports.figures import new_figure, picture
 from hcss_twin.reports.page import Block, Page, Section, beside, note, paragraph

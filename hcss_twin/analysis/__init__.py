@@ -1,1 +1,0 @@
-"""Measures images, compares them and estimates cloud parameters from them."""

@@ -1,1 +1,0 @@
-"""Estimate cloud parameters from a measured image: Algorithm 1 of the HCSS paper."""

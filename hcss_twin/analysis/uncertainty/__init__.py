@@ -1,1 +1,0 @@
-"""Posteriors of ``hcss fit`` (plugin hcss-evaluate): their file, the mixing of their draws, priors."""

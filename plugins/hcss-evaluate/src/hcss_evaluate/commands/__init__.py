@@ -1,0 +1,1 @@
+"""Commands: ``hcss import``, ``clouds``, ``match``, ``fit`` and ``evaluate``."""

@@ -1,0 +1,305 @@
+"""``hcss evaluate``: metrics of a simulated and a real image, the realism test of many, the blind radiance test."""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from hcss_twin.cli.options import (
+    EXISTING,
+    NEW_FILE,
+    Number,
+    Stop,
+    force_option,
+    json_file_option,
+    metres,
+    progress,
+    require_two_files,
+    require_writable,
+    write_json,
+)
+
+if TYPE_CHECKING:
+    from hcss_evaluate.comparison.footage import EvaluationChoice, Method
+
+
+_METHODS = ["auto", "otsu", "local", "coverage", "valid", "truth"]
+_FRAMES = re.compile(r"(\d+)(?:-(\d+))?")
+
+
+def frame_numbers(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[int, ...]:
+    """Parse frame numbers such as ``0-7`` or ``0,3,5``."""
+    if text is None:
+        return ()
+    numbers: list[int] = []
+    for part in text.split(","):
+        match = _FRAMES.fullmatch(part.strip())
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if last < first:
+            raise click.BadParameter(f"'{text}' given, allowed: numbers and ranges, such as 0-7 or 0,3,5")
+        numbers.extend(range(first, last + 1))
+    return tuple(numbers)
+
+
+_LIMITS = re.compile(r"(\d+(?:\.\d+)?)-(\d+(?:\.\d+)?)")
+
+
+def channel_limits_of(
+    _context: click.Context, _option: click.Parameter, given: tuple[str, ...]
+) -> dict[str, tuple[float, float] | None]:
+    """Parse channels such as ``ir_108=9.8-11.8``; None for one without limits."""
+    found: dict[str, tuple[float, float] | None] = {}
+    for text in given:
+        name, equals, limits = text.partition("=")
+        match = _LIMITS.fullmatch(limits)
+        if not name or (equals and (match is None or not 2.0 < float(match[1]) < float(match[2]) < 40.0)):
+            raise click.BadParameter(
+                f"'{text}' given, allowed: a variable, or with limits in um, such as b13=10.1-10.6"
+            )
+        found[name] = (float(match[1]), float(match[2])) if match else None
+    return found
+
+
+def _side_options(command: Any) -> Any:
+    """Add the options that each side has separately."""
+    for side in ("sim", "real"):
+        title = side.upper()
+        for option in (
+            click.option(
+                f"--{side}-pixel-size",
+                metavar="LENGTH",
+                callback=metres,
+                help=f"Pixel size of {title}, for example '2 km'; overrides the file.",
+            ),
+            click.option(
+                f"--{side}-method", type=click.Choice(_METHODS), help=f"Cloud detection in {title}; default: --method."
+            ),
+            click.option(
+                f"--{side}-frames",
+                metavar="NUMBERS",
+                callback=frame_numbers,
+                help=f"Frames of {title} (cube): 0-7 or 0,3,5; default: all.",
+            ),
+            click.option(
+                f"--{side}-band",
+                help=f"Band of {title} (cube)" + ("; default: that of REAL's wavelength." if side == "sim" else "."),
+            ),
+            click.option(f"--{side}-variable", help=f"Variable of {title}, or band number of a GeoTIFF."),
+        ):
+            command = option(command)
+    return command
+
+
+@click.command("evaluate")
+@click.argument("real", type=EXISTING)
+@click.argument("sim", type=EXISTING, required=False)
+@click.option(
+    "--real-also",
+    multiple=True,
+    type=EXISTING,
+    help="Next image of a real sequence that begins with REAL, or with --realism more images; repeat.",
+)
+@click.option("--sim-also", multiple=True, type=EXISTING, help="With --realism: more simulated images; repeat.")
+@_side_options
+@click.option(
+    "--method",
+    default="auto",
+    type=click.Choice(_METHODS),
+    help="Cloud detection. otsu, local, coverage: as hcss import; valid: every pixel with a value; truth: the cube's "
+    "mask; auto: valid for cloud-top products, truth for cloud variables of a cube, otsu for all else.",
+)
+@click.option("--coverage", type=Number(0, 1), help="Cloudy fraction for method coverage.")
+@click.option("--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels.")
+@click.option(
+    "--cloud-is",
+    default="auto",
+    type=click.Choice(["auto", "bright", "dark"]),
+    help="Cloud contrast; auto: dark in temperatures and thermal radiances.",
+)
+@click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
+@click.option("--realism", is_flag=True, help="Test whether classifiers can tell the images of SIM from those of REAL.")
+@click.option(
+    "--radiance",
+    is_flag=True,
+    help="Simulate clear sea and opaque clouds at place, time and view of REAL, and compare brightness temperatures.",
+)
+@click.option(
+    "--channel",
+    "channels",
+    multiple=True,
+    metavar="NAME[=LOW-HIGH]",
+    callback=channel_limits_of,
+    help="With --radiance: a variable of REAL and the limits of its channel, um, for example ir_108=9.8-11.8; channels "
+    "of SEVIRI have known limits. Repeat; default: all variables with known limits.",
+)
+@click.option(
+    "--spots", default=12, type=click.IntRange(1), help="With --radiance: most spots of clear sea, and of cloud."
+)
+@click.option("--paired", is_flag=True, help="With --realism: the n-th scene of SIM was made from the n-th of REAL.")
+@click.option(
+    "--blur", default=0.65, type=Number(0, 10), help="With --realism: standard deviation of the blur of SIM, pixels."
+)
+@click.option("--seed", default=0, type=click.IntRange(0), help="With --realism: seed of noise, folds and classifiers.")
+@click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
+@json_file_option
+@force_option
+@click.pass_context
+def evaluate_command(
+    context: click.Context,
+    /,
+    real: Path,
+    sim: Path | None,
+    real_also: tuple[Path, ...],
+    sim_also: tuple[Path, ...],
+    method: Method,
+    whole: bool,
+    realism: bool,
+    radiance: bool,
+    channels: dict[str, tuple[float, float] | None],
+    spots: int,
+    paired: bool,
+    blur: float,
+    seed: int,
+    output: Path | None,
+    json_file: Path | None,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Compare SIM with REAL by image similarity metrics.
+
+    Each is a cube, NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. Brightness temperatures are compared if both
+    have them, else a common unit, else grey levels of cloud. The metrics are EV, Den, DP, FD and RMSE of the HCSS paper
+    (as printed and corrected), coverage, fractal dimensions, anisotropy, spectra, histograms and change over time.
+    Nothing is resampled.
+
+    With --realism, REAL and SIM are files or folders of brightness temperature with the same pixel size. Two
+    classifiers learn to tell patches of SIM from patches of REAL, and are asked about scenes that they have not seen:
+    AUC is 0.5 if they cannot tell, 1 if they always can. The features that tell, copies of real images, spectra,
+    structure functions and correlation over time are listed, too. Needs the package scikit-learn.
+
+    With --radiance, REAL alone is given: a NetCDF file with brightness temperature of several channels, latitude,
+    longitude, view_zenith and time. Clear sea and opaque clouds in it are simulated from these and the climatology.
+    """
+    to_screen = json_file is not None and str(json_file) == "-"
+    wanted = {"-o": output, "--json": None if to_screen else json_file}
+    require_two_files(wanted)
+    require_writable([output], force, "give another name", form="HTML")
+    require_writable([wanted["--json"]], force, "give another name", form="JSON")
+    _require_options_of_one_test(context, realism, radiance)
+    if (sim is None) != radiance:
+        raise click.UsageError("SIM: allowed without --radiance only" if radiance else "Missing argument 'SIM'.")
+    from hcss_evaluate.comparison.comparison import evaluate
+    from hcss_evaluate.pages.evaluation_text import evaluation_text
+    from hcss_twin.core.environment import announce_compilation
+
+    choices = (_choice("real", method, options), _choice("sim", method, options))
+    for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
+        if options[name] is not None and needs not in {each.method for each in choices}:
+            raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
+    shown = partial(progress, context.ensure_object(Stop), label="measuring")
+    if sim is None:
+        _test_radiance(real, channels, spots, shown, output, json_file)
+        return
+    if realism:
+        from hcss_evaluate.realism.files import compare_files
+        from hcss_evaluate.realism.text import realism_text
+
+        tested = compare_files(
+            (real, *real_also), (sim, *sim_also), *choices, paired=paired, blur_pixels=blur, seed=seed
+        )
+        if output is not None:
+            from hcss_evaluate.realism.page import realism_page
+            from hcss_twin.reports.page import write_page
+
+            write_page(output, realism_page(tested))
+        _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), output, json_file)
+        return
+    with announce_compilation(partial(click.echo, err=True)):
+        result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
+    if output is not None:
+        from hcss_evaluate.pages.evaluation_page import evaluation_page
+        from hcss_twin.reports.page import write_page
+
+        write_page(output, evaluation_page(result))
+    _answer(json.dumps(result.as_dict(), allow_nan=False), evaluation_text(result), output, json_file)
+
+
+def _test_radiance(
+    real: Path,
+    channels: dict[str, tuple[float, float] | None],
+    spots: int,
+    shown: Any,
+    output: Path | None,
+    json_file: Path | None,
+) -> None:
+    from hcss_evaluate.radiance.blind import blind_test, channel_limits, known_channels
+    from hcss_evaluate.radiance.text import blind_page, blind_text
+
+    limits = {name: given or channel_limits(name) for name, given in (channels or known_channels(real)).items()}
+    done = blind_test(real, limits, most=spots, progress=shown)
+    if output is not None:
+        from hcss_twin.reports.page import write_page
+
+        write_page(output, blind_page(done))
+    _answer(json.dumps(done.as_dict(), allow_nan=False), blind_text(done), output, json_file)
+
+
+_OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole")
+_OF_REALISM = ("sim_also", "paired", "blur", "seed")
+_OF_RADIANCE = ("channels", "spots")
+_OF_IMAGES = tuple(
+    f"{side}_{name}" for side in ("real", "sim") for name in ("also", "pixel_size", "frames", "band", "variable")
+)
+
+
+def _require_options_of_one_test(context: click.Context, realism: bool, radiance: bool) -> None:
+    """Raise UsageError if an option is given that the chosen test does not use."""
+    if radiance and realism:
+        raise click.UsageError("--radiance: allowed without --realism only")
+    foreign = {"--realism": () if realism else _OF_REALISM, "--radiance": () if radiance else _OF_RADIANCE}
+    chosen = "--radiance" if radiance else "--realism"
+    own = (*_OF_METRICS, *_OF_IMAGES) if radiance else _OF_METRICS if realism else ()
+    for parameter in context.command.params:
+        if context.get_parameter_source(parameter.name or "") is not ParameterSource.COMMANDLINE:
+            continue
+        for test, names in foreign.items():
+            if parameter.name in names:
+                raise click.UsageError(f"{parameter.opts[-1]}: allowed with {test} only")
+        if parameter.name in own:
+            raise click.UsageError(f"{parameter.opts[-1]}: allowed without {chosen} only")
+
+
+def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationChoice:
+    from hcss_evaluate.comparison.footage import EvaluationChoice
+
+    chosen: Method = options[f"{side}_method"] or method
+    return EvaluationChoice(
+        variable=options[f"{side}_variable"],
+        band=options[f"{side}_band"],
+        frames=options[f"{side}_frames"],
+        method=chosen,
+        cloud_is=options["cloud_is"],
+        # Omit options that only the other side's method needs.
+        coverage=options["coverage"] if chosen == "coverage" else None,
+        window_pixels=options["window_pixels"] if chosen == "local" else None,
+        pixel_size_m=options[f"{side}_pixel_size"],
+    )
+
+
+def _answer(answer: str, text: str, output: Path | None, json_file: Path | None) -> None:
+    """Print JSON or the text with the names of the files, and write JSON to its file."""
+    if json_file is not None and str(json_file) == "-":
+        click.echo(answer)
+        return
+    if json_file is not None:
+        write_json(json_file, answer)
+    click.echo(text)
+    for file in (output, json_file):
+        if file is not None:
+            click.echo(str(file))

@@ -1,0 +1,1 @@
+"""Report pages and figures of matches, entries, posteriors and evaluations."""
