@@ -68,11 +68,10 @@ class CommandGroup(click.Group):
             listed = "; ".join(map(str, broken))
             ctx.fail(f"No such command '{name}'. It might come from an installed plugin that is broken: {listed}")
         if name in OF_PLUGINS:
+            from hcss_twin.core.plugins import how_to_install
+
             plugin = OF_PLUGINS[name]
-            ctx.fail(
-                f"No such command '{name}'. It comes with the plugin {plugin}: "
-                f"pip install ./plugins/{plugin} in a checkout of hcss_twin"
-            )
+            ctx.fail(f"No such command '{name}'. It comes with the plugin {plugin}: {how_to_install(plugin)}")
         return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -14,7 +14,7 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, installed
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, how_to_install, installed
 from hcss_twin.core.reading import reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
@@ -108,8 +108,9 @@ def _page_of(path: Path) -> tuple[str, EntryPoint]:
             return str(origin), entry
     for mark, plugin in OF_PLUGINS.items():
         if mark in marks:
-            hint = f"pip install ./plugins/{plugin} in a checkout of hcss_twin"
-            raise HcssError(f"cannot report on {path}: its page comes with the plugin {plugin}: {hint}")
+            raise HcssError(
+                f"cannot report on {path}: its page comes with the plugin {plugin}: {how_to_install(plugin)}"
+            )
     known = ", ".join((*PAGES, *OF_PLUGINS))
     raise HcssError(f"cannot report on {path}: it is NetCDF without {known}; {ALLOWED}")
 

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.errors import Problem
+from hcss_twin.core.plugins import how_to_install
 from hcss_twin.core.sections import plugin_sections
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.problems import problems_from
@@ -29,8 +30,8 @@ def take_owned(data: dict[str, Any]) -> tuple[dict[str, BaseModel], list[Problem
                 problems += problems_from(error, model, prefix=name, raw=raw)
         elif package := PACKAGES.get(name):
             del data[name]
-            remedy = f"pip install './plugins/{package}'"
-            problems.append(Problem(name, f"is a section of {package}, which is not installed; {remedy}"))
+            message = f"is a section of {package}, which is not installed: {how_to_install(package)}"
+            problems.append(Problem(name, message))
     return sections, problems
 
 

@@ -64,7 +64,7 @@ def test_a_section_of_a_plugin_is_checked_kept_and_described(plugins):
 def test_a_missing_package_is_named_with_the_command_that_installs_it(plugins):
     plugins()
     with pytest.raises(
-        ScenarioError, match=r"camera: is a section of hcss-payload.*pip install './plugins/hcss-payload'"
+        ScenarioError, match=r"camera: is a section of hcss-payload.*pip install ./plugins/hcss-payload"
     ):
         hcss_twin.Scenario.from_dict(SCENE | {"camera": {}})
     with pytest.raises(ScenarioError, match="lamp: unknown key"):

@@ -18,6 +18,7 @@ from hcss_twin.core.plugins import (
     Origin,
     Remark,
     describe,
+    how_to_install,
     installed,
     normalised,
     slow_import,
@@ -190,7 +191,7 @@ class Registry:
         if not suspects and not ignored:
             package = PACKAGES.get(plain)
             text += (
-                f". It comes with {package}: pip install ./plugins/{package} in a checkout of hcss_twin"
+                f". It comes with {package}: {how_to_install(package)}"
                 if package
                 else ". If it is part of a separate package, install that package into this environment "
                 "(pip install ...); `hcss plugins` shows what is installed"
