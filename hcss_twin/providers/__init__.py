@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         choose_from,
     )
     from hcss_twin.core.netcdf import NetcdfFile
+    from hcss_twin.core.sections import SectionSpec
     from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, wind_azimuths
     from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
     from hcss_twin.physics.planck import planck, wavenumber_from_um
@@ -161,6 +162,7 @@ __all__ = [
     "SeaInputs",
     "SeaModel",
     "SeaModelOptions",
+    "SectionSpec",
     "Sensor",
     "SensorBand",
     "SensorDeclaration",
@@ -247,6 +249,7 @@ HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "core.arrays": ("Array",),
         "core.catalog": ("Catalog",),
         "core.commands": ("CommandSpec", "hookimpl"),
+        "core.sections": ("SectionSpec",),
         "core.errors": (
             "CatalogError",
             "CubeError",

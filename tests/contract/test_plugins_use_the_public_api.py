@@ -20,6 +20,7 @@ PUBLIC = {
     "hcss_twin": set(hcss_twin.__all__),
     "hcss_twin.providers": set(providers.__all__),
     "hcss_twin.testing": set(testing.__all__),
+    "hcss_twin.plan.rays": {"Rays"},  # public, but not frozen
 }
 LISTING = (
     "hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload", "hcss-skies",

@@ -15,7 +15,7 @@ from hcss_twin.cube.packing import FILL, LARGEST, packing_of, round_to_steps
 from hcss_twin.engine.sense import section_of, sense_file
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
-from hcss_twin.plan import output as packing_of_plans
+from hcss_twin.plan import packing as packing_of_plans
 from hcss_twin.plan.description import describe
 from hcss_twin.reports.plan_text import plan_text
 from hcss_twin.sweeps.dataset import differences

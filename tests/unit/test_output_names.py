@@ -38,7 +38,7 @@ def test_all_outputs_of_all_commands_are_checked():
         for each in command.params
         if each.name in OUTPUTS and isinstance(each.type, click.Path) and each.type.file_okay
     ]
-    assert len(files) >= 12
+    assert len(files) >= 8  # those of plugins come to these
     assert [(words, each.name) for words, each in files if not isinstance(each.type, Output)] == []
 
 

@@ -1,5 +1,7 @@
 """Nodes over the image, what they count in pixels, and how many are taken."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.rays import GridRays
 from hcss_twin.plan.views import ImageViews, ViewAxis, place_axis
 from hcss_twin.providers import Grid
 
@@ -42,7 +45,7 @@ def test_weights_make_the_value_at_pixel_centres():
 
 def test_the_views_of_pixels_are_those_of_their_places():
     views = ImageViews(GRID, LinesOfSight(35.0, 150.0, 40.0, 70.0, 700e3))
-    by_pixel = views.of_pixels([0, 29, 14], [0, 40, 20])
+    by_pixel = GridRays(SimpleNamespace(grid=GRID), 1, views).views_of_pixels(0.0, [0, 29, 14], [0, 40, 20])
     by_place = views.at([(-20.0 / 20.5, -14.5 / 15.0), (20.0 / 20.5, 14.5 / 15.0), (0.0, -0.5 / 15.0)])
     assert by_pixel == by_place
     # The sensor stands in the east: what lies there sees it higher.

@@ -11,13 +11,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin import Scenario
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.commands import hookimpl
-from hcss_twin.core.sections import SectionSpec
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.windows import Window
-from hcss_twin.providers import Grid, View
+from hcss_twin.providers import Array, Catalog, Grid, SectionSpec, View, hookimpl
 
 
 class ConicalScanner(BaseModel):
@@ -51,7 +46,7 @@ class ConicalRays(Rays):
         self._given, self.directions, self.view = given, Cone(given), View(given.zenith, 180.0)
         self.image, self.samples_per_pixel = Grid(given.rows, given.columns, given.step), 3
 
-    def points_m(self, window: Window, time_s: float, height_m: float) -> tuple[Array, Array]:
+    def points_m(self, window: tuple[slice, slice], time_s: float, height_m: float) -> tuple[Array, Array]:
         """Return where lines of sight meet a height: on a circle around the platform."""
         given, per = self._given, self.samples_per_pixel
         row, column = ((np.arange(pixels.start * per, pixels.stop * per) + 0.5) / per for pixels in window)
@@ -60,7 +55,7 @@ class ConicalRays(Rays):
         advance_m = (row - 0.5 * given.rows)[:, None] * given.step - given.altitude * reach
         return np.broadcast_to(x_m, (row.size, column.size)), advance_m + y_m
 
-    def positions(self, window: Window, time_s: float) -> tuple[Array, Array]:
+    def positions(self, window: tuple[slice, slice], time_s: float) -> tuple[Array, Array]:
         """Return the positions of pixels on the arc."""
         row, column = (np.arange(pixels.start, pixels.stop, dtype=np.float64) + 0.5 for pixels in window)
         return np.tile(self._azimuth(column), (row.size, 1)), np.zeros((row.size, column.size))
