@@ -346,7 +346,7 @@ def draw_figure(rows: Sequence[Mapping[str, str]], path: Path) -> None:
             everything = summarise(own, name)
             axis.set_title(f"{which}: {name}", fontsize=9)
             if everything is None:
-                axis.text(0.5, 0.0, "fixed", ha="center", va="center")
+                axis.text(0.5, 0.0, "none" if which in TYPES_OF else "fixed", ha="center", va="center")
                 continue
             band = 1.36 / math.sqrt(everything.ranks.size)
             axis.axhspan(-band, band, color="0.9")
@@ -360,7 +360,7 @@ def draw_figure(rows: Sequence[Mapping[str, str]], path: Path) -> None:
     for axis in axes[:, 0]:
         axis.set_ylabel("excess, cumulative")
     axes[0, 0].set_ylim(-0.25, 0.25)
-    figure.legend(*axes[-1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
     figure.savefig(path, dpi=110)
 
 
