@@ -37,7 +37,7 @@ from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import EDGES, EXTREMES
+from hcss_twin.plan.windows import whole_image
 from hcss_twin.providers.registry.specs import Kind
 
 LARGEST_TABLE_BYTES = 128_000_000
@@ -285,15 +285,10 @@ def table_key(plan: Plan) -> str:
     }
     if assembly.between is not None:
         parts["between"] = assembly.between.nodes_K
-    if plan.views is not None:
-        grid = plan.grid
-        parts["views"] = [plan.views.order_x, plan.views.order_y, grid.rows, grid.columns, grid.pixel_size_m]
-        if assembly.directions is not None:
-            parts["views"] = [*parts["views"], repr(assembly.directions.at(EXTREMES + EDGES))]
+    for effect in plan.effects:
+        parts |= effect.key(scenario, assembly)
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
-    if plan.texture is not None:  # that of a small image is another
-        parts["texture"] = dataclasses.astuple(plan.texture)
     surface = assembly.surface
     if surface is not None:
         parts["surface"] = [surface.name, surface.temperature_K]
@@ -303,7 +298,6 @@ def table_key(plan: Plan) -> str:
     if any(own):
         parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
         parts["optics"] += own
-    if plan.waves is not None or assembly.slant.shadows:
-        # A window uses the tables of the whole image.
-        parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}
+    if assembly.slant.shadows:
+        parts["image"] = whole_image(scenario)
     return result_key(parts, plan.catalog.shelf)

@@ -7,7 +7,9 @@ until the error between their nodes, measured for a few columns, is small enough
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns, largest_change
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -36,7 +39,7 @@ _SHORTEST_M = 25.0
 
 
 @dataclass(frozen=True)
-class CloudTops:
+class CloudTops(Effect):
     """Altitudes of the one layer's tops with tables.
 
     Attributes
@@ -49,6 +52,10 @@ class CloudTops:
 
     nodes_m: tuple[float, ...]
     estimated_error: float
+
+    def described(self) -> Mapping[str, Any]:
+        """Return altitudes and error."""
+        return {"cloud_tops": vars(self)}
 
     def segment_of(self, top_m: NDArray[np.float32]) -> NDArray[np.intp]:
         """Return the segment of each altitude, same shape."""

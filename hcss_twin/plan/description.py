@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hcss_twin.cube.writer import largest_error
 from hcss_twin.models.optics.size_distribution import (
@@ -20,9 +20,6 @@ from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.scenario.scenario import Scenario
 
-if TYPE_CHECKING:
-    from hcss_twin.plan.surfaces import PlannedSurfaces
-
 
 def describe(plan: Plan) -> dict[str, Any]:
     """Return the decisions of a plan as JSON values."""
@@ -34,8 +31,8 @@ def describe(plan: Plan) -> dict[str, Any]:
         "samples_per_pixel": plan.samples_per_pixel,
         "view": {"zenith_deg": plan.view.zenith_deg, "azimuth_deg": plan.view.azimuth_deg},
         "platform": _platform(plan.scenario, plan.assembly.lines_of_sight),
-        "cloud_tops": None if plan.tops is None else vars(plan.tops),
-        "views": None if plan.views is None else vars(plan.views),
+        "cloud_tops": None,
+        "views": None,
         "layers": [
             {
                 "name": layer.name,
@@ -70,9 +67,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "provider_costs": [vars(each) for each in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],
         **_against_the_world(plan),
-        **({} if plan.light is None else {"light": plan.light.as_dict()}),
-        **({} if plan.surfaces is None else {"surfaces": _surfaces(plan.surfaces)}),
-        **({} if plan.sensor is None else {"sensor": plan.sensor.as_dict()}),
+        **{name: value for effect in plan.effects for name, value in effect.described().items()},
     }
 
 
@@ -81,13 +76,6 @@ def _against_the_world(plan: Plan) -> dict[str, Any]:
         return {}
     budget = error_budget(plan)
     return {"beyond_accuracy": list(beyond_accuracy(plan, budget)), "error_budget": budget.as_dict()}
-
-
-def _surfaces(surfaces: PlannedSurfaces) -> list[dict[str, Any]]:
-    return [
-        {"name": each.name, "share": share, "lowest_K": each.low_K, "highest_K": each.high_K, "nodes_K": list(nodes)}
-        for each, nodes, share in zip(surfaces.classes, surfaces.nodes_K, surfaces.shares, strict=True)
-    ]
 
 
 def describe_providers(entries: Mapping[str, Entry]) -> dict[str, dict[str, str]]:

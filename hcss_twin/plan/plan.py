@@ -16,6 +16,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PlannedLight:
+class PlannedLight(Effect):
     """Light transport of a scene: value of ``radiance.light``, package, class, and the error that it states.
 
     The error is that of each band, rms over pixels relative to the mean radiance.
@@ -52,6 +53,10 @@ class PlannedLight:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for plan and cube."""
         return {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}
+
+    def described(self) -> Mapping[str, Any]:
+        """Return name, package and stated error."""
+        return {"light": self.as_dict()}
 
     def check(self, *of_frame: Any) -> dict[str, Any]:
         """Return what the transport finds about a plan, its tables and a frame for the certificate, if it does."""
@@ -190,6 +195,12 @@ class Plan:
     def image(self) -> Grid:
         """The image, in pixels."""
         return self.rays.image
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What lets pixels differ beyond their clouds."""
+        planned = (self.light, self.surfaces, self.tops, self.views, self.texture, self.waves, self.sensor)
+        return tuple(effect for effect in planned if effect is not None)
 
     @property
     def is_grid(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_var
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
 from hcss_twin.plan.windows import Window, length, relative
@@ -28,7 +29,7 @@ ALL = "all"
 
 
 @dataclass(frozen=True)
-class BuiltSensor:
+class BuiltSensor(Effect):
     """A guarded sensor and its settings.
 
     Attributes
@@ -126,6 +127,10 @@ class BuiltSensor:
         return {
             spec.name: _stored(found[spec.name][0][:, *inner], spec, found[spec.name][1]) for spec in self.variables
         }
+
+    def described(self) -> Mapping[str, Any]:
+        """Return the settings."""
+        return {"sensor": self.as_dict()}
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for plan and provenance."""

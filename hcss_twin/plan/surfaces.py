@@ -8,8 +8,9 @@ the error between them, measured for a few columns.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
 from hcss_twin.plan.surface_classes import SEA, SceneClass, SurfaceState
@@ -79,7 +81,7 @@ def _black_body(grid: SpectralGrid, temperature_K: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class PlannedSurfaces:
+class PlannedSurfaces(Effect):
     """States of a scene's surfaces.
 
     Attributes
@@ -97,6 +99,16 @@ class PlannedSurfaces:
     nodes_K: tuple[tuple[float, ...], ...]
     shares: tuple[float, ...]
     estimated_error: float
+
+    def described(self) -> Mapping[str, Any]:
+        """Return classes with their shares and temperatures."""
+        classes = zip(self.classes, self.nodes_K, self.shares, strict=True)
+        return {
+            "surfaces": [
+                {"name": of.name, "share": share, "lowest_K": of.low_K, "highest_K": of.high_K, "nodes_K": list(nodes)}
+                for of, nodes, share in classes
+            ]
+        }
 
     @property
     def states(self) -> tuple[tuple[SurfaceState, ...], ...]:

@@ -7,9 +7,9 @@ drier and moister air. Beneath thick cloud the states agree, so that the texture
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.effects import Effect
 from hcss_twin.providers import Grid, RadianceModel, Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -39,7 +40,7 @@ State: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Texture:
+class Texture(Effect):
     """Standard deviations of a scene's clear-sky texture; at least one is above 0.
 
     Attributes
@@ -52,6 +53,10 @@ class Texture:
 
     temperature_K: float
     water_vapour: float
+
+    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
+        """Return the deviations; those of a small image are others."""
+        return {"texture": astuple(self)}
 
     @property
     def steps(self) -> tuple[float, float]:

@@ -6,8 +6,9 @@ y, from edge to edge of the image; pixels are interpolated by the polynomial thr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,13 +21,14 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly, expect_views
 from hcss_twin.plan.directions import Views
+from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)
-class ViewAxis:
+class ViewAxis(Effect):
     """Nodes of the view over the image.
 
     Attributes
@@ -40,6 +42,18 @@ class ViewAxis:
     order_x: int
     order_y: int
     estimated_error: float
+
+    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
+        """Return orders, image and directions."""
+        grid = assembly.grid
+        views = [self.order_x, self.order_y, grid.rows, grid.columns, grid.pixel_size_m]
+        return {
+            "views": views if assembly.directions is None else [*views, repr(assembly.directions.at(EXTREMES + EDGES))]
+        }
+
+    def described(self) -> Mapping[str, Any]:
+        """Return orders and error."""
+        return {"views": vars(self)}
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,9 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
+from hcss_twin.plan.windows import whole_image
 from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 
@@ -112,7 +114,7 @@ _SEED_KEY = 2**16
 
 
 @dataclass(frozen=True)
-class PlannedWaves:
+class PlannedWaves(Effect):
     """Resolved waves of a scene.
 
     Attributes
@@ -128,6 +130,10 @@ class PlannedWaves:
     shapes: WaveShapes
     rms: tuple[float, float]
     point_size_m: float
+
+    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
+        """Return the image, whose windows use the tables of the whole."""
+        return {"image": whole_image(scenario)}
 
 
 def choose_waves(

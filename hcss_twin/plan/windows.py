@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -92,3 +92,8 @@ def _sums(values, samples):  # type: ignore[no-untyped-def]
                 for j in range(x * samples, (x + 1) * samples):
                     sums[y, x] += values[i, j]
     return sums
+
+
+def whole_image(scenario: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of ``[image]`` of a scenario that a window shares with the whole image."""
+    return {name: value for name, value in scenario["image"].items() if name != "window"}

@@ -1,0 +1,25 @@
+"""Effects: decisions of the plan that let pixels of a scene differ beyond their clouds.
+
+Views and air over the image, surfaces, tops of clouds, texture, waves, light between columns and the sensor are each
+planned alone; a scene that does not need one has none. What tables depend on, and what the plan says as plain values,
+are loops over ``plan.effects``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hcss_twin.plan.assembly import Assembly
+
+
+class Effect:
+    """One decision; the base of what ``plan.effects`` holds."""
+
+    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
+        """Return what tables depend on, beyond sea, air and layers of a scenario (plain values); by default nothing."""
+        return {}
+
+    def described(self) -> Mapping[str, Any]:
+        """Return what the plan says as plain values, by name; by default nothing."""
+        return {}
