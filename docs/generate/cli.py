@@ -14,6 +14,9 @@ from hcss_twin.cli.main import cli
 
 PAGE = "reference/cli.md"
 
+LISTED = ("hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty")
+"""Packages whose commands are listed; READMEs of the others list theirs."""
+
 _INTRODUCTION = """# Command line
 
 {GENERATED}
@@ -31,6 +34,7 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
 (it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md):
 {PLUGINS}.
+Commands of hcss-light, hcss-payload and hcss-skies are described in their READMEs.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
@@ -40,7 +44,8 @@ def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> It
     """Yield the full name and the object of every command that can run, sorted by name."""
     members = dict(group.commands)
     if group is cli:
-        members |= {name: each.load() for name, each in cli.plugin_commands()[0].items() if name in OF_PLUGINS}
+        plugins = cli.plugin_commands()[0].items()
+        members |= {name: command.load() for name, command in plugins if OF_PLUGINS.get(name) in LISTED}
     for name, command in sorted(members.items()):
         if isinstance(command, click.Group):
             if command.invoke_without_command:

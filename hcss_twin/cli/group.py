@@ -29,7 +29,10 @@ OF_PLUGINS = {
     "import": "hcss-evaluate",
     "match": "hcss-evaluate",
     "propagate": "hcss-uncertainty",
+    "reference": "hcss-light",
     "reproduce": "hcss-paper",
+    "serve": "hcss-payload",
+    "skies": "hcss-skies",
 }
 """Commands of plugins that the repository of this package has in ``plugins/``."""
 

@@ -284,7 +284,7 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         window=_window(plan),
         geometry=tuple(spec for spec in plan.variables if plan.is_grid and spec.kind == "geometry"),
         sensor_altitude_m=scenario.platform.altitude,
-        layout=plan.rays.layout(),
+        layout=plan.rays.layout(scenario),
     )
 
 

@@ -21,6 +21,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.directions import Directions
@@ -166,9 +167,23 @@ class Rays(ABC):
         if problems:
             raise ScenarioError(problems)
 
-    def layout(self) -> ImageLayout | None:
-        """Return the coordinates of the cube; None for a grid on the ground."""
-        return None
+    def layout(self, scenario: Scenario) -> ImageLayout | None:
+        """Return the coordinates of the cube, and the extent of what its first and last frame see at sea level."""
+        rows, columns = self.image.rows, self.image.columns
+        axes = tuple(
+            (
+                VariableSpec(name, "1", f"{name} of the image", "coordinate", "From 0.", (name,), "int32"),
+                np.arange(size, dtype=np.int32),
+            )
+            for name, size in (("row", rows), ("column", columns))
+        )
+        frames, place = scenario.frames, scenario.place
+        ends_s = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
+        seen = [self.points_m((slice(0, rows), slice(0, columns)), time_s, 0.0) for time_s in ends_s]
+        x_m, y_m = (np.concatenate([np.ravel(each) for each in axis]) for axis in zip(*seen, strict=True))
+        met = ~np.isnan(x_m)
+        latitude, longitude = to_geographic(x_m[met], y_m[met], place.latitude, place.longitude)
+        return ImageLayout(axes, *(float(end(each)) for each in (latitude, longitude) for end in (np.min, np.max)))
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Set what pixels without ground show to missing in a part of a frame, and add the coordinates of pixels."""
@@ -262,6 +277,10 @@ class GridRays(Rays):
 
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Accept all scenes."""
+        return
+
+    def layout(self, scenario: Scenario) -> None:
+        """Return None: the coordinates are those of the plane."""
         return
 
 

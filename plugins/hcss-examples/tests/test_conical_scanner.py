@@ -10,11 +10,11 @@ from hcss_twin import Scenario, make_plan, simulate
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "conical-scanner.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk"}
-DAY = {"time": "2024-03-20T14:00:00Z"}
+ARC = {"clouds.type": "cumulus", "conical_scanner": {"half_arc": 20.0, "rows": 24, "columns": 48}}
 
 
 def of(**overrides):
-    return Scenario.load(SCENARIO, CHEAP | DAY | {"output.variables": ["radiance"]} | overrides)
+    return Scenario.load(SCENARIO, CHEAP | ARC | {"output.variables": ["radiance"]} | overrides)
 
 
 def test_clear_pixels_have_the_radiance_of_their_views():

@@ -231,7 +231,7 @@ class CameraRays(Rays):
                     scene.require_in_reach(generator, below, float(time_s))
         self._limb = Limb(assembly) if self._payload.beyond == "limb" and radiance else None
 
-    def layout(self) -> ImageLayout:
+    def layout(self, scenario: Scenario) -> ImageLayout:
         """Return rows, columns and poses, and the extent of the ground that the frames show."""
         poses = [self._payload.pose(float(time_s)) for time_s in self._times_s]
         return ImageLayout(coordinates(self.camera.rows, self.camera.columns, poses), *self._extent)
