@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.mixed_tables import mix, mixed_tables, on_common_nodes
-from hcss_twin.engine.tables.over_views import VALUES_AT_ONCE, GridViews, Thickness, ViewedLookUp
+from hcss_twin.engine.tables.over_views import GridViews, Thickness, ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.views import ViewAxis
-from hcss_twin.plan.windows import Window, length, points_of
+from hcss_twin.plan.windows import Window, length
 
 LOST = 1e-5
 """Largest relative error of the polynomials of a frame, relative to those of the pass."""
@@ -164,32 +164,18 @@ class DirectedLookUp(ViewedLookUp):
         part._rows, part._columns = extent
         return part
 
-    def fill(
-        self,
-        radiance: NDArray[np.float32],
-        thickness_m: Sequence[Thickness],
-        samples: int = 1,
-        corner: tuple[int, int] = (0, 0),
+    def _channels(self, channels: int) -> int:
+        return channels if self._mixed is None else self._mixed.look_up.table.clear.size
+
+    def _fill_strip(
+        self, radiance: NDArray[np.float32], thickness_m: Sequence[Thickness], samples: int, y: slice, x: slice
     ) -> None:
-        """Write the radiance of a window of the image like :meth:`LookUp.fill`; without layers, of the whole image."""
         if self._mixed is None:
-            super().fill(radiance, thickness_m, samples, corner)
+            super()._fill_strip(radiance, thickness_m, samples, y, x)
             return
-        (rows, columns), channels = self._shape, self._mixed.look_up.table.clear.size
-        if thickness_m:
-            rows, columns = (size // samples for size in thickness_m[0].shape)
-        else:
-            corner = (0, 0)
-        step = max(1, VALUES_AT_ONCE // (channels * columns))
-        part = np.empty((channels, min(step, rows), columns), dtype=np.float32)
-        x = slice(corner[1], corner[1] + columns)
-        for first in range(0, rows, step):
-            strip = slice(first, min(first + step, rows))
-            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
-            own = part[:, : length(strip)]
-            self._mixed.look_up.fill(own, [each[points_of(strip, samples)] for each in thickness_m], samples)
-            at = self._positions(y, x)
-            mix(*at, *self._mixed.nodes, self._mixed.weights, own, radiance[:, y, x])
+        part = np.empty((self._channels(0), *radiance.shape[1:]), dtype=np.float32)
+        self._mixed.look_up.fill(part, thickness_m, samples)
+        mix(*self._positions(y, x), *self._mixed.nodes, self._mixed.weights, part, radiance)
 
     @property
     def _shape(self) -> tuple[int, int]:

@@ -125,19 +125,29 @@ class ViewedLookUp:
             rows, columns = (size // samples for size in thickness_m[0].shape)
         else:
             (rows, columns), corner = self._shape, (0, 0)
-        step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns))
+        step = max(1, VALUES_AT_ONCE // (self._channels(radiance.shape[0]) * columns))
+        x = slice(corner[1], corner[1] + columns)
         for first in range(0, rows, step):
             strip = slice(first, min(first + step, rows))
             points = [each[points_of(strip, samples)] for each in thickness_m]
             y = slice(corner[0] + strip.start, corner[0] + strip.stop)
-            x = slice(corner[1], corner[1] + columns)
-            sums = np.zeros((radiance.shape[0], strip.stop - first, columns))
-            part = np.empty(sums.shape, dtype=np.float32)
-            for weight, look_up in zip(self._weights(y, x), self._look_ups, strict=True):
-                look_up.fill(part, points, samples)
-                _add(sums, part, weight)
-            # A vanishing term can become negative between nodes.
-            radiance[:, y, x] = np.maximum(sums, 0.0)
+            self._fill_strip(radiance[:, y, x], points, samples, y, x)
+
+    def _channels(self, channels: int) -> int:
+        """Return how many channels are looked up together for those of the radiance."""
+        return channels
+
+    def _fill_strip(
+        self, radiance: NDArray[np.float32], thickness_m: Sequence[Thickness], samples: int, y: slice, x: slice
+    ) -> None:
+        """Write the radiance (C, y, x) of some rows and columns of the part."""
+        sums = np.zeros(radiance.shape)
+        part = np.empty(radiance.shape, dtype=np.float32)
+        for weight, look_up in zip(self._weights(y, x), self._look_ups, strict=True):
+            look_up.fill(part, thickness_m, samples)
+            _add(sums, part, weight)
+        # A vanishing term can become negative between nodes.
+        radiance[...] = np.maximum(sums, 0.0)
 
 
 @kernel()
