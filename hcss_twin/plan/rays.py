@@ -101,7 +101,7 @@ class Rays(ABC):
         NaN where a pixel does not see the ground.
         """
 
-    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
+    def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
         """Return the exact view of some pixels, for the certificate; by default those of their positions."""
         assert self.directions is not None
         windows = ((slice(row, row + 1), slice(column, column + 1)) for row, column in zip(rows, columns, strict=True))
@@ -242,7 +242,7 @@ class GridRays(Rays):
         )
         return np.broadcast_arrays(x[None, :], y[:, None])  # type: ignore[return-value]
 
-    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
+    def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
         """Return the view from the centres of pixels, which may lie outside the image."""
         if self.views is None:
             return [self.view] * len(rows)
@@ -268,7 +268,7 @@ class GridRays(Rays):
         self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
     ) -> float:
         """Return the area of a pixel across its line of sight, the same at all distances."""
-        (view,) = self.views_of_pixels(time_s, [math.floor(row)], [math.floor(column)])
+        (view,) = self.views_of_pixels([math.floor(row)], [math.floor(column)], time_s)
         return self.image.pixel_size_m**2 * math.cos(math.radians(view.zenith_deg))
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:

@@ -45,7 +45,7 @@ def test_weights_make_the_value_at_pixel_centres():
 
 def test_the_views_of_pixels_are_those_of_their_places():
     views = ImageViews(GRID, LinesOfSight(35.0, 150.0, 40.0, 70.0, 700e3))
-    by_pixel = GridRays(SimpleNamespace(grid=GRID), 1, views).views_of_pixels(0.0, [0, 29, 14], [0, 40, 20])
+    by_pixel = GridRays(SimpleNamespace(grid=GRID), 1, views).views_of_pixels([0, 29, 14], [0, 40, 20], 0.0)
     by_place = views.at([(-20.0 / 20.5, -14.5 / 15.0), (20.0 / 20.5, 14.5 / 15.0), (0.0, -0.5 / 15.0)])
     assert by_pixel == by_place
     # The sensor stands in the east: what lies there sees it higher.

@@ -135,8 +135,7 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
     places = _perturbations(plan, pixels)
     if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s, references, places)
-    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
-    views = plan.rays.views_of_pixels(pixels.time_s, rows.tolist(), columns.tolist())
+    views = plan.rays.views_of_pixels(*_in_image(plan, pixels), pixels.time_s)
     if plan.is_grid and plan.texture is None and plan.assembly.air_over_field is None:  # one air for all
         return _means(plan, quantities, thickness, points, pixels.time_s, references, views=views)
     nothing = np.empty((0, len(quantities.names), len(plan.bands)))
@@ -149,6 +148,18 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
     )
 
 
+def _in_image(plan: Plan, pixels: SampledPixels) -> tuple[list[int], list[int]]:
+    """Rows and columns (M,) of pixels in the image, of which the cube may be a window."""
+    return (pixels.row + plan.extent[0].start).tolist(), (pixels.column + plan.extent[1].start).tolist()
+
+
+def _own_views(plan: Plan, pixels: SampledPixels) -> Sequence[View | None]:
+    """View of each pixel; None where all have that of the plan."""
+    if plan.views is None:
+        return [None] * pixels.row.size
+    return plan.rays.views_of_pixels(*_in_image(plan, pixels), pixels.time_s)
+
+
 def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
     """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps; (M, 0) without texture."""
     if plan.texture is None:
@@ -156,10 +167,9 @@ def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
     from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
 
     fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
-    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
     each = [
         np.ravel(fields.at(pixels.time_s, slice(row, row + 1), slice(column, column + 1)))
-        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+        for row, column in zip(*_in_image(plan, pixels), strict=True)
     ]
     return np.array(each, dtype=np.float64).reshape(-1, 2)
 
@@ -204,12 +214,9 @@ def _over_surfaces(
     from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
 
     stage = SurfaceStage(plan, None)
-    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
-    places = list(zip(rows.tolist(), columns.tolist(), strict=True))
     groups: dict[tuple[SurfaceState, View | None], list[int]] = {}
-    seen = plan.rays.views_of_pixels(pixels.time_s, rows.tolist(), columns.tolist())
-    views = [None] * len(places) if plan.views is None else seen
-    for pixel, ((row, column), view) in enumerate(zip(places, views, strict=True)):
+    seen = zip(*_in_image(plan, pixels), _own_views(plan, pixels), strict=True)
+    for pixel, (row, column, view) in enumerate(seen):
         ground = stage.at(pixels.time_s, (slice(row, row + 1), slice(column, column + 1)))
         for point, state in enumerate(stage.states(ground)):
             groups.setdefault((state, view), []).append(pixel * points + point)
@@ -228,11 +235,9 @@ def _over_tops(
     """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own cloud top."""
     from hcss_twin.engine.tables.over_tops import cloud_tops_m, plan_hanging_from  # not for tops of the layers
 
-    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
-    seen = plan.rays.views_of_pixels(pixels.time_s, rows.tolist(), columns.tolist())
-    views = [None] * rows.size if plan.views is None else seen
+    seen = zip(*_in_image(plan, pixels), _own_views(plan, pixels), strict=True)
     exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
-    for pixel, (row, column, view) in enumerate(zip(rows.tolist(), columns.tolist(), views, strict=True)):
+    for pixel, (row, column, view) in enumerate(seen):
         tops = cloud_tops_m(plan, pixels.time_s, (slice(row, row + 1), slice(column, column + 1))).ravel().tolist()
         for point, top in enumerate(tops, start=pixel * points):
             own = thickness_m[point : point + 1]

@@ -127,7 +127,7 @@ def _compared(
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
     for number, (row, column) in enumerate(places):
         if plan.views is not None:
-            toward = plan.toward(plan.rays.views_of_pixels(time_s, [row], [column])[0])
+            toward = plan.toward(plan.rays.views_of_pixels([row], [column], time_s)[0])
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             sampled = SampledClouds(plan, inputs)
         found = sampled.radiance((row, column), time_s, clouds, sun, photons, seed + 7919 * number)

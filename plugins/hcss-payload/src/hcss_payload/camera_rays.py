@@ -281,7 +281,7 @@ class CameraRays(Rays):
         x, y = (_range(each) for each in self.directions.places(toward, position_m))
         return x, y
 
-    def views_of_pixels(self, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> list[View]:
+    def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
         """Return the exact view of pixels."""
         row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
         rays = self._geometry(time_s).exact(row, column)
