@@ -37,7 +37,12 @@ if TYPE_CHECKING:
 
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
 
-PACKAGES = {"example": "hcss-skies", "lowtran7": "hcss-lowtran7", "surrogate": "hcss-skies"}
+PACKAGES = {
+    **dict.fromkeys(("example", "surrogate"), "hcss-skies"),
+    **dict.fromkeys(("bad-pixels", "detector-drift", "integration", "non-linearity", "stray-light"), "hcss-payload"),
+    "fractal-relief": "hcss-light",
+    "lowtran7": "hcss-lowtran7",
+}
 """Packages of this project with providers, for messages where they are not installed."""
 
 
