@@ -15,7 +15,6 @@ from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.engine.shadows import compile_shadows
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.engine.tables.over_views import tables_over_views
@@ -27,6 +26,8 @@ from hcss_twin.engine.tables.radiance_tables import (
     TextureTables,
     WaveTables,
 )
+from hcss_twin.engine.tables.scene_states import point_states
+from hcss_twin.engine.tables.shadows import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
 from hcss_twin.engine.tables.views_together import may_compile_together, tables_together
@@ -37,7 +38,6 @@ from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import whole_image
 from hcss_twin.providers.registry.specs import Kind
 
 LARGEST_TABLE_BYTES = 128_000_000
@@ -62,10 +62,9 @@ def compile_tables(plan: Plan) -> RadianceTables:
     ScenarioError
         If the table of two layers would be too large at the requested accuracy.
     """
-    if plan.surfaces is not None:
-        return _over_surfaces(plan, compile_tables)
-    if plan.tops is not None:
-        return _over_tops(plan, compile_tables)
+    states = point_states(plan)
+    if states is not None:
+        return states.tables(compile_tables)
     if plan.views is not None:
         together = tables_together(plan, _time_nodes, _texture) if may_compile_together(plan) else None
         return together or tables_over_views(plan, compile_tables)
@@ -228,26 +227,13 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     compiler : callable, optional
         Compiles new tables; replaceable, for example to count compilations.
     """
-    if plan.surfaces is not None:
-        return _over_surfaces(plan, partial(tables_of, compiler=compiler))
-    if plan.tops is not None:
-        return _over_tops(plan, partial(tables_of, compiler=compiler))
+    states = point_states(plan)
+    if states is not None:
+        return states.tables(partial(tables_of, compiler=compiler))
     if plan.views is not None and not may_compile_together(plan):
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
     compute = partial(compiler or compile_tables, plan)
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
-
-
-def _over_surfaces(plan: Plan, compiler: Callable[[Plan], RadianceTables]) -> RadianceTables:
-    from hcss_twin.engine.tables.over_surfaces import tables_over_surfaces  # not for scenes of sea alone
-
-    return tables_over_surfaces(plan, compiler)
-
-
-def _over_tops(plan: Plan, compiler: Callable[[Plan], RadianceTables]) -> RadianceTables:
-    from hcss_twin.engine.tables.over_tops import tables_over_tops  # not for layers with tops of their own
-
-    return tables_over_tops(plan, compiler)
 
 
 INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "surfaces", "output", "sensor")
@@ -298,6 +284,4 @@ def table_key(plan: Plan) -> str:
     if any(own):
         parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
         parts["optics"] += own
-    if assembly.slant.shadows:
-        parts["image"] = whole_image(scenario)
     return result_key(parts, plan.catalog.shelf)

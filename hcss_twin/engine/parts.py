@@ -27,7 +27,8 @@ from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.clouds import summaries_of
 from hcss_twin.engine.cluster import Cluster, connected
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.stream import Frame, PartMaker
+from hcss_twin.engine.stages.stage import Frame
+from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan

@@ -32,7 +32,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
 from hcss_twin.engine.sense import measured_path, require_netcdf, sense_run
-from hcss_twin.engine.stream import Frame
+from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan

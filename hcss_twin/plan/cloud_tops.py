@@ -50,6 +50,8 @@ class CloudTops(Effect):
         Largest error between them, relative to the total.
     """
 
+    kind = "tops"
+
     nodes_m: tuple[float, ...]
     estimated_error: float
 

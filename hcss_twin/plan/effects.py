@@ -8,13 +8,21 @@ are loops over ``plan.effects``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from hcss_twin.plan.assembly import Assembly
 
 
 class Effect:
-    """One decision; the base of what ``plan.effects`` holds."""
+    """One decision; the base of what ``plan.effects`` holds.
+
+    Attributes
+    ----------
+    kind : str
+        By which the engine finds the stage that applies it to frames.
+    """
+
+    kind: ClassVar[str]
 
     def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
         """Return what tables depend on, beyond sea, air and layers of a scenario (plain values); by default nothing."""

@@ -24,6 +24,7 @@ from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
+from hcss_twin.plan.shadows import Shadows
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ViewAxis
 from hcss_twin.plan.waves import PlannedWaves
@@ -44,6 +45,8 @@ class PlannedLight(Effect):
 
     The error is that of each band, rms over pixels relative to the mean radiance.
     """
+
+    kind = "light"
 
     name: str
     provider: str
@@ -198,9 +201,15 @@ class Plan:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """What lets pixels differ beyond their clouds."""
-        planned = (self.light, self.surfaces, self.tops, self.views, self.texture, self.waves, self.sensor)
-        return tuple(effect for effect in planned if effect is not None)
+        """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
+        shadows = Shadows() if self.has_shadows else None
+        of_columns = self.light, self.surfaces, self.tops, self.views, self.texture
+        return tuple(effect for effect in (*of_columns, self.waves, shadows, self.sensor) if effect is not None)
+
+    @property
+    def has_shadows(self) -> bool:
+        """Whether clouds can cast shadows."""
+        return self.assembly.slant.shadows and bool(self.layers) and self.sun_matters
 
     @property
     def is_grid(self) -> bool:

@@ -50,6 +50,8 @@ class BuiltSensor(Effect):
         Note on blur at the edges.
     """
 
+    kind = "sensor"
+
     section: SensorSection
     stages: tuple[Stage, ...]
     variables: tuple[VariableSpec, ...]

@@ -3,7 +3,7 @@
 A pixel is a point of the sea. The straight line from it at zenith angle theta and azimuth phi passes the height h
 above the point h tan(theta) away, toward phi; x points east and y north. For the line of sight each layer has one
 height, that of its flat side: the base of layers anchored at the base and the top of others. The sun's path is traced
-through the layer (:mod:`hcss_twin.engine.shadows`). Displacements are rounded to whole points.
+through the layer (:mod:`hcss_twin.engine.stages.shadows`). Displacements are rounded to whole points.
 """
 
 from __future__ import annotations

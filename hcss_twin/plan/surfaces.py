@@ -95,6 +95,8 @@ class PlannedSurfaces(Effect):
         Largest error of the interpolation in temperature, relative to the total, measured between the nodes.
     """
 
+    kind = "surfaces"
+
     classes: tuple[SceneClass, ...]
     nodes_K: tuple[tuple[float, ...], ...]
     shares: tuple[float, ...]

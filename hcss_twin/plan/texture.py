@@ -51,6 +51,8 @@ class Texture(Effect):
         Relative, of the vapour at all levels.
     """
 
+    kind = "texture"
+
     temperature_K: float
     water_vapour: float
 

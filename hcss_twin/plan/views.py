@@ -39,6 +39,8 @@ class ViewAxis(Effect):
         Relative to the total, measured between the nodes during their placement.
     """
 
+    kind = "views"
+
     order_x: int
     order_y: int
     estimated_error: float

@@ -127,6 +127,8 @@ class PlannedWaves(Effect):
         Distance between points.
     """
 
+    kind = "waves"
+
     shapes: WaveShapes
     rms: tuple[float, float]
     point_size_m: float

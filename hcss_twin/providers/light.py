@@ -107,7 +107,8 @@ class LightTransport(Protocol):
     """Light in broken clouds; ``reach``: rows, and columns, of points before and after others that matter to them.
 
     ``cost``: time for each pixel relative to other transports; infinite: the plan does not choose it.
-    Optional ``stage``: a function of plan and tables that returns another :class:`~hcss_twin.engine.light.LightStage`;
+    Optional ``stage``: a function of plan and tables that returns another
+    :class:`~hcss_twin.engine.stages.light.LightStage`;
     ``over_views``: a method of plan that returns the expected errors and a note for an image whose view varies, which
     is refused without it; ``check``: one of plan, tables and number of a frame, whose mapping with a ``text`` is part
     of the certificate.

@@ -13,10 +13,10 @@ from hcss_twin.core.errors import ScenarioError
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine import parts
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.derived import DerivedStage
 from hcss_twin.engine.simulate import run
+from hcss_twin.engine.stages.derived import DerivedStage
+from hcss_twin.engine.stages.truth import Truth
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.truth import Truth
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.providers import Declaration, OutputVariable

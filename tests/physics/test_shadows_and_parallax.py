@@ -12,7 +12,7 @@ from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
-from hcss_twin.engine.shadows import sun_paths
+from hcss_twin.engine.stages.shadows import sun_paths
 from hcss_twin.engine.stream import stream
 from hcss_twin.plan.clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import SlantPaths

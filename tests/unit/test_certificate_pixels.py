@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
-from hcss_twin.engine.certificate.part_sample import SeenWindow, strata, stratum_names
+from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.stages.stage import IN_SHADOW, SeenWindow
 from hcss_twin.engine.tables.spectrum import checked_frames
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
@@ -93,8 +94,8 @@ def drawn(plan, thickness, shaded=None):
         part_sample = sample.of_part(index)
         if part_sample is not None:
             for rows in (slice(0, 4), slice(4, 6)):
-                part = None if shaded is None else shaded[rows]
-                part_sample.observe(SeenWindow((rows, slice(0, 9)), [thickness[rows]], part))
+                left_out = {} if shaded is None else {IN_SHADOW: shaded[rows]}
+                part_sample.observe(SeenWindow((rows, slice(0, 9)), [thickness[rows]], left_out))
             radiance = np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)
             sample.add_frame(index, [part_sample.drawn(radiance)])
     return sample.frames

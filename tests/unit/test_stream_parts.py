@@ -9,7 +9,8 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine import clouds
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.truth import Truth
+from hcss_twin.engine.stages.stage import FramePart, PartWindow
+from hcss_twin.engine.stages.truth import Truth
 from hcss_twin.providers import CloudDeclaration
 
 SHAPE = (6, 10)
@@ -74,13 +75,15 @@ def test_a_window_with_any_pixel_outside_the_image_is_one_around_it(plan, window
 
 
 def test_truth_of_a_window_stands_in_its_rows_and_columns(plan):
-    truth, window = Truth(plan), (slice(1, 3), slice(4, 9))
-    truth.start(*SHAPE)
+    stage, window = Truth(plan), (slice(1, 3), slice(4, 9))
+    nothing = np.empty((0, *SHAPE), dtype=np.float32)
+    part = FramePart(0, 0.0, (slice(0, SHAPE[0]), slice(0, SHAPE[1])), FrameClouds(plan, 0.0), None, nothing, nothing)
+    stage.begin(part)
     thickness = np.linspace(100.0, 900.0, 10, dtype=np.float32).reshape(2, 5)
-    truth.fill(window, [thickness])
+    stage.apply(part, PartWindow(window, [thickness], window=window))
     inside = np.zeros(SHAPE, dtype=bool)
     inside[window] = True
-    np.testing.assert_array_equal(truth.variables["cloud_mask"] > 0, inside)
-    np.testing.assert_array_equal(truth.variables["cloud_thickness"][window], thickness)
-    assert not truth.variables["cloud_thickness"][~inside].any()
-    np.testing.assert_array_equal(np.isfinite(truth.variables["cloud_top_altitude"]), inside)
+    np.testing.assert_array_equal(part.truth["cloud_mask"] > 0, inside)
+    np.testing.assert_array_equal(part.truth["cloud_thickness"][window], thickness)
+    assert not part.truth["cloud_thickness"][~inside].any()
+    np.testing.assert_array_equal(np.isfinite(part.truth["cloud_top_altitude"]), inside)

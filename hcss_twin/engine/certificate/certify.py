@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +18,16 @@ from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.many_points import solve_many
-from hcss_twin.engine.certificate.part_sample import REASONS, strata_of
+from hcss_twin.engine.certificate.part_sample import strata_of
 from hcss_twin.engine.certificate.reference_columns import References, columns_afresh
+from hcss_twin.engine.stages.stage import REASONS
+from hcss_twin.engine.tables.point_states import PointStates
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
+from hcss_twin.engine.tables.scene_states import point_states
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
-
-if TYPE_CHECKING:
-    from hcss_twin.plan.surface_classes import SurfaceState
 
 
 @in_one_thread
@@ -55,10 +55,11 @@ def certify(
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    one_model = plan.views is None and plan.surfaces is None and plan.tops is None
+    states = point_states(plan)
+    one_model = plan.views is None and states is None
     suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
     references = References(suns, from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
-    exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels, references) for pixels in frames)])
+    exact = np.concatenate([nothing, *(_exact(plan, states, quantities, pixels, references) for pixels in frames)])
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
     errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
@@ -121,17 +122,17 @@ def with_verdict(plan: Plan, certificate: Certificate) -> Certificate:
     return replace(certificate, beyond=beyond_accuracy(plan, budget), budget=budget)
 
 
-def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references: References) -> Array:
+def _exact(
+    plan: Plan, states: PointStates[Any] | None, quantities: Quantities, pixels: SampledPixels, references: References
+) -> Array:
     """Band radiances (M, Q, B) on the reference path: total and requested terms."""
     count, layers, points = pixels.thickness_m.shape
     thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
     for own, layer in zip(thickness.T, plan.layers, strict=True):
         # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
-    if plan.surfaces is not None:
-        return _over_surfaces(plan, quantities, pixels, thickness, points, references)
-    if plan.tops is not None:
-        return _over_tops(plan, quantities, pixels, thickness, points, references)
+    if states is not None:
+        return _of_points(plan, states, quantities, pixels, thickness, references)
     places = _perturbations(plan, pixels)
     if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s, references, places)
@@ -151,13 +152,6 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels, references
 def _in_image(plan: Plan, pixels: SampledPixels) -> tuple[list[int], list[int]]:
     """Rows and columns (M,) of pixels in the image, of which the cube may be a window."""
     return (pixels.row + plan.extent[0].start).tolist(), (pixels.column + plan.extent[1].start).tolist()
-
-
-def _own_views(plan: Plan, pixels: SampledPixels) -> Sequence[View | None]:
-    """View of each pixel; None where all have that of the plan."""
-    if plan.views is None:
-        return [None] * pixels.row.size
-    return plan.rays.views_of_pixels(*_in_image(plan, pixels), pixels.time_s)
 
 
 def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
@@ -207,45 +201,31 @@ def _means(
     return means
 
 
-def _over_surfaces(
-    plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int, references: References
+def _of_points(
+    plan: Plan,
+    states: PointStates[Any],
+    quantities: Quantities,
+    pixels: SampledPixels,
+    thickness_m: Array,
+    references: References,
 ) -> Array:
-    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own surface."""
-    from hcss_twin.engine.tables.over_surfaces import SurfaceStage, plan_over  # not for scenes of sea alone
-
-    stage = SurfaceStage(plan, None)
-    groups: dict[tuple[SurfaceState, View | None], list[int]] = {}
-    seen = zip(*_in_image(plan, pixels), _own_views(plan, pixels), strict=True)
-    for pixel, (row, column, view) in enumerate(seen):
-        ground = stage.at(pixels.time_s, (slice(row, row + 1), slice(column, column + 1)))
-        for point, state in enumerate(stage.states(ground)):
+    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each in its own state."""
+    rows, columns = _in_image(plan, pixels)
+    views: Sequence[View | None] = [None] * len(rows)
+    if plan.views is not None:
+        views = plan.rays.views_of_pixels(rows, columns, pixels.time_s)
+    points = pixels.thickness_m.shape[2]
+    of_pixels = thickness_m.reshape(len(rows), points, -1) if thickness_m.size else np.empty((len(rows), points, 0))
+    groups: dict[tuple[Any, View | None], list[int]] = {}
+    for pixel, (row, column, view, layers) in enumerate(zip(rows, columns, views, of_pixels, strict=True)):
+        for point, state in enumerate(states.of_pixel(pixels.time_s, row, column, layers)):
             groups.setdefault((state, view), []).append(pixel * points + point)
     exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
-    for (state, view), own in groups.items():
-        alone = plan_over(plan, state)
+    for (state, view), members in groups.items():
+        alone = states.plan_in(state)
         alone = alone if view is None else alone.toward(view)
-        exact[own] = _means(alone, quantities, thickness_m[own], 1, pixels.time_s, references)
-    means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
-    return means
-
-
-def _over_tops(
-    plan: Plan, quantities: Quantities, pixels: SampledPixels, thickness_m: Array, points: int, references: References
-) -> Array:
-    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each with its own cloud top."""
-    from hcss_twin.engine.tables.over_tops import cloud_tops_m, plan_hanging_from  # not for tops of the layers
-
-    seen = zip(*_in_image(plan, pixels), _own_views(plan, pixels), strict=True)
-    exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
-    for pixel, (row, column, view) in enumerate(seen):
-        tops = cloud_tops_m(plan, pixels.time_s, (slice(row, row + 1), slice(column, column + 1))).ravel().tolist()
-        for point, top in enumerate(tops, start=pixel * points):
-            own = thickness_m[point : point + 1]
-            # Clear points share one model.
-            alone = plan_hanging_from(plan, top if own[0, 0] > 0.0 else plan.tops.nodes_m[0])  # type: ignore[union-attr]
-            alone = alone if view is None else alone.toward(view)
-            own = np.minimum(own, alone.layers[0].thickness_max_m)
-            exact[point] = _means(alone, quantities, own, 1, pixels.time_s, references)[0]
+        thickness = np.minimum(thickness_m[members], [layer.thickness_max_m for layer in alone.layers])
+        exact[members] = _means(alone, quantities, thickness, 1, pixels.time_s, references)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.engine.stages.stage import REASONS, SeenWindow
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import CloudLayer
@@ -90,9 +91,6 @@ def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 Counts = NDArray[np.int64]
 
-REASONS = ("in the shadow of clouds", "with drawn waves", "with elements", "beyond the ground that is computed")
-"""Why the reference cannot compute a pixel; the first that applies counts."""
-
 LOOKED_AT_FIRST = 64
 """Pixels with the smallest random numbers, searched first for each stratum: this many times the number to draw."""
 
@@ -126,35 +124,6 @@ class DrawnPixels:
     left_out: Counts
 
 
-@dataclass(frozen=True)
-class SeenWindow:
-    """What is known of the pixels of a window of a part of a frame when its radiance is computed.
-
-    Attributes
-    ----------
-    window : (slice, slice)
-        Rows and columns, in pixels of the part.
-    thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
-        Of each layer.
-    shaded, elements : ndarray of bool (window rows, window columns) or None
-        Pixels with a point in the shadow of a cloud, and with an element.
-    surface : ndarray of uint8 (window rows, window columns) or None
-        Class of the surface at most points of each pixel.
-    over_sea : sequence of ndarray or None
-        ``thickness_m``, and a layer above 0 where the surface is not the scenario's sea; None: it is everywhere.
-    unseen : ndarray of bool (window rows, window columns) or None
-        Pixels that do not see the ground, or see it at a larger zenith than is computed.
-    """
-
-    window: Window
-    thickness_m: Sequence[Thickness]
-    shaded: NDArray[np.bool_] | None = None
-    elements: NDArray[np.bool_] | None = None
-    surface: NDArray[np.uint8] | None = None
-    over_sea: Sequence[Thickness] | None = None
-    unseen: NDArray[np.bool_] | None = None
-
-
 class PartSample:
     """Samples pixels of a part of one frame, window by window.
 
@@ -183,18 +152,17 @@ class PartSample:
 
     def observe(self, seen: SeenWindow) -> None:
         """Draw from a window."""
-        window, thickness_m, surface = seen.window, seen.thickness_m, seen.surface
+        window, thickness_m, surface = seen.inside, seen.thickness_m, seen.surface
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
         stratum = strata(self._plan.layers, thickness_m, shape, samples)
         if surface is not None:
             stratum = stratum + np.int8(len(stratum_names(len(self._plan.layers)))) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
-        wavy = None if self._plan.waves is None else _clear_in_part(seen.over_sea or thickness_m, shape, samples)
-        for number, mask in enumerate((seen.shaded, wavy, seen.elements, seen.unseen)):
-            if mask is not None:
-                self._left_out[number] += self._count_of(stratum[free & mask])
-                free &= ~mask
+        for number, reason in enumerate(REASONS):
+            if reason in seen.left_out:
+                self._left_out[number] += self._count_of(stratum[free & seen.left_out[reason]])
+                free &= ~seen.left_out[reason]
         key = self._random.random(shape)
         here = self._count_of(stratum[free])
         self._pixels += here
@@ -259,12 +227,3 @@ def smallest(key: Array, among: NDArray[np.bool_], count: int) -> NDArray[np.int
     """Indices of the smallest numbers within a mask, ascending."""
     places = np.flatnonzero(among)
     return places[np.argsort(key[places], kind="stable")[:count]]
-
-
-def _clear_in_part(thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int) -> NDArray[np.bool_]:
-    """Pixels (y, x) with at least one clear point."""
-    clear = np.ones((shape[0] * samples, shape[1] * samples), dtype=np.bool_)
-    for thickness in thickness_m:
-        clear &= thickness <= 0
-    clear_in_part: NDArray[np.bool_] = pixel_sums(clear, samples) > 0
-    return clear_in_part

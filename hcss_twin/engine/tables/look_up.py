@@ -16,6 +16,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.plan.windows import Window
 
 Thickness = NDArray[np.float32]
 
@@ -52,6 +53,14 @@ class LookUp:
         # Clear sky is a separate interval before the nodes, channel by channel.
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
+
+    def of_part(self, extent: Window) -> LookUp:
+        """Return the look-up of some rows and columns of the image, which is the same everywhere."""
+        return self
+
+    def of_points(self, extent: Window, samples: int) -> LookUp:
+        """Return the look-up of the points of some rows and columns, as if each were a pixel."""
+        return self
 
     def fill(
         self,

@@ -30,7 +30,7 @@ class Group:
 
     Attributes
     ----------
-    here : ndarray (N,)
+    points : ndarray (N,)
         Indices of the points, row by row.
     states : sequence of sequence (view) of LookUp
         Look-ups of each state.
@@ -40,7 +40,7 @@ class Group:
         Greatest thickness in the tables of each state, which thicker clouds get.
     """
 
-    here: NDArray[np.intp]
+    points: NDArray[np.intp]
     states: Sequence[Sequence[LookUp]]
     weights: Array | None
     thickest_m: Sequence[float] = ()
@@ -84,12 +84,12 @@ class PointLookUp(ABC):
         x = slice(corner[1], corner[1] + columns)
         for first in range(0, rows, step):
             strip = slice(first, min(first + step, rows))
-            points = [each[points_of(strip, samples)] for each in thickness_m]
+            of_strip = [thickness[points_of(strip, samples)] for thickness in thickness_m]
             y = slice(corner[0] + strip.start, corner[0] + strip.stop)
             window = self._moved((y, x))
-            values = self._of_points(radiance.shape[0], points, window, samples)
-            for channel, own in zip(radiance, values, strict=True):
-                channel[y, x] = own if samples == 1 else pixel_sums(own, samples) / samples**2
+            of_points = self._of_points(radiance.shape[0], of_strip, window, samples)
+            for channel, values in zip(radiance, of_points, strict=True):
+                channel[y, x] = values if samples == 1 else pixel_sums(values, samples) / samples**2
 
     def _of_points(
         self, channels: int, thickness_m: Sequence[Thickness], window: Window, samples: int
@@ -97,34 +97,35 @@ class PointLookUp(ABC):
         """Return the radiance (C, y, x) of the points of a window."""
         shape = tuple(length(pixels) * samples for pixels in window)
         values = np.empty((channels, shape[0] * shape[1]), dtype=np.float32)
-        layers = [each.ravel() for each in thickness_m]
+        layers = [thickness.ravel() for thickness in thickness_m]
         for group in self._groups(window, samples):
-            here, states = group.here, group.states
-            inside = [each[here][None] for each in layers]
-            by_view = self._view_weights(here, window, samples)
+            points, states = group.points, group.states
+            inside = [thickness[points][None] for thickness in layers]
+            by_view = self._view_weights(points, window, samples)
             if group.weights is None and by_view is None:
-                values[:, here] = _looked_up(states[0][0], inside, channels, here.size)
+                values[:, points] = _looked_up(states[0][0], inside, channels, points.size)
                 continue
             by_state: Array = np.ones((len(states), 1, 1))
             if group.weights is not None:
                 by_state = np.tile(group.weights, (1, channels // group.weights.shape[1], 1))
-            sums = np.zeros((channels, here.size))
-            for number, (weight, views) in enumerate(zip(by_state, states, strict=True)):
-                own = inside
+            sums = np.zeros((channels, points.size))
+            for state, (weight, views) in enumerate(zip(by_state, states, strict=True)):
+                layers_in_state = inside
                 if group.thickest_m:
-                    own = [np.minimum(each, np.float32(group.thickest_m[number])) for each in inside]
-                for place, one in enumerate(views):
-                    part = weight * _looked_up(one, own, channels, here.size)
-                    sums += part if by_view is None else by_view[place] * part
+                    thickest = np.float32(group.thickest_m[state])
+                    layers_in_state = [np.minimum(thickness, thickest) for thickness in inside]
+                for view, look_up in enumerate(views):
+                    part = weight * _looked_up(look_up, layers_in_state, channels, points.size)
+                    sums += part if by_view is None else by_view[view] * part
             # A vanishing term can become negative between nodes.
-            values[:, here] = np.maximum(sums, 0.0)
+            values[:, points] = np.maximum(sums, 0.0)
         return values.reshape(channels, *shape)
 
-    def _view_weights(self, here: NDArray[np.intp], window: Window, samples: int) -> Array | None:
+    def _view_weights(self, points: NDArray[np.intp], window: Window, samples: int) -> Array | None:
         """Return the weight (views, N) of each view at some points of a window; None with one view."""
         if self._views is None:
             return None
-        row, column = np.divmod(here, length(window[1]) * samples)
+        row, column = np.divmod(points, length(window[1]) * samples)
         weights: Array = self._views.weights_of(window)[:, row // samples * length(window[1]) + column // samples]
         return weights
 

@@ -2,62 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_directions import pixel_views
+from hcss_twin.engine.tables.over_directions import PixelViews
 from hcss_twin.engine.tables.over_points import Group, PointLookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader, with_largest_errors
-from hcss_twin.plan.cloud_tops import SHARE
+from hcss_twin.engine.tables.point_states import PointStates
+from hcss_twin.plan.cloud_tops import SHARE, CloudTops
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, points_of
 
 
-def plan_hanging_from(plan: Plan, top_m: float) -> Plan:
-    """Return the plan of the same scene with all cloud tops at one altitude."""
-    assembly = plan.assembly.hanging_from(top_m)
-    accuracy = replace(plan.accuracy, relative=(1.0 - SHARE) * plan.accuracy.relative)
-    return replace(plan, assembly=assembly, layers=assembly.layers, accuracy=accuracy, tops=None)
+class TopStates(PointStates[float]):
+    """Altitudes of the one layer's cloud tops."""
 
+    def __init__(self, plan: Plan, tops: CloudTops) -> None:
+        self.plan, self.axis = plan, tops
+        self.nodes, self.estimated_error = tops.nodes_m, tops.estimated_error
 
-def tables_over_tops(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
-    """Return the tables of all altitudes of a plan's cloud tops.
+    def plan_in(self, state: float) -> Plan:
+        """Return the plan of the same scene with all cloud tops at one altitude."""
+        assembly, accuracy = self.plan.assembly.hanging_from(state), self.plan.accuracy
+        accuracy = replace(accuracy, relative=(1.0 - SHARE) * accuracy.relative)
+        return replace(self.plan, assembly=assembly, layers=assembly.layers, accuracy=accuracy, tops=None)
 
-    Parameters
-    ----------
-    tables_of : callable
-        Computes the tables of a plan with one altitude.
+    def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[float]:
+        """Return the altitude at each point; clear points share one, and so one model."""
+        tops = self.tops_m(time_s, (slice(row, row + 1), slice(column, column + 1)))
+        cloudy = thickness_m[:, 0] > 0.0
+        altitudes: list[float] = np.where(cloudy, tops.ravel().astype(np.float64), self.nodes[0]).tolist()
+        return altitudes
 
-    Returns
-    -------
-    RadianceTables
-        Tables with the most wavenumbers, with the largest errors of all altitudes, and all tables as ``over_tops``.
-    """
-    assert plan.tops is not None
-    each = tuple(tables_of(plan_hanging_from(plan, top)) for top in plan.tops.nodes_m)
-    return replace(with_largest_errors(each), over_tops=each, top_error=plan.tops.estimated_error)
-
-
-class TopStage:
-    """Tables of a scene whose cloud tops vary."""
-
-    def __init__(self, plan: Plan, tables: RadianceTables) -> None:
-        self._plan = plan
-        self._readers = [[TableReader(one) for one in each.over_views or (each,)] for each in tables.over_tops]
-        self._before: list[list[LookUp | None]] = [[None] * len(views) for views in self._readers]
-
-    def look_up(self, time_s: float) -> TopLookUp:
+    def look_up(self, time_s: float, of_nodes: Sequence[Sequence[LookUp]], views: PixelViews | None) -> TopLookUp:
         """Return the look-up at an instant."""
-        look_ups = [
-            [LookUp(one.at(time_s), old) for one, old in zip(views, own, strict=True)]
-            for views, own in zip(self._readers, self._before, strict=True)
-        ]
-        self._before = [[*own] for own in look_ups]
-        return TopLookUp(self._plan, look_ups, time_s)
+        return TopLookUp(self, of_nodes, time_s, views)
+
+    def tops_m(self, time_s: float, window: Window) -> NDArray[np.float32]:
+        """Return the altitudes of cloud tops at the points of a window of the image."""
+        rows, columns = (points_of(pixels, self.plan.samples_per_pixel) for pixels in window)
+        generator: Any = self.plan.assembly.generators[0]
+        tops: NDArray[np.float32] = generator.cloud_top_m(time_s, rows, columns)
+        return tops
 
 
 class TopLookUp(PointLookUp):
@@ -68,25 +59,19 @@ class TopLookUp(PointLookUp):
     look_ups : sequence (altitude) of sequence (view) of LookUp
     """
 
-    def __init__(self, plan: Plan, look_ups: Sequence[Sequence[LookUp]], time_s: float) -> None:
-        super().__init__(plan, pixel_views(plan, time_s, ()))
-        assert plan.tops is not None
-        self._plan, self._tops, self._look_ups, self._time_s = plan, plan.tops, look_ups, time_s
-        (layer,) = plan.layers
-        self._thickest_m = [layer.hanging_from(top).thickness_max_m for top in plan.tops.nodes_m]
+    def __init__(
+        self, states: TopStates, look_ups: Sequence[Sequence[LookUp]], time_s: float, views: PixelViews | None
+    ) -> None:
+        super().__init__(states.plan, views)
+        self._states, self._look_ups, self._time_s = states, look_ups, time_s
+        (layer,) = states.plan.layers
+        self._thickest_m = [layer.hanging_from(top).thickness_max_m for top in states.nodes]
 
     def _groups(self, window: Window, samples: int) -> Iterator[Group]:
-        tops = cloud_tops_m(self._plan, self._time_s, window).ravel()
-        segment = self._tops.segment_of(tops)
-        for own in np.unique(segment).tolist():
-            here = np.flatnonzero(segment == own)
-            weights = self._tops.weights(own, tops[here].astype(np.float64))
-            nodes = slice(2 * own, 2 * own + 3)
-            yield Group(here, self._look_ups[nodes], weights[:, None], self._thickest_m[nodes])
-
-
-def cloud_tops_m(plan: Plan, time_s: float, window: Window) -> NDArray[np.float32]:
-    """Return the altitudes of cloud tops at the points of a window of the image."""
-    rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
-    tops: NDArray[np.float32] = plan.assembly.generators[0].cloud_top_m(time_s, rows, columns)  # type: ignore[attr-defined]
-    return tops
+        tops = self._states.tops_m(self._time_s, window).ravel()
+        segments = self._states.axis.segment_of(tops)
+        for segment in np.unique(segments).tolist():
+            points = np.flatnonzero(segments == segment)
+            weights = self._states.axis.weights(segment, tops[points].astype(np.float64))
+            nodes = slice(2 * segment, 2 * segment + 3)
+            yield Group(points, self._look_ups[nodes], weights[:, None], self._thickest_m[nodes])

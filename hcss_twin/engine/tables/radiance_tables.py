@@ -214,15 +214,11 @@ class RadianceTables:
     over_views : tuple of RadianceTables
         Tables for each view if view angles vary over the image; these tables are then one of them, with the largest
         errors of all.
-    over_surfaces : tuple of tuple of RadianceTables
-        Tables for each class of surface and each of its temperatures; these tables are then one of them, with the
-        largest errors of all.
-    temperature_error : float
-        Relative error of the interpolation in surface temperature.
-    over_tops : tuple of RadianceTables
-        Tables for each altitude of cloud tops; these tables are then one of them, with the largest errors of all.
-    top_error : float
-        Relative error of the interpolation in that altitude.
+    over_states : tuple of RadianceTables
+        Tables for each state of the points (:mod:`.point_states`), if it differs; these tables are then one of them,
+        with the largest errors of all.
+    state_error : float
+        Relative error of the interpolation between these states.
     """
 
     quantities: Quantities
@@ -236,16 +232,14 @@ class RadianceTables:
     waves: WaveTables | None = None
     texture: TextureTables | None = None
     over_views: tuple[RadianceTables, ...] = ()
-    over_surfaces: tuple[tuple[RadianceTables, ...], ...] = ()
-    temperature_error: float = 0.0
-    over_tops: tuple[RadianceTables, ...] = ()
-    top_error: float = 0.0
+    over_states: tuple[RadianceTables, ...] = ()
+    state_error: float = 0.0
 
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
         texture = 0.0 if self.texture is None else self.texture.estimated_error
-        return self.errors.total + self.temperature_error + self.top_error + texture
+        return self.errors.total + self.state_error + texture
 
 
 class TableReader:

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import MutableMapping, Sequence
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.core.kernels import kernel
-from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables, WaveTables, interval
+from hcss_twin.engine.tables.radiance_tables import Quantities, WaveTables
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import wind_sense
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves
-from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import RadianceModel, Sun
 
 FLOOR = 1e-6
@@ -185,139 +178,3 @@ def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> tuple[Array,
     mean = np.einsum("n,m,nmkb->kb", upwind / upwind.sum(), crosswind / crosswind.sum(), dense)
     scale = np.divide(clear, mean, out=np.ones_like(mean), where=mean > 0)
     return np.asarray(dense * scale - clear, dtype=np.float64), scale
-
-
-SLOPES = ("sea_slope_x", "sea_slope_y")
-Thickness = NDArray[np.float32]
-
-
-class WaveStage:
-    """Adds resolved waves to frames.
-
-    Parameters
-    ----------
-    tables : RadianceTables or None
-        Tables with ``waves``; None if no radiance is needed.
-    wind_from_deg : float
-        Bearing the wind comes from.
-    samples : int
-        Points along each side of a pixel.
-    """
-
-    def __init__(self, waves: PlannedWaves, tables: RadianceTables | None, wind_from_deg: float, samples: int) -> None:
-        self._shapes = waves.shapes
-        self._tables: WaveTables | None = None if tables is None else tables.waves
-        self._nodes: tuple[NDArray[np.float32], ...] = ()
-        self._time_s = () if tables is None else tables.time_s
-        if self._tables is not None:
-            self._nodes = tuple(np.ascontiguousarray(np.moveaxis(each, 2, 0)) for each in self._tables.change)
-            # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
-            bearing = math.radians(wind_from_deg)
-            turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
-            last = np.array(self._nodes[0].shape[1:]) - 1
-            self._to_nodes = (turn * (0.5 * last / self._tables.reach)[:, None]).astype(np.float32)
-        self._samples = samples
-
-    def fill(
-        self,
-        radiance: NDArray[np.float32],
-        truth: MutableMapping[str, NDArray[Any]],
-        window: Window,
-        thickness_m: Sequence[Thickness],
-        time_s: float,
-        place: Window | None = None,
-    ) -> None:
-        """Add waves to a window of the radiance, and fill the slopes of the truth if requested.
-
-        Parameters
-        ----------
-        radiance : ndarray of float32 (C, y, x)
-            Radiance of a part of the image, every band and term; the window is modified.
-        truth : mapping of str to ndarray (y, x)
-            Truth variables of the same part.
-        window : (slice, slice)
-            Rows and columns, in pixels of the image.
-        thickness_m : sequence of ndarray
-            Thickness of each cloud layer at the points of the window. Points under cloud remain unchanged.
-        time_s : float
-            Time of the frame.
-        place : (slice, slice), optional
-            Position of the window in the part; by default the part is the whole image.
-        """
-        place = window if place is None else place
-        wanted = [name for name in SLOPES if name in truth]
-        if self._tables is None and not wanted:
-            return
-        rows, columns = (points_of(pixels, self._samples) for pixels in window)
-        slopes = self._shapes.slopes(time_s, rows, columns)
-        for name in wanted:
-            sums = pixel_sums(slopes[SLOPES.index(name)], self._samples)
-            truth[name][place] = sums / self._samples**2
-        if self._tables is None:
-            return
-        clear = np.ones(slopes.shape[1:], dtype=np.bool_)
-        for layer in thickness_m:
-            clear &= layer <= 0
-        _add(radiance[:, place[0], place[1]], self._change(time_s), self._to_nodes, slopes, clear, self._samples)
-
-    def _change(self, time_s: float) -> NDArray[np.float32]:
-        """Table (C, N, M) at a time, linear between time nodes."""
-        change, nodes = self._nodes, self._time_s
-        if len(nodes) == 1:
-            return change[0]
-        index, weight = interval(nodes, time_s)
-        # Not as a difference: small night values would be lost in the rounding of day values.
-        return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
-
-
-@kernel()
-def _cubic(weights, first, place, last):  # type: ignore[no-untyped-def]
-    """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each place, from 0."""
-    end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
-    for x in range(place.size):
-        at = min(max(place[x], np.float32(0)), end)
-        first[x] = min(max(np.int32(at) - np.int32(1), np.int32(0)), np.int32(last - 3))
-        t = at - np.float32(first[x])
-        a, b, c = t - np.float32(1), t - two, t - np.float32(3)
-        weights[0, x] = -a * b * c * six
-        weights[1, x] = t * b * c * np.float32(0.5)
-        weights[2, x] = -t * a * c * np.float32(0.5)
-        weights[3, x] = t * a * b * six
-
-
-@kernel()
-def _add(radiance, change, to_nodes, slopes, clear, samples):  # type: ignore[no-untyped-def]
-    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table.
-
-    ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
-    """
-    channels, rows, columns = radiance.shape
-    last_up, last_cross = change.shape[1] - 1, change.shape[2] - 1
-    middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)
-    points = slopes.shape[2]
-    up, cross = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
-    k, m = np.empty(points, np.int32), np.empty(points, np.int32)
-    sums = np.empty((channels, columns), np.float32)
-    share = np.float32(1 / (samples * samples))
-    for y in range(rows):
-        sums[:] = 0
-        for i in range(y * samples, (y + 1) * samples):
-            _cubic(up, k, to_nodes[0, 0] * slopes[0, i] + to_nodes[0, 1] * slopes[1, i] + middle_up, last_up)
-            _cubic(cross, m, to_nodes[1, 0] * slopes[0, i] + to_nodes[1, 1] * slopes[1, i] + middle_cross, last_cross)
-            for c in range(channels):
-                for x in range(columns):
-                    for j in range(x * samples, (x + 1) * samples):
-                        if clear[i, j]:
-                            n, found = m[j], np.float32(0)
-                            for a in range(4):
-                                line = change[c, k[j] + a]
-                                found += up[a, j] * (
-                                    (cross[0, j] * line[n] + cross[1, j] * line[n + 1])
-                                    + (cross[2, j] * line[n + 2] + cross[3, j] * line[n + 3])
-                                )
-                            sums[c, x] += found
-        for c in range(channels):
-            for x in range(columns):
-                if sums[c, x] != 0:
-                    # A vanishing term can become negative by rounding.
-                    radiance[c, y, x] = max(radiance[c, y, x] + sums[c, x] * share, np.float32(0))

@@ -26,7 +26,8 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import table_key, tables_of
 from hcss_twin.engine.simulate import cube_header, run
-from hcss_twin.engine.stream import Frame, stream
+from hcss_twin.engine.stages.stage import Frame
+from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan

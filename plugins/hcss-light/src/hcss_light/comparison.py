@@ -18,7 +18,7 @@ from hcss_twin import Scenario
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.light import LARGEST_SQUARE
+from hcss_twin.engine.stages.light import LARGEST_SQUARE
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature

@@ -19,7 +19,7 @@ from hcss_light.slices import Field, Slices
 from hcss_light.stage import stage
 from hcss_light.transport import SourceLight
 from hcss_light.voxels import LightError
-from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun

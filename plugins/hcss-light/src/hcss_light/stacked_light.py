@@ -24,7 +24,7 @@ from hcss_light.stack import Stack, reach_of, stack_of
 from hcss_light.stacked_sea import StackedPaths, StackedSea
 from hcss_light.stacked_source import StackedGroup, stacked_groups, stacked_radiance, stacked_source, stacked_sunlight
 from hcss_light.stated import differences
-from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun

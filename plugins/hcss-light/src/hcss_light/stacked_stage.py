@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hcss_light.stage import require_one_shape, shares_of
-from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.choose_light import cloudy_layers
 from hcss_twin.plan.plan import Plan
@@ -17,7 +17,7 @@ from hcss_twin.providers import Array
 
 
 class StackedStage(LightStage):
-    """Each frame is computed for itself; see :class:`~hcss_twin.engine.light.LightStage`."""
+    """Each frame is computed for itself; see :class:`~hcss_twin.engine.stages.light.LightStage`."""
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         super().__init__(plan, tables)

@@ -20,7 +20,7 @@ from hcss_light.tiles import Tiles
 from hcss_light.voxels import LightError
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.clouds import wind_velocity_m_s

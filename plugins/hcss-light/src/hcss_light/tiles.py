@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from hcss_light.voxels import LightError
-from hcss_twin.engine.light import LARGEST_SQUARE
+from hcss_twin.engine.stages.light import LARGEST_SQUARE
 from hcss_twin.plan.choose_light import cloudy_layers
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import views_over_image

@@ -26,7 +26,7 @@ from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
 from hcss_light.stated import differences
 from hcss_light.sums import fitted_weights, sun_integrals
-from hcss_twin.engine.light import LightStage
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun

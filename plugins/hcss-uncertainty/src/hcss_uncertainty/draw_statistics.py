@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, Problem, ScenarioError
-from hcss_twin.engine.certificate.part_sample import SeenWindow, strata, stratum_names
+from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.stages.stage import SeenWindow
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
@@ -74,8 +75,8 @@ class _Classes:
 
     def observe(self, seen: SeenWindow) -> None:
         """Process a window, in pixels of the computed part, which here is the whole image."""
-        shape = length(seen.window[0]), length(seen.window[1])
-        self.kinds[seen.window] = strata(self._plan.layers, seen.thickness_m, shape, self._plan.samples_per_pixel)
+        shape = length(seen.inside[0]), length(seen.inside[1])
+        self.kinds[seen.inside] = strata(self._plan.layers, seen.thickness_m, shape, self._plan.samples_per_pixel)
 
 
 def class_names(layers: int) -> tuple[str, ...]:

@@ -34,8 +34,9 @@ from hcss_twin.cube.variables import (
     ELEMENT_TRANSMITTANCE,
 )
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.element_paths import ElementPaths
-from hcss_twin.engine.placed_points import LARGEST_DRAWN, Piece, PlacedPoint, Share, higher_than, merged
+from hcss_twin.engine.stages.element_paths import ElementPaths
+from hcss_twin.engine.stages.placed_points import LARGEST_DRAWN, Piece, PlacedPoint, Share, higher_than, merged
+from hcss_twin.engine.stages.stage import WITH_ELEMENTS, Frame, FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import instants_s
@@ -60,28 +61,41 @@ _STEPS_PER_PIXEL = 8
 """Instants of the integration time for each pixel by which a small element moves."""
 
 
-class ElementStage:
+class ElementStage(Stage):
     """Elements of a scene."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._paths = ElementPaths(plan)
 
-    def at(self, index: int, time_s: float, clouds: FrameClouds, look_up: AnyLookUp | None) -> InstantElements:
-        """Return the elements of a part of a frame.
+    def begin(self, part: FramePart) -> None:
+        """Make room for what elements add."""
+        self._of_part = self._elements(part)
+        part.drawn = self._of_part.drawn
+        wanted = {spec.name for spec in self._plan.computed} & {ELEMENT_RADIANCE, ELEMENT_POINT_RADIANCE}
+        shape = len(self._plan.bands), *part.radiance.shape[1:]
+        part.added = {name: np.zeros(shape, dtype=np.float32) for name in wanted}
 
-        Parameters
-        ----------
-        index : int
-            Number of the frame.
-        time_s : float
-            Time after the start.
-        look_up : LookUp, ViewedLookUp, SurfaceLookUp or None
-            Look-up of the part; None without radiance.
-        """
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Add the elements of a window."""
+        added = self._of_part.add(
+            window.window, window.thickness_m, part.radiance, part.added, part.truth, window.inside
+        )
+        window.left_out[WITH_ELEMENTS] = added
+
+    def finish(self, part: FramePart, frame: Frame) -> None:
+        """Add what elements added to the radiance, of those variables that are wanted."""
+        frame |= part.added
+
+    def windows(self, part: FramePart, area: Window) -> list[Window]:
+        """Return windows of an area of the image that hold all small elements that sensors draw."""
+        return self._elements(part).windows(area)
+
+    def _elements(self, part: FramePart) -> InstantElements:
+        clouds = part.clouds
         if self._plan.rays.instants > 1:  # what small elements have before them is that of the middle
-            clouds = FrameClouds(self._plan, time_s, rays=self._plan.rays.still())
-        return InstantElements(self._plan, self._paths, index, time_s, clouds, look_up)
+            clouds = FrameClouds(self._plan, part.time_s, rays=self._plan.rays.still())
+        return InstantElements(self._plan, self._paths, part.index, part.time_s, clouds, part.look_up)
 
 
 class InstantElements:

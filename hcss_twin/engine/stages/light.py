@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -28,7 +29,7 @@ LARGEST_SQUARE, KEPT_SQUARES = 128, 32
 """Points along the sides of a square of the lattice; small images are one square. Squares in memory."""
 
 
-class LightStage:
+class LightStage(Stage):
     """Radiance of frames of a plan with light between columns of cloud."""
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
@@ -41,6 +42,10 @@ class LightStage:
         self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
         self._instant: tuple[float, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
+
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Write the radiance that is shown."""
+        self.fill(part.shown, window.window, window.inside, part.time_s, part.clouds, part.look_up)
 
     def fill(
         self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
@@ -77,8 +82,7 @@ class LightStage:
             low, high = max(start, wanted.start), min(start + points // samples, wanted.stop)
             inner.append(slice((low - start) * samples, (high - start) * samples))
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
-        if not isinstance(look_up, LookUp):
-            look_up = look_up.of_points((outer[0], outer[1]), samples)
+        look_up = look_up.of_points((outer[0], outer[1]), samples)
         rows, columns = inner
         values = self._looked_up(look_up, amount[..., rows, columns], bands)
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)

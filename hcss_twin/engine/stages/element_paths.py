@@ -1,7 +1,8 @@
 """Air and clouds between an element and the sensor, on all wavenumbers of the dense grid.
 
-Direct transmission of clouds follows Bouguer's law, as for shadows (:mod:`hcss_twin.engine.shadows`). It is multiplied
-by the transmittance of the air, that of the whole path, at each wavenumber before the integration over the band.
+Direct transmission of clouds follows Bouguer's law, as for shadows (:mod:`hcss_twin.engine.tables.shadows`). It is
+multiplied by the transmittance of the air, that of the whole path, at each wavenumber before the integration over the
+band.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.geometry import PIXELS_AT_ONCE, pixel_centres_m
+from hcss_twin.engine.stages.stage import Frame, FramePart, Stage
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, cut, length, relative
@@ -18,12 +19,16 @@ from hcss_twin.providers.variables import GEOMETRY
 _LOCATION, _VIEW, _SUN = GEOMETRY[:2], GEOMETRY[2:4], GEOMETRY[4:]
 
 
-class DerivedStage:
+class DerivedStage(Stage):
     """Variables of the variable providers of a scene."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._geometry = {name for each in plan.assembly.derived for name in each.needs if name in GEOMETRY}
+
+    def finish(self, part: FramePart, frame: Frame) -> None:
+        """Add every variable of the providers."""
+        frame |= self.values(frame, part.extent, part.time_s)
 
     def values(self, frame: Mapping[str, NDArray[Any]], extent: Window, time_s: float) -> dict[str, NDArray[Any]]:
         """Return every variable of the providers.

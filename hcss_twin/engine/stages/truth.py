@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,10 @@ from hcss_twin.cube.variables import (
     SURFACE_TEMPERATURE,
     WATER_VAPOUR_FACTOR,
 )
+from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import pixel_sums
+from hcss_twin.plan.windows import Window, pixel_sums
 from hcss_twin.providers import CloudLayer
 
 Thickness = NDArray[np.float32]
@@ -39,13 +40,14 @@ FILLED = (
 """Truth variables of which the engine knows the values, besides those of elements; the last seven from other stages."""
 
 
-class Truth:
+class Truth(Stage):
     """Computes the requested truth variables of a part of one frame, window by window.
 
-    Attributes
+    Parameters
     ----------
-    variables : dict of str to ndarray
-        Each variable of the part, without the time dimension.
+    top_m : callable, optional
+        Returns the altitudes of cloud tops at the points of a window of the image at a time; by default they are those
+        of the layers.
 
     Raises
     ------
@@ -53,7 +55,7 @@ class Truth:
         If nothing in the engine fills a requested truth variable.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, top_m: Callable[[float, Window], NDArray[np.float32]] | None = None) -> None:
         self._layers = plan.layers
         self._profile = plan.assembly.profile
         self._samples = plan.samples_per_pixel
@@ -69,53 +71,42 @@ class Truth:
         self._missing = [spec.name for spec in plan.computed if spec.kind == "truth" and spec.may_be_missing]
         needs_optics = "cloud_optical_thickness" in self._shapes
         self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
-        self.variables: dict[str, NDArray[Any]] = {}
+        self._top_m = top_m if any(name in self._shapes for name in TOPS) else None
 
-    def start(self, rows: int, columns: int) -> None:
-        """Create arrays for a part of so many pixels, initialised to clear sky without elements."""
-        sizes = {**self._sizes, "y": rows, "x": columns}
-        self.variables = {
+    def begin(self, part: FramePart) -> None:
+        """Create the variables of the part, initialised to clear sky without elements."""
+        sizes = {**self._sizes, "y": part.radiance.shape[1], "x": part.radiance.shape[2]}
+        part.truth |= {
             name: np.zeros(tuple(sizes[dim] for dim in dims), dtype) for name, (dims, dtype) in self._shapes.items()
         }
         for name in self._missing:
-            self.variables[name][:] = np.nan
+            part.truth[name][:] = np.nan
 
-    def fill(
-        self, window: tuple[slice, slice], thickness_m: Sequence[Thickness], top_m: NDArray[np.float32] | None = None
-    ) -> None:
-        """Fill a window of the part.
-
-        Parameters
-        ----------
-        window : (slice, slice)
-            Rows and columns, in pixels of the part.
-        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
-            Thickness of each layer at the points of the window.
-        top_m : ndarray, optional
-            Altitude of cloud tops at these points; by default that of the layers.
-        """
-        if not self._layers or not self.variables:
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Fill a window of the part."""
+        if not self._layers or not self._shapes:
             return
+        thickness_m, inside = window.thickness_m, window.inside
         cloudy_points = np.any([each > 0 for each in thickness_m], axis=0)
         count = pixel_sums(cloudy_points, self._samples) if self._samples > 1 else cloudy_points
         means = [self._mean(each) for each in thickness_m]
         total = means[0] if len(means) == 1 else np.sum(means, axis=0, dtype=np.float32)
-        for name, array in self.variables.items():
-            part = array[..., window[0], window[1]]
+        for name in self._shapes:
+            values = part.truth[name][..., inside[0], inside[1]]
             match name:
                 case "cloud_mask":
-                    part[:] = count > 0
+                    values[:] = count > 0
                 case "cloud_fraction":
-                    part[:] = count / self._samples**2
+                    values[:] = count / self._samples**2
                 case "cloud_thickness":
-                    part[:] = total
+                    values[:] = total
                 case "cloud_layer_thickness":
-                    part[:] = means
+                    values[:] = means
                 case "cloud_optical_thickness":
                     for extinction, mean in zip(self._extinction, means, strict=True):
-                        part += extinction[:, None, None] * mean
-        if any(name in self.variables for name in TOPS):
-            self._fill_tops(window, thickness_m, count, top_m)
+                        values += extinction[:, None, None] * mean
+        if any(name in self._shapes for name in TOPS):
+            self._fill_tops(part, window, count)
 
     def _mean(self, thickness_m: Thickness) -> Thickness:
         """Mean thickness of each pixel, including its clear part."""
@@ -123,21 +114,16 @@ class Truth:
             return thickness_m
         return (pixel_sums(thickness_m, self._samples) / self._samples**2).astype(np.float32)
 
-    def _fill_tops(
-        self,
-        window: tuple[slice, slice],
-        thickness_m: Sequence[Thickness],
-        count: NDArray[Any],
-        top_m: NDArray[np.float32] | None,
-    ) -> None:
-        top, temperature = highest_cloud(self._layers, self._profile, thickness_m, top_m)
+    def _fill_tops(self, part: FramePart, window: PartWindow, count: NDArray[Any]) -> None:
+        top_m = None if self._top_m is None else self._top_m(part.time_s, window.window)
+        top, temperature = highest_cloud(self._layers, self._profile, window.thickness_m, top_m)
         for name, values in zip(TOPS, (top, temperature), strict=True):
-            if name not in self.variables:
+            if name not in self._shapes:
                 continue
             if self._samples > 1:
                 sums = pixel_sums(np.nan_to_num(values), self._samples)
                 values = np.divide(sums, count, out=np.full(sums.shape, np.nan), where=count > 0)
-            self.variables[name][window] = values
+            part.truth[name][window.inside] = values
 
 
 def highest_cloud(

@@ -1,0 +1,1 @@
+"""Stages of the frames of a scene, from clouds to derived variables."""

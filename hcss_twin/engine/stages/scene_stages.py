@@ -1,0 +1,141 @@
+"""The stages of a scene, in order: truth, look-up, those of its effects, elements, and variables of whole parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.engine.stages.stage import Frame, FramePart, PartWindow, Stage
+from hcss_twin.engine.stages.truth import Truth
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.plan.plan import Plan
+
+
+@dataclass(frozen=True)
+class SceneTables:
+    """What stages are made from.
+
+    Attributes
+    ----------
+    tables : RadianceTables or None
+        None if no requested variable requires radiance.
+    states : PointStates or None
+        Those of the points of the plan: for surfaces :class:`~hcss_twin.engine.tables.over_surfaces.SurfaceStates`.
+    """
+
+    plan: Plan
+    tables: RadianceTables | None
+    states: Any
+
+    @property
+    def of_surfaces(self) -> list[RadianceTables | None]:
+        """Tables of each class of surface, at its lowest temperature."""
+        if self.plan.surfaces is None or self.tables is None:
+            return [self.tables]
+        return [self.tables.over_states[nodes.start] for nodes in self.states.of_classes]
+
+
+class LookUpStage(Stage):
+    """Radiance of independent columns, from the tables."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._layers, self._samples = len(plan.layers), plan.samples_per_pixel
+
+    def begin(self, part: FramePart) -> None:
+        """Fill the whole part, without layers."""
+        if part.look_up is not None and not self._layers:
+            part.look_up.fill(part.radiance, (), self._samples)
+
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Fill a window of the part."""
+        if part.look_up is not None and self._layers:
+            corner = window.inside[0].start, window.inside[1].start
+            part.look_up.fill(part.radiance, window.thickness_m, window.samples, corner)
+
+
+class RadianceStage(Stage):
+    """Radiance of complete parts, its terms, and the brightness temperature."""
+
+    def __init__(self, scene: SceneTables) -> None:
+        plan = scene.plan
+        self._names = () if scene.tables is None else scene.tables.quantities.names
+        self._bands = len(plan.bands)
+        self._temperature: BrightnessTemperature | None = None
+        if any(spec.name == "brightness_temperature" for spec in plan.computed):
+            self._temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
+
+    def finish(self, part: FramePart, frame: Frame) -> None:
+        """Add the quantities that were looked up, and what follows from the total."""
+        for number, name in enumerate(self._names):
+            values = part.shown[number * self._bands : (number + 1) * self._bands]
+            frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+        if self._temperature is not None:
+            frame["brightness_temperature"] = self._temperature(frame[TOTAL])
+
+
+def _light(light: Any, scene: SceneTables) -> Iterator[Stage]:
+    from hcss_twin.engine.stages.light import LightStage
+
+    if scene.tables is not None:
+        yield getattr(light.transport, "stage", LightStage)(scene.plan, scene.tables)
+
+
+def _texture(texture: Any, scene: SceneTables) -> Iterator[Stage]:
+    from hcss_twin.engine.stages.texture import TextureStage
+
+    if scene.tables is not None or any(spec.needs == "texture" for spec in scene.plan.computed):
+        yield TextureStage(scene.plan, texture, scene.tables)
+
+
+def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
+    from hcss_twin.engine.stages.surfaces import SurfaceStage
+
+    yield SurfaceStage(scene.states.ground)
+
+
+def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
+    from hcss_twin.engine.stages.waves import WaveStage
+
+    sea = scene.states.ground.sea if scene.plan.surfaces else 0  # the scenario's own sea alone has waves
+    of_states = () if scene.tables is None else scene.tables.over_states or (scene.tables,)
+    yield WaveStage(scene.plan, waves, next((tables for tables in of_states if tables.waves), None), sea)
+
+
+def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
+    from hcss_twin.engine.stages.shadows import ShadowStage
+
+    yield ShadowStage(scene.plan, [tables.shadows if tables else None for tables in scene.of_surfaces])
+
+
+OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
+    "light": _light,
+    "texture": _texture,
+    "surfaces": _surfaces,
+    "waves": _waves,
+    "shadows": _shadows,
+}
+"""Stages of the effects of a plan, by :attr:`~hcss_twin.plan.effects.Effect.kind`; others have none."""
+
+
+def stages_of(scene: SceneTables) -> list[Stage]:
+    """Return the stages that a scene needs, in order; modules of others are not imported."""
+    plan = scene.plan
+    stages: list[Stage] = [Truth(plan, scene.states.tops_m if plan.tops else None)]
+    if scene.tables is not None:
+        stages.append(LookUpStage(plan))
+    for effect in plan.effects:
+        if effect.kind in OF_EFFECTS:
+            stages += OF_EFFECTS[effect.kind](effect, scene)
+    if plan.assembly.elements:
+        from hcss_twin.engine.stages.elements import ElementStage
+
+        stages.append(ElementStage(plan))
+    stages.append(RadianceStage(scene))
+    if plan.assembly.derived:
+        from hcss_twin.engine.stages.derived import DerivedStage
+
+        stages.append(DerivedStage(plan))
+    return stages

@@ -1,0 +1,232 @@
+"""Cloud shadows on the clear sea, in each frame.
+
+The layer is divided into slices of equal height, in each of which the sun's path moves by at most one point along
+either axis. The cloud in a slice is sampled at the nearest point to the path at the middle height of the slice; there
+it extends from the layer's flat side by the thickness. For a uniform layer the slices add up to its thickness.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
+from hcss_twin.core.kernels import kernel
+from hcss_twin.cube.variables import SHADOW_MASK
+from hcss_twin.engine.stages.stage import IN_SHADOW, FramePart, PartWindow, Stage
+from hcss_twin.engine.tables.radiance_tables import ShadowTables
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.slant_paths import displacement_m
+from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
+
+Thickness = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class SunPaths:
+    """Slices of one layer along the sun's paths at one instant.
+
+    Attributes
+    ----------
+    shifts : ndarray of int64 (S, 2)
+        Displacement in points (rows, columns) from the sea point to its path in each slice.
+    from_flat_m : ndarray (S,)
+        Distance from the layer's flat side to the near face of the slice.
+    slice_m : float
+        Height of each slice.
+    """
+
+    shifts: NDArray[np.int64]
+    from_flat_m: NDArray[np.float64]
+    slice_m: float
+
+    def stay_at(self, shift: tuple[int, int]) -> bool:
+        """Whether all slices have the same displacement."""
+        return bool(np.all(self.shifts == np.array(shift)))
+
+    def heights_m(self, generator: CloudGenerator, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the vertical path length (y, x) in cloud of the sun's paths to the points of a window.
+
+        Dividing by the cosine of the sun's zenith angle gives the path length.
+
+        Parameters
+        ----------
+        generator : CloudGenerator
+            With the method ``displaced_m`` of :class:`hcss_twin.plan.clouds.DisplacedClouds`.
+        """
+        first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
+        wide = (
+            slice(window.start, window.stop + int(high - low))
+            for window, low, high in zip((rows, columns), first, last, strict=True)
+        )
+        start = int(first[0]), int(first[1])
+        thickness = generator.displaced_m(time_s, *wide, start)  # type: ignore[attr-defined]
+        heights = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
+        return heights
+
+
+def sun_paths(layer: CloudLayer, sun: Sun, point_m: float) -> SunPaths:
+    """Divide a layer into slices for the sun at one instant."""
+    moved = displacement_m(layer.thickness_max_m, sun.zenith_deg, sun.azimuth_deg)
+    count = max(1, math.ceil(float(np.max(np.abs(moved))) / point_m))
+    middle = layer.base_m + layer.thickness_max_m * (np.arange(count) + 0.5) / count
+    away = np.stack([displacement_m(height, sun.zenith_deg, sun.azimuth_deg) for height in middle])
+    from_base = layer.thickness_max_m * np.arange(count) / count
+    from_flat = from_base if layer.anchor == "base" else from_base[::-1]
+    shifts = np.rint(away / point_m).astype(np.int64)
+    return SunPaths(shifts, from_flat, layer.thickness_max_m / count)
+
+
+@kernel()
+def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
+    """Add the cloud of each slice to ``heights``, in single precision like the thickness."""
+    full, nothing = np.float32(slice_m), np.float32(0.0)
+    for s in range(shifts.shape[0]):
+        down, right, near = shifts[s, 0], shifts[s, 1], np.float32(from_flat[s])
+        for y in range(heights.shape[0]):
+            for x in range(heights.shape[1]):
+                inside = thickness[y + down, x + right] - near
+                heights[y, x] += min(max(inside, nothing), full)
+
+
+class ShadowStage(Stage):
+    """Sunlight that clouds keep from the clear points of each surface.
+
+    Parameters
+    ----------
+    of_surfaces : sequence of (ShadowTables or None)
+        Of each class of surface; None if no requested variable requires radiance: the mask needs no tables.
+    """
+
+    def __init__(self, plan: Plan, of_surfaces: Sequence[ShadowTables | None]) -> None:
+        self._plan, self._tables = plan, of_surfaces
+        self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
+        self._at = cached_method(self._shadows, 1)
+
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Subtract the sunlight that clouds keep from the clear points, and fill the mask if requested."""
+        shadows = self._at(part.time_s)
+        if shadows is None:
+            return
+        mask = part.truth.get(SHADOW_MASK)
+        if mask is None:
+            mask = np.zeros(part.radiance.shape[1:], dtype=np.uint8)
+        (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window)
+        for surface, (share, depth, loss) in enumerate(shadows.of_surfaces):
+            clear = window.clear_points(surface)
+            _cast(part.radiance, mask, rows.start, columns.start, samples, clear, in_cloud, share, depth, loss)
+        window.left_out[IN_SHADOW] = mask[window.inside] > 0
+
+    def _shadows(self, time_s: float) -> InstantShadows | None:
+        """Return the shadows at one instant; None if there are none."""
+        plan, sun = self._plan, self._plan.sun_track.at(time_s)
+        if not sun.is_up:
+            return None
+        paths: list[SunPaths | None] = []
+        for layer in plan.layers:
+            met = sun_paths(layer, sun, self._point_m)
+            # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both.
+            paths.append(None if met.stay_at(plan.assembly.slant.of_view(layer, self._point_m)) else met)
+        return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
+
+
+class InstantShadows:
+    """Shadows at one instant.
+
+    Parameters
+    ----------
+    tables : sequence of (ShadowTables or None)
+        Of each class of surface.
+    paths : sequence of SunPaths or None
+        Paths through each layer; None if the layer cannot shade points that it leaves clear.
+
+    Attributes
+    ----------
+    of_surfaces : list of (share, depth, loss)
+        Of each class of surface: fraction (L,) of the longest path per metre of height in cloud, and ``depth``
+        (L, N, B) and ``loss`` (Q, B) as in :class:`ShadowTables`.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        tables: Sequence[ShadowTables | None],
+        time_s: float,
+        sun: Sun,
+        paths: Sequence[SunPaths | None],
+    ) -> None:
+        self._plan, self._time_s, self._paths = plan, time_s, paths
+        self.of_surfaces: list[tuple[Array, Array, Array]] = []
+        for of_surface in tables:
+            if of_surface is None:
+                layers = len(plan.layers)
+                self.of_surfaces.append((np.zeros(layers), np.zeros((layers, 2, 0)), np.zeros((0, 0))))
+            else:
+                loss, depth = of_surface.at(time_s)
+                share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * of_surface.longest_m)
+                self.of_surfaces.append((share, depth, loss))
+
+    def in_cloud(self, window: Window) -> Thickness:
+        """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
+        plan = self._plan
+        rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
+        heights = np.zeros((len(plan.layers), rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
+            if paths is not None:
+                layer[:] = paths.heights_m(generator, self._time_s, rows, columns)
+        return heights
+
+
+@kernel()
+def _cast(  # type: ignore[no-untyped-def]
+    radiance, mask, row, column, samples, clear, in_cloud, part, depth, loss
+):
+    """Shade clear points; ``part`` (L,): fraction of the longest path per metre of height in cloud."""
+    layers, intervals, bands = depth.shape[0], depth.shape[1] - 1, depth.shape[2]
+    share = 1.0 / (samples * samples)
+    kept_back, path = np.empty(bands), np.empty(bands)
+    for y in range(clear.shape[0] // samples):
+        for x in range(clear.shape[1] // samples):
+            shaded = False
+            kept_back[:] = 0.0
+            for i in range(y * samples, (y + 1) * samples):
+                for j in range(x * samples, (x + 1) * samples):
+                    if not clear[i, j]:
+                        continue
+                    met = False
+                    for n in range(layers):
+                        height = np.float64(in_cloud[n, i, j])
+                        if height <= 0.0:
+                            continue
+                        if not met:
+                            met = True
+                            path[:] = 0.0
+                        # Nodes are uniform in the square root; paths slightly beyond the last node by rounding
+                        # extrapolate the last line.
+                        root = math.sqrt(height * part[n]) * intervals
+                        k = min(int(root), intervals - 1)
+                        inside = (root * root - k * k) / (2.0 * k + 1.0)
+                        for b in range(bands):
+                            low = depth[n, k, b]
+                            path[b] += low + inside * (depth[n, k + 1, b] - low)
+                    if met:
+                        shaded = True
+                        for b in range(bands):
+                            kept_back[b] -= math.expm1(-path[b])
+            if not shaded:
+                continue
+            mask[row + y, column + x] = 1
+            for q in range(loss.shape[0]):
+                for b in range(bands):
+                    if loss[q, b] != 0.0:
+                        left = np.float64(radiance[q * bands + b, row + y, column + x])
+                        left -= loss[q, b] * kept_back[b] * share
+                        # Rounding to single precision can make a zero remainder negative.
+                        radiance[q * bands + b, row + y, column + x] = np.float32(max(left, 0.0))

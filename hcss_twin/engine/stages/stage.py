@@ -1,0 +1,157 @@
+"""Stages: what makes the pixels of a frame, one after another.
+
+A part of a frame is computed window by window. Each stage finds what the stages before it have made of a window, and
+changes it: clouds are looked up in tables, light between columns and texture follow, then surfaces, waves, shadows and
+elements; variables that need whole parts come last. A scene has only the stages that it needs (:mod:`.stages`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.engine.clouds import FrameClouds
+from hcss_twin.engine.tables.over_points import AnyLookUp
+from hcss_twin.plan.windows import Window, length
+from hcss_twin.providers import SurfaceMap
+
+IN_SHADOW, WITH_WAVES, WITH_ELEMENTS = "in the shadow of clouds", "with drawn waves", "with elements"
+NOT_SEEN = "beyond the ground that is computed"
+REASONS = (IN_SHADOW, WITH_WAVES, WITH_ELEMENTS, NOT_SEEN)
+"""Why the certificate leaves out pixels."""
+
+Thickness = NDArray[np.float32]
+Frame = dict[str, NDArray[Any]]
+
+
+@dataclass
+class FramePart:
+    """A part of a frame, while stages compute it.
+
+    Attributes
+    ----------
+    index : int
+        Number of the frame.
+    time_s : float
+        Time after the start.
+    extent : (slice, slice)
+        Rows and columns of the part in the image.
+    clouds : FrameClouds
+        Clouds of the frame.
+    look_up : LookUp, ViewedLookUp, PointLookUp or None
+        Look-up of the part; None without radiance.
+    radiance : ndarray of float32 (C, y, x)
+        Every band and term of independent columns.
+    shown : ndarray of float32 (C, y, x)
+        The same with light between columns; without it this is ``radiance`` itself.
+    truth : dict of str to ndarray (..., y, x)
+        Truth variables.
+    added : dict of str to ndarray of float32 (B, y, x)
+        What elements add to the radiance, of those variables that are wanted.
+    drawn : dict of (int, int) to list
+        What small elements added to the pixels, which sensors draw.
+    """
+
+    index: int
+    time_s: float
+    extent: Window
+    clouds: FrameClouds
+    look_up: AnyLookUp | None
+    radiance: NDArray[np.float32]
+    shown: NDArray[np.float32]
+    truth: Frame = field(default_factory=dict)
+    added: Frame = field(default_factory=dict)
+    drawn: dict[tuple[int, int], list[Any]] = field(default_factory=dict)
+
+    @contextmanager
+    def changing_columns(self, inside: Window) -> Iterator[None]:
+        """Let a stage change the radiance of columns in a window; light between columns is shown on top of it."""
+        if self.shown is self.radiance:
+            yield
+            return
+        before = self.radiance[:, *inside].copy()
+        yield
+        self.shown[:, *inside] = np.maximum(self.shown[:, *inside] + (self.radiance[:, *inside] - before), 0.0)
+
+
+@dataclass
+class SeenWindow:
+    """What is known of the pixels of a window of a part when its radiance is computed.
+
+    Attributes
+    ----------
+    inside : (slice, slice)
+        Rows and columns, in pixels of the part.
+    thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
+        Of each layer.
+    left_out : dict of str to ndarray of bool (window rows, window columns)
+        Pixels whose radiance the certificate cannot compute, by one of ``REASONS``.
+    surface : ndarray of uint8 (window rows, window columns) or None
+        Class of the surface at most points of each pixel; None where all are the scenario's sea.
+    """
+
+    inside: Window
+    thickness_m: Sequence[Thickness]
+    left_out: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
+    surface: NDArray[np.uint8] | None = None
+
+
+@dataclass
+class PartWindow(SeenWindow):
+    """A window of a part, while stages compute it.
+
+    Attributes
+    ----------
+    window : (slice, slice)
+        Rows and columns, in pixels of the image.
+    samples : int
+        Points along each side of a pixel.
+    observed : bool
+        Whether ``left_out`` and ``surface`` are wanted.
+    ground : SurfaceMap or None
+        Surface at its points; None where all are the scenario's sea.
+    """
+
+    window: Window = (slice(0), slice(0))
+    samples: int = 1
+    observed: bool = False
+    ground: SurfaceMap | None = None
+
+    def clear_points(self, surface: int) -> NDArray[np.bool_]:
+        """Return the points (window rows x samples, window columns x samples) of a surface without cloud."""
+        rows, columns = (length(pixels) * self.samples for pixels in self.window)
+        clear = np.ones((rows, columns), dtype=np.bool_)
+        for thickness in self.thickness_m:
+            clear &= thickness <= 0
+        if self.ground is not None:
+            clear &= self.ground.number == surface
+        return clear
+
+
+class PixelObserver(Protocol):
+    """Observes the clouds of a part of a frame during computation, window by window."""
+
+    def observe(self, seen: SeenWindow) -> None:
+        """Take a window."""
+
+
+class Stage:
+    """One stage of all parts of a scene; the base of what :func:`hcss_twin.engine.stages.stages_of` returns."""
+
+    def begin(self, part: FramePart) -> None:
+        """Prepare for the windows of a part; by default nothing."""
+
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Compute a window of the part; by default nothing."""
+
+    def finish(self, part: FramePart, frame: Frame) -> None:
+        """Add to the variables of a complete part; by default nothing."""
+
+    def windows(self, part: FramePart, area: Window) -> list[Window]:
+        """Return windows of an area of the image that hold what sensors draw; by default none."""
+        return []

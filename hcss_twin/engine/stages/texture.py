@@ -1,0 +1,133 @@
+"""Clear-sky texture in frames: look-up in the perturbed states, and the polynomials through them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.kernels import kernel
+from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
+from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_directions import viewed_look_up
+from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.texture import VAPOUR_PLACES, Texture, TextureFields
+from hcss_twin.plan.windows import Window, length, points_of
+
+Thickness = NDArray[np.float32]
+
+PIXELS_AT_ONCE = 2**14
+"""Pixels whose states are in memory together: they fit into the processor's cache."""
+
+
+class TextureStage(Stage):
+    """Adds clear-sky texture to frames.
+
+    Parameters
+    ----------
+    tables : RadianceTables or None
+        None if no radiance is needed.
+    """
+
+    def __init__(self, plan: Plan, texture: Texture, tables: RadianceTables | None) -> None:
+        self._plan, self._texture, self._layers = plan, texture, len(plan.layers)
+        self._fields = TextureFields(plan.scenario, plan.assembly, texture)
+        self._readers: list[list[TableReader]] = []
+        if tables is not None and tables.texture is not None:
+            toward = tables.over_views or (tables,)
+            self._readers = [
+                [TableReader(replace(view, tables=view.texture.states[number])) for view in toward if view.texture]
+                for number in range(len(tables.texture.states))
+            ]
+            self._square, self._mixed = tables.texture.square.ravel(), tables.texture.mixed.reshape(2, -1)
+        self._instant: tuple[float, list[LookUp | ViewedLookUp]] | None = None
+
+    def begin(self, part: FramePart) -> None:
+        """Change the whole part, without clouds."""
+        if not self._layers:
+            rows, columns = part.radiance.shape[1:]
+            self._change(part, (slice(0, rows), slice(0, columns)), part.extent, ())
+
+    def apply(self, part: FramePart, window: PartWindow) -> None:
+        """Change a window of the part."""
+        if self._layers:
+            with part.changing_columns(window.inside):
+                self._change(part, window.inside, window.window, window.thickness_m)
+
+    def _change(self, part: FramePart, place: Window, window: Window, thickness_m: Sequence[Thickness]) -> None:
+        """Change radiance and truth at a place in a part, which is a window of the image."""
+        radiance, truth, time_s, (rows, columns) = part.radiance, part.truth, part.time_s, window
+        warmer, drier = self._fields.at(time_s, rows, columns)
+        if SEA_TEMPERATURE in truth:
+            kelvin = np.float32(self._texture.steps[0]) * warmer
+            truth[SEA_TEMPERATURE][place] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
+        if WATER_VAPOUR_FACTOR in truth:
+            truth[WATER_VAPOUR_FACTOR][place] = 1.0 - np.float32(self._texture.steps[1]) * drier
+        if not self._readers or not radiance.size:
+            return
+        look_ups, samples = self._look_ups(time_s), self._plan.samples_per_pixel
+        sea = self._texture.temperature_K > 0.0
+        places = np.array(VAPOUR_PLACES[: len(look_ups) - sea], np.float32)
+        step = max(1, PIXELS_AT_ONCE // warmer.shape[1])
+        memory = np.empty((len(look_ups), radiance.shape[0], min(step, warmer.shape[0]), warmer.shape[1]), np.float32)
+        for first in range(0, warmer.shape[0], step):
+            strip = slice(first, min(first + step, warmer.shape[0]))
+            states, points = memory[:, :, : length(strip)], points_of(strip, samples)
+            inside = slice(rows.start + strip.start, rows.start + strip.stop), columns
+            for look_up, state in zip(look_ups, states, strict=True):
+                look_up.of_part(inside).fill(state, [layer[points] for layer in thickness_m], samples)
+            here = radiance[:, place[0].start + strip.start : place[0].start + strip.stop, place[1]]
+            _apply(here, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
+
+    def _look_ups(self, time_s: float) -> list[LookUp | ViewedLookUp]:
+        if self._instant is None or self._instant[0] != time_s:
+            plan, look_ups = self._plan, list[LookUp | ViewedLookUp]()
+            for readers in self._readers:
+                of_views = [LookUp(reader.at(time_s)) for reader in readers]
+                look_ups.append(of_views[0] if plan.views is None else viewed_look_up(plan, time_s, of_views))
+            self._instant = time_s, look_ups
+        return self._instant[1]
+
+
+@kernel()
+def _apply(radiance, states, sea, warmer, drier, places, square, mixed):  # type: ignore[no-untyped-def]
+    """Change pixels (C, y, x) along the polynomials through the scene and its states (N, C, y, x).
+
+    The first state is the warmer sea, if it has texture; its parabola has the curvature of clear sky. The others are at
+    ``places`` of the vapour.
+    """
+    one, count, width = np.float32(1), places.size, radiance.shape[2]
+    weight, change = np.empty((count, width), np.float32), np.empty(width, np.float32)
+    for y in range(radiance.shape[1]):
+        t, q = warmer[y], drier[y]
+        for n in range(count):
+            for x in range(width):
+                weight[n, x] = q[x] / places[n]
+            for k in range(count):
+                if k != n:
+                    scale = one / (places[n] - places[k])
+                    for x in range(width):
+                        weight[n, x] *= (q[x] - places[k]) * scale
+        for c in range(radiance.shape[0]):
+            here = radiance[c, y]
+            change[:] = 0
+            if sea:
+                s, m, n2, warm = (
+                    np.float32(square[c]),
+                    np.float32(mixed[0, c]),
+                    np.float32(mixed[1, c]),
+                    states[0, c, y],
+                )
+                for x in range(width):
+                    change[x] = (warm[x] - here[x]) * (t[x] * (one - s + s * t[x] + q[x] * (m + n2 * q[x])))
+            for n in range(count):
+                state, own = states[states.shape[0] - count + n, c, y], weight[n]
+                for x in range(width):
+                    change[x] += own[x] * (state[x] - here[x])
+            for x in range(width):
+                here[x] = max(here[x] + change[x], np.float32(0))
