@@ -33,10 +33,9 @@ class Ground:
         """Return the surface at the points of a window of pixels; the last one is kept."""
         if self._last is None or self._last[:2] != (time_s, window):
             rows, columns = (points_of(pixels, self._samples) for pixels in window)
-            of_window = (
-                self._provider.surface(time_s, rows, columns) if self._plan.is_grid else self._sampled(time_s, window)
-            )
-            self._last = time_s, window, of_window
+            of_scene = self._plan.is_grid
+            surface = self._provider.surface(time_s, rows, columns) if of_scene else self._sampled(time_s, window)
+            self._last = time_s, window, surface
         return self._last[2]
 
     def _sampled(self, time_s: float, window: Window) -> SurfaceMap:

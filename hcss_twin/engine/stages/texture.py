@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_directions import viewed_look_up
+from hcss_twin.engine.tables.over_directions import views_together
 from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
 from hcss_twin.plan.plan import Plan
@@ -45,7 +46,7 @@ class TextureStage(Stage):
                 for number in range(len(tables.texture.states))
             ]
             self._square, self._mixed = tables.texture.square.ravel(), tables.texture.mixed.reshape(2, -1)
-        self._instant: tuple[float, list[LookUp | ViewedLookUp]] | None = None
+        self._look_ups = cached_method(self._look_ups_at, 1)
 
     def begin(self, part: FramePart) -> None:
         """Change the whole part, without clouds."""
@@ -84,14 +85,9 @@ class TextureStage(Stage):
             here = radiance[:, place[0].start + strip.start : place[0].start + strip.stop, place[1]]
             _apply(here, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
 
-    def _look_ups(self, time_s: float) -> list[LookUp | ViewedLookUp]:
-        if self._instant is None or self._instant[0] != time_s:
-            plan, look_ups = self._plan, list[LookUp | ViewedLookUp]()
-            for readers in self._readers:
-                of_views = [LookUp(reader.at(time_s)) for reader in readers]
-                look_ups.append(of_views[0] if plan.views is None else viewed_look_up(plan, time_s, of_views))
-            self._instant = time_s, look_ups
-        return self._instant[1]
+    def _look_ups_at(self, time_s: float) -> list[LookUp | ViewedLookUp]:
+        of_states = [[LookUp(reader.at(time_s)) for reader in readers] for readers in self._readers]
+        return [views_together(self._plan, time_s, of_views) for of_views in of_states]
 
 
 @kernel()

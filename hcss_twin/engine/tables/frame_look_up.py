@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_directions import pixel_views, viewed_look_up
+from hcss_twin.engine.tables.over_directions import pixel_views, views_together
 from hcss_twin.engine.tables.over_points import AnyLookUp
 from hcss_twin.engine.tables.point_states import PointStates
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
@@ -36,7 +36,7 @@ class FrameLookUps:
         ]
         self._before = [[*of_views] for of_views in look_ups]
         if self._states is None:
-            return look_ups[0][0] if self._plan.views is None else viewed_look_up(self._plan, time_s, look_ups[0])
+            return views_together(self._plan, time_s, look_ups[0])
         views = pixel_views(self._plan, time_s, [look_up.table for look_up in look_ups[0]])
         if views is not None:
             look_ups = [views.look_ups(of_views) for of_views in look_ups]

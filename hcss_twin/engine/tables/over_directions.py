@@ -141,9 +141,10 @@ def pixel_views(plan: Plan, time_s: float, tables: Sequence[DenseTable]) -> Pixe
     return GridViews(plan.views, plan.grid) if plan.is_grid else frame_views(plan.views, plan.rays, time_s, tables)
 
 
-def viewed_look_up(plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> ViewedLookUp:
-    """Return the look-up of a frame with the view of each pixel, from one for each node of the axis."""
-    assert plan.views is not None
+def views_together(plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> LookUp | ViewedLookUp:
+    """Return the look-up of a frame with the view of each pixel, from one for each node of the axis if there is one."""
+    if plan.views is None:
+        return look_ups[0]
     if plan.is_grid:
         return ViewedLookUp(plan.views, plan.grid, look_ups)
     views = frame_views(plan.views, plan.rays, time_s, [each.table for each in look_ups])
