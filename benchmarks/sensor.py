@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from hcss_author import sample_sensor_inputs
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sensor.parameters import RadiometerParameters
@@ -23,7 +24,6 @@ from hcss_twin.models.sensor.radiometer import Radiometer
 from hcss_twin.plan.sensor import make_sensor
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.sensor import SensorSection
-from hcss_twin.testing import sample_sensor_inputs
 
 ROWS, COLUMNS, REPEATS = 512, 640, 25
 BLUR = {"psf": "gaussian", "psf_sigma": 1.0}

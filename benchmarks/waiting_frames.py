@@ -166,13 +166,13 @@ def look_up(frames: int) -> Comparison:
 def sensor(frames: int) -> Comparison:
     import dataclasses
 
+    from hcss_author import sample_sensor_inputs
     from sensor import BLUR, NOISE, NUMBERS
 
     from hcss_twin.core.catalog import Catalog
     from hcss_twin.plan.sensor import make_sensor
     from hcss_twin.providers import Grid
     from hcss_twin.scenario.sensor import SensorSection
-    from hcss_twin.testing import sample_sensor_inputs
 
     inputs = sample_sensor_inputs()
     grid = Grid(PIXELS, PIXELS, inputs.grid.pixel_size_m)

@@ -3,6 +3,6 @@
 import sys
 from pathlib import Path
 
-from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: F401
+from hcss_author.own_cache import fresh_results, own_cache  # noqa: F401
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))

@@ -16,13 +16,13 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest  # noqa: E402
+from hcss_author.own_cache import fresh_results, own_cache  # noqa: E402, F401
 from hypothesis import settings  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
 from hcss_twin.core import result_cache  # noqa: E402
 from hcss_twin.core.plugins import OWN_DISTRIBUTION, installed  # noqa: E402
 from hcss_twin.core.result_cache import ResultCache  # noqa: E402
-from hcss_twin.testing.own_cache import fresh_results, own_cache  # noqa: E402, F401
 
 # For what is loaded already: zarr's plugin for pytest imports numpy. Two threads in each of two workers wait for each
 # other: a reference of discrete ordinates took 28 s in place of 0.6.

@@ -10,13 +10,13 @@ from glint_references import Matter, mean_square_slope, sea_brdf_at
 from glint_scenes import GlintScene
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_layer, sample_profile, sample_radiance_inputs
 from hcss_twin.models.optics.mie import MieOptics
 from hcss_twin.models.parameters import MieParameters, PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereDeclaration, CloudLayer, Microphysics, OpticsInputs, SeaDeclaration, Sun, View
-from hcss_twin.testing.samples import sample_layer, sample_profile, sample_radiance_inputs
 
 FINE = 200
 """Cosines, and azimuths, of the integrals over the sea's BRDF."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import hcss_author
 import pytest
 
-from hcss_twin import testing
 from hcss_twin.providers.registry import Registry
 from hcss_twin.providers.registry.guard import guard
 
@@ -50,19 +50,19 @@ class Few:
 
     @pytest.fixture
     def wavenumber_cm1(self, provider):
-        return testing.sample_wavenumbers(provider.declares, WAVENUMBERS)
+        return hcss_author.sample_wavenumbers(provider.declares, WAVENUMBERS)
 
 
 CONTRACTS = {
-    "clouds": testing.CloudGeneratorContract,
-    "sea": testing.SeaModelContract,
-    "optics": testing.OpticsContract,
-    "atmosphere": testing.TransmittanceContract,
-    "radiance": testing.RadianceModelContract,
-    "sensors": testing.SensorContract,
-    "elements": testing.ElementContract,
-    "surfaces": testing.SurfaceContract,
-    "variables": testing.VariableContract,
+    "clouds": hcss_author.CloudGeneratorContract,
+    "sea": hcss_author.SeaModelContract,
+    "optics": hcss_author.OpticsContract,
+    "atmosphere": hcss_author.TransmittanceContract,
+    "radiance": hcss_author.RadianceModelContract,
+    "sensors": hcss_author.SensorContract,
+    "elements": hcss_author.ElementContract,
+    "surfaces": hcss_author.SurfaceContract,
+    "variables": hcss_author.VariableContract,
 }
 
 WITH_SPECTRA = ("sea", "optics", "atmosphere", "radiance")

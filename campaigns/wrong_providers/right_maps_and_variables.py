@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
+import hcss_author
 import netCDF4
 import numpy as np
 from right_kit import builtin, kit
 
-from hcss_twin import testing
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers import Declaration, OutputVariable, SurfaceClass, SurfaceMap
 
@@ -19,22 +19,22 @@ MAP = np.linspace(34.0, 36.0, 81), np.linspace(149.0, 151.0, 61)
 
 
 KNOWN_ICE = (
-    testing.KnownSurface(34.8, 150.5, "sea"),
-    testing.KnownSurface(35.1, 149.55, "ice", 264.7),
-    testing.KnownSurface(35.4, 150.5, "ice", 259.0),
+    hcss_author.KnownSurface(34.8, 150.5, "sea"),
+    hcss_author.KnownSurface(35.1, 149.55, "ice", 264.7),
+    hcss_author.KnownSurface(35.4, 150.5, "ice", 259.0),
 )
-KNOWN_FLOE = (testing.KnownSurface(34.9, 150.0, "sea"), testing.KnownSurface(35.05, 150.0, "floe", 266.0))
+KNOWN_FLOE = (hcss_author.KnownSurface(34.9, 150.0, "sea"), hcss_author.KnownSurface(35.05, 150.0, "floe", 266.0))
 KNOWN_COAST = (
-    testing.KnownSurface(35.70, 139.50, "forest", 295.0),  # Tokyo
-    testing.KnownSurface(35.00, 139.50, "sea"),  # Sagami Bay
-    testing.KnownSurface(35.45, 139.80, "sea"),  # Tokyo Bay
-    testing.KnownSurface(36.50, 138.50, "forest"),
-    testing.KnownSurface(35.00, 142.00, "sea"),
+    hcss_author.KnownSurface(35.70, 139.50, "forest", 295.0),  # Tokyo
+    hcss_author.KnownSurface(35.00, 139.50, "sea"),  # Sagami Bay
+    hcss_author.KnownSurface(35.45, 139.80, "sea"),  # Tokyo Bay
+    hcss_author.KnownSurface(36.50, 138.50, "forest"),
+    hcss_author.KnownSurface(35.00, 142.00, "sea"),
 )
 KNOWN_FLAT = (
-    testing.KnownSurface(35.0, 150.0, "sea"),
-    testing.KnownSurface(35.0, 150.0, "flat", 286.0, time_s=5.0),
-    testing.KnownSurface(35.0, 149.99, "sea", time_s=4.0),
+    hcss_author.KnownSurface(35.0, 150.0, "sea"),
+    hcss_author.KnownSurface(35.0, 150.0, "flat", 286.0, time_s=5.0),
+    hcss_author.KnownSurface(35.0, 149.99, "sea", time_s=4.0),
 )
 
 
@@ -57,7 +57,7 @@ def of_a_file(make, **members):
                 file.createVariable(name, "f8", ("latitude", "longitude"))[:] = values
 
         def inputs():
-            return replace(testing.sample_surface_inputs(), catalog=Catalog(base=folder))
+            return replace(hcss_author.sample_surface_inputs(), catalog=Catalog(base=folder))
 
         return kit("surfaces", make, inputs, **members)(folder)
 
@@ -110,7 +110,7 @@ def surfaces():
         "coast",
         "surfaces",
         "a coast with forest",
-        kit("surfaces", coast, lambda: at_a_coast(testing.sample_surface_inputs()), known=KNOWN_COAST),
+        kit("surfaces", coast, lambda: at_a_coast(hcss_author.sample_surface_inputs()), known=KNOWN_COAST),
     )
     layers = {"classes": {3: "sea", 4: "ice"}, "temperature_layer": "temperature", "temperatures": {"sea": 271.5}}
     raster = lambda inputs: builtin("surfaces", "raster", inputs, file="map.nc", **layers)  # noqa: E731

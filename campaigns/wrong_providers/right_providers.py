@@ -6,26 +6,26 @@ of the kit, and two kinds of cloud generators that a kit may easily misjudge.
 
 from dataclasses import replace
 
+import hcss_author
 import numpy as np
 import pytest
 import right_maps_and_variables
 import right_shutters
+from hcss_author.elements import in_pixels
 from right_kit import Right, builtin, kit
 
-from hcss_twin import testing
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudDeclaration, Declaration, ElementPixels
-from hcss_twin.testing.elements import in_pixels
 
 from stranger import atmosphere, clouds, elements, optics, radiance, sea, sensor  # isort: skip
 
 
 def field_mode(self, coverage=0.5, seed=1):
-    inputs = testing.sample_cloud_inputs(coverage, seed)
+    inputs = hcss_author.sample_cloud_inputs(coverage, seed)
     return replace(inputs, layer=replace(inputs.layer, coverage_mode="field"))
 
 
@@ -36,7 +36,7 @@ def of_an_image(name, **parameters):
         np.save(folder / "image.npy", np.random.default_rng(5).random((128, 160)))
 
         def make_inputs(self, coverage=0.5, seed=1):
-            return testing.sample_cloud_inputs(coverage, seed, catalog=Catalog(base=folder))
+            return hcss_author.sample_cloud_inputs(coverage, seed, catalog=Catalog(base=folder))
 
         make_one = kit(
             "clouds",
@@ -83,7 +83,7 @@ class Film(clouds.CloudStreets):
         return super().thickness_m(time_s, rows, columns)
 
 
-class GlowingGas(testing.PlainGas):
+class GlowingGas(hcss_author.PlainGas):
     """The kit's grey gas with its own path radiance, summed over the layers, and scattered sunlight."""
 
     def path_radiance(self, wavenumber_cm1, paths):
@@ -104,11 +104,11 @@ class GlowingGas(testing.PlainGas):
 
 
 def standard_air():
-    return testing.sample_atmosphere_inputs(load_profile("us-standard-1976", Catalog()))
+    return hcss_author.sample_atmosphere_inputs(load_profile("us-standard-1976", Catalog()))
 
 
 def with_wind(speed_m_s):
-    return lambda: testing.sample_sea_inputs(speed_m_s)
+    return lambda: hcss_author.sample_sea_inputs(speed_m_s)
 
 
 FEW_STREAMS = {"streams": 4, "sun_streams": 4, "azimuth_modes": 8}
@@ -159,7 +159,7 @@ def _sea():
         rough = lambda inputs, parameters=parameters: builtin("sea", "rough-sea", inputs, **parameters)  # noqa: E731
         yield name, "sea", f"shadowed facets {parameters or ''}", kit("sea", rough), False
     for emissivity in (0.98, 0.9):
-        plain = lambda inputs, emissivity=emissivity: testing.PlainSea(emissivity)  # noqa: E731
+        plain = lambda inputs, emissivity=emissivity: hcss_author.PlainSea(emissivity)  # noqa: E731
         yield f"plain-sea-{emissivity:g}", "sea", f"Lambertian, emissivity {emissivity:g}", kit("sea", plain)
     slush = lambda inputs: sea.Slush(inputs, sea.Parameters())  # noqa: E731
     yield "slush", "sea", "grains that scatter once", kit("sea", slush)
@@ -177,7 +177,7 @@ def mean_of(tracks, inputs, time_s, strengths):
     x, y, z = np.mean(
         [np.add((each["x"], each["y"], each["altitude"]), np.multiply(each["velocity"], time_s)) for each in tracks], 0
     )
-    return testing.KnownElement(float(x), float(y), float(z), np.sum(strengths, axis=0))
+    return hcss_author.KnownElement(float(x), float(y), float(z), np.sum(strengths, axis=0))
 
 
 class Flare:
@@ -231,7 +231,7 @@ def _elements():
 
     def of_deck(self, inputs, time_s):
         area_m2 = 9 * 200.0**2 * np.cos(np.radians(inputs.view.zenith_deg))
-        return testing.KnownElement(300.0, 300.0, 10.0, area_m2 * inputs.black_body(310.0))
+        return hcss_author.KnownElement(300.0, 300.0, 10.0, area_m2 * inputs.black_body(310.0))
 
     yield (
         "tracks",
@@ -253,10 +253,10 @@ def _optics():
         yield name, "optics", f"Mie scattering of droplets {parameters or ''}", kit("optics", mie)
     bulk = lambda inputs: builtin("optics", "bulk", inputs)  # noqa: E731
     yield "bulk", "optics", "cold droplets", kit("optics", bulk)
-    crystals = pytest.fixture(lambda self: testing.sample_microphysics("ice"))
+    crystals = pytest.fixture(lambda self: hcss_author.sample_microphysics("ice"))
     yield "crystals", "optics", "rough crystals", kit("optics", bulk, cloud=crystals)
     for name, values in {"grey": (), "bright-grey": (1.8e-10, 0.9, 0.85), "absorbing-grey": (1e-10, 0.0, 0.0)}.items():
-        grey = lambda inputs, values=values: testing.PlainOptics(*values)  # noqa: E731
+        grey = lambda inputs, values=values: hcss_author.PlainOptics(*values)  # noqa: E731
         yield name, "optics", f"grey particles {values or ''}", kit("optics", grey)
     soft = lambda inputs: optics.SoftParticles(inputs, optics.Parameters())  # noqa: E731
     yield "soft", "optics", "anomalous diffraction", kit("optics", soft)
@@ -274,7 +274,7 @@ def _atmosphere():
     table = lambda inputs: builtin("atmosphere", "table", inputs)  # noqa: E731
     yield "table", "atmosphere", "tabulated transmittance to space", kit("atmosphere", table, standard_air)
     for depth in (0.0, 0.3, 5.0):
-        grey = lambda inputs, depth=depth: testing.PlainGas(inputs.profile, depth)  # noqa: E731
+        grey = lambda inputs, depth=depth: hcss_author.PlainGas(inputs.profile, depth)  # noqa: E731
         yield f"grey-gas-{depth:g}", "atmosphere", f"grey gas of depth {depth:g}", kit("atmosphere", grey)
     glowing = lambda inputs: GlowingGas(inputs.profile)  # noqa: E731
     yield "glowing-gas", "atmosphere", "grey gas with its own path radiance", kit("atmosphere", glowing)

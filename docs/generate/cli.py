@@ -14,7 +14,7 @@ from hcss_twin.cli.main import cli
 
 PAGE = "reference/cli.md"
 
-LISTED = ("hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty")
+LISTED = ("hcss-author", "hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty")
 """Packages whose commands are listed; READMEs of the others list theirs."""
 
 _INTRODUCTION = """# Command line

@@ -23,11 +23,13 @@ TOPICS = {
 OF_PLUGINS = {
     "atmosphere import": "hcss-modtran",
     "bench": "hcss-bench",
+    "check": "hcss-author",
     "clouds": "hcss-evaluate",
     "evaluate": "hcss-evaluate",
     "fit": "hcss-evaluate",
     "import": "hcss-evaluate",
     "match": "hcss-evaluate",
+    "new-plugin": "hcss-author",
     "propagate": "hcss-uncertainty",
     "reference": "hcss-light",
     "reproduce": "hcss-paper",

@@ -19,13 +19,13 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, ProviderDefect
+from hcss_twin.laws import atmosphere, clouds, particles, radiance, sea
+from hcss_twin.laws.law import Inapplicable, Law, LawBroken, law_name, meaning
+from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import Built
 from hcss_twin.providers import Microphysics
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.testing.laws import atmosphere, clouds, particles, radiance, sea
-from hcss_twin.testing.laws.law import Inapplicable, Law, LawBroken, law_name, meaning
-from hcss_twin.testing.samples import sample_radiance_inputs
 
 WAVENUMBERS = 4
 """Wavenumbers of a call, evenly spaced in the bands of the scene."""

@@ -1,6 +1,6 @@
 """What authors of plugins import: the contract between providers and the engine, and what they can build on.
 
-The conformance kit is ``hcss_twin.testing``; everything else in ``hcss_twin`` may change at any time.
+The conformance kit is ``hcss_author``; everything else in ``hcss_twin`` may change at any time.
 
 Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
 which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;

@@ -11,9 +11,10 @@ import sys
 import typing
 from pathlib import Path
 
+import hcss_author
 import numpy as np
 
-from hcss_twin import providers, testing
+from hcss_twin import providers
 from hcss_twin.providers.registry import specs as hookspecs
 
 SNAPSHOT = Path(__file__).parents[1] / "data" / f"provider-api-{providers.API_VERSION}.txt"
@@ -32,8 +33,8 @@ def api():
     for kind in providers.Kind:
         lines.append(f"hook {kind.hook}{signature(getattr(hookspecs, kind.hook))} brings {kind.protocol} as '{kind}'")
     lines.append(f"hook hcss_commands{signature(hookspecs.hcss_commands)}")
-    for name in testing.__all__:
-        lines += kit(f"hcss_twin.testing.{name}", getattr(testing, name))
+    for name in hcss_author.__all__:
+        lines += kit(f"hcss_author.{name}", getattr(hcss_author, name))
     return lines
 
 

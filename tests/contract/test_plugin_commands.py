@@ -152,7 +152,9 @@ def test_a_hook_in_the_group_of_providers_alone_is_told_its_group(install):
     assert "entry point group hcss_twin.commands" in broken()["visitor"]
 
 
-@pytest.mark.parametrize("folder", ["hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty"])
+@pytest.mark.parametrize(
+    "folder", ["hcss-author", "hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty"]
+)
 def test_a_command_of_a_plugin_that_is_not_installed_names_the_plugin(monkeypatch, folder):
     monkeypatch.setattr("hcss_twin.core.plugins.installed", lambda group: [])
     plugin = pytest.importorskip(f"{folder.replace('-', '_')}.plugin")

@@ -8,23 +8,24 @@ import ast
 import re
 from pathlib import Path
 
+import hcss_author
 import pytest
+from hcss_author.new_plugin.write import package_files
 
 import hcss_twin
-from hcss_twin import providers, testing
-from hcss_twin.providers.new_plugin.write import package_files
+from hcss_twin import providers
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 PACKAGE = Path(hcss_twin.__file__).parents[1]
 PUBLIC = {
     "hcss_twin": set(hcss_twin.__all__),
     "hcss_twin.providers": set(providers.__all__),
-    "hcss_twin.testing": set(testing.__all__),
+    "hcss_author": set(hcss_author.__all__),
     "hcss_twin.plan.rays": {"Rays"},  # public, but not frozen
 }
 LISTING = (
-    "hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload", "hcss-skies",
-    "hcss-uncertainty"
+    "hcss-author", "hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload",
+    "hcss-skies", "hcss-uncertainty"
 )  # fmt: skip
 """Plugins whose README lists other modules."""
 
@@ -42,7 +43,7 @@ def private_imports(text):
             yield from (
                 each.name for each in node.names if each.name.startswith("hcss_twin.") and each.name not in PUBLIC
             )
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "hcss_twin":
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in ("hcss_twin", "hcss_author"):
             known = PUBLIC.get(node.module, set())
             yield from (f"{node.module}.{each.name}" for each in node.names if each.name not in known)
 

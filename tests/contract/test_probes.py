@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_author import PlainGas, PlainSea
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
@@ -18,7 +19,6 @@ from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.providers.registry.checks import keep_check
 from hcss_twin.reports.plan_text import plan_text
-from hcss_twin.testing import PlainGas, PlainSea
 
 SCENE = {**CHEAP, "image.rows": 8, "image.columns": 10, "frames.count": 1, "bands": ["lwir"]}
 
@@ -185,7 +185,7 @@ def test_the_plan_predicts_the_cost_of_a_plugin_to_a_factor_of_four_and_of_no_sh
 
 
 def test_a_scene_of_shipped_providers_loads_no_law(monkeypatch):
-    for name in [each for each in sys.modules if each.startswith(("hcss_twin.testing", "hcss_twin.plan.probes"))]:
+    for name in [each for each in sys.modules if each.startswith(("hcss_author", "hcss_twin.plan.probes"))]:
         monkeypatch.delitem(sys.modules, name)
     assert make_plan(scene()).probes == ()
-    assert not [name for name in sys.modules if name.startswith(("hcss_twin.testing", "hcss_twin.plan.probes"))]
+    assert not [name for name in sys.modules if name.startswith(("hcss_author", "hcss_twin.plan.probes"))]

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 import pytest
+from hcss_author import SeaModelContract
 from provider_api_text import COMMAND, SNAPSHOT, api, broken_promises, described, kit, write
 
 import hcss_twin
 from hcss_twin import providers
 from hcss_twin.providers import common as declared
 from hcss_twin.providers.registry import Kind
-from hcss_twin.testing import SeaModelContract
 
 
 def test_the_provider_api_is_the_committed_one():

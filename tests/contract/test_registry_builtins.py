@@ -6,18 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from hcss_evaluate.database.cloud_import import ImportOptions, import_image
-from hcss_evaluate.database.segmentation import Cleaning
-from surface_files import write_netcdf
-
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.clouds.database import write_entry
-from hcss_twin.physics.profile import airmass_of_legs
-from hcss_twin.providers import Motion
-from hcss_twin.providers.registry import Kind, Registry
-from hcss_twin.providers.registry.guard import guard
-from hcss_twin.testing import (
+from hcss_author import (
     CloudGeneratorContract,
     ElementContract,
     OpticsContract,
@@ -36,6 +25,17 @@ from hcss_twin.testing import (
     sample_sensor_inputs,
     sample_wavenumbers,
 )
+from hcss_evaluate.database.cloud_import import ImportOptions, import_image
+from hcss_evaluate.database.segmentation import Cleaning
+from surface_files import write_netcdf
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.clouds.database import write_entry
+from hcss_twin.physics.profile import airmass_of_legs
+from hcss_twin.providers import Motion
+from hcss_twin.providers.registry import Kind, Registry
+from hcss_twin.providers.registry.guard import guard
 
 HELD_TO_THE_KIT = {
     "clouds": {"fractal", "imagery"},

@@ -6,6 +6,19 @@ import numpy as np
 import pytest
 import stranger
 from cheap import CHEAP
+from hcss_author import (
+    CloudGeneratorContract,
+    ElementContract,
+    OpticsContract,
+    RadianceModelContract,
+    SeaModelContract,
+    SensorContract,
+    SurfaceContract,
+    TransmittanceContract,
+    VariableContract,
+    assert_registered,
+    sample_atmosphere_inputs,
+)
 from stranger.atmosphere import Malkmus
 from stranger.atmosphere import Parameters as MalkmusParameters
 from stranger.clouds import CloudStreets
@@ -31,19 +44,6 @@ from hcss_twin.core.errors import CubeError, ProviderError
 from hcss_twin.engine.simulate import overlaps
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
-from hcss_twin.testing import (
-    CloudGeneratorContract,
-    ElementContract,
-    OpticsContract,
-    RadianceModelContract,
-    SeaModelContract,
-    SensorContract,
-    SurfaceContract,
-    TransmittanceContract,
-    VariableContract,
-    assert_registered,
-    sample_atmosphere_inputs,
-)
 
 CHOICES = {
     Kind.CLOUDS: ("clouds.generator", "streets"),

@@ -3,6 +3,14 @@
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_author import (
+    sample_cloud_inputs,
+    sample_element_inputs,
+    sample_microphysics,
+    sample_motion,
+    sample_sensor_inputs,
+    sample_variable_inputs,
+)
 
 from hcss_twin import ProviderError, Scenario, ScenarioError, make_plan
 from hcss_twin.core.errors import CatalogError, ProviderDefect
@@ -15,14 +23,6 @@ from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.providers import AtmosphereDeclaration, Grid, Points, Sun
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
-from hcss_twin.testing import (
-    sample_cloud_inputs,
-    sample_element_inputs,
-    sample_microphysics,
-    sample_motion,
-    sample_sensor_inputs,
-    sample_variable_inputs,
-)
 
 NU, MU, PATHS = np.array([800.0, 1000.0, 2500.0]), np.array([1.0, 0.5]), [to_space(0.0, 0.0), to_space(0.0, 60.0)]
 WINDOW = slice(0, 4), slice(0, 5)

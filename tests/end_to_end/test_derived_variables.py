@@ -22,7 +22,7 @@ from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.providers import Declaration, OutputVariable
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 
-TEMPLATE = "hcss_twin.providers.new_plugin.templates.variables"
+TEMPLATE = "hcss_author.new_plugin.templates.variables"
 SCENE = """
 time = 2024-04-20T22:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}

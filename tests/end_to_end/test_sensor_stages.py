@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_author import SensorContract, sample_sensor_inputs
 from pydantic import BaseModel, ConfigDict
 
 from hcss_twin import Scenario, make_plan, sense
@@ -17,7 +18,6 @@ from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.providers import Measured, SensorDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
-from hcss_twin.testing import SensorContract, sample_sensor_inputs
 
 SPEED, DELAY, EXPOSURE = 130.0, 0.004, 0.9  # m/s, s per row, s
 BASE = {

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hcss_author import sample_cloud_inputs
 
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.testing import sample_cloud_inputs
 
 MARGIN = 12
 PARAMETERS = FractalParameters.model_validate({"L": (16, 16), "gamma": 2.0, "H": 0.7, "k": (0, 5)})

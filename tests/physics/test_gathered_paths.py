@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcss_author import PlainGas, sample_high_layer, sample_layer, sample_profile
 
+from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical import gathered_paths, model
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
 from hcss_twin.providers import Sun
-from hcss_twin.testing import PlainGas, sample_high_layer, sample_layer, sample_profile
-from hcss_twin.testing.samples import sample_radiance_inputs
 
 NU = np.linspace(900.0, 2600.0, 9)
 THICKNESS = np.array([[80.0, 0.0], [0.0, 500.0], [300.0, 900.0], [780.0, 1900.0], [80.0, 1200.0]])

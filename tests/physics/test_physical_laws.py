@@ -6,6 +6,14 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import (
+    PlainGas,
+    PlainOptics,
+    PlainSea,
+    sample_high_layer,
+    sample_layer,
+    sample_radiance_inputs,
+)
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical import slab_operators
@@ -16,14 +24,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, OpticsInputs, SeaInputs, Sun, View
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.testing.samples import (
-    PlainGas,
-    PlainOptics,
-    PlainSea,
-    sample_high_layer,
-    sample_layer,
-    sample_radiance_inputs,
-)
 
 NU = np.array([800.0, 1000.0, 1200.0, 2200.0, 2600.0, 3500.0])
 ENCLOSURE_K = 285.0

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from hcss_author import sample_sensor_inputs
 from scipy.ndimage import convolve
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.radiometer import Radiometer
-from hcss_twin.testing import sample_sensor_inputs
 
 COUNTING = {"noise": "photon", "aperture_diameter": 0.1, "pixel_angle": 4e-5, "integration_time": 1e-4, "smear": False}
 

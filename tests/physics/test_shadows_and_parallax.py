@@ -14,11 +14,11 @@ from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stages.shadows import sun_paths
 from hcss_twin.engine.stream import stream
+from hcss_twin.laws.samples import PlainOptics
 from hcss_twin.plan.clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
 from hcss_twin.providers import CloudDeclaration, Sun, View
-from hcss_twin.testing.samples import PlainOptics
 
 SIZE, PIXEL_M = 60, 50.0
 BANDS = ["mwir-3.7", "lwir-10.8"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_high_layer, sample_layer, sample_radiance_inputs
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
@@ -14,7 +15,6 @@ from hcss_twin.models.radiance.physical.operator_table import DENSE, spectral_st
 from hcss_twin.providers import OpticsInputs, Sun
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.testing.samples import sample_high_layer, sample_layer, sample_radiance_inputs
 
 SUN = Sun(40.0, 100.0, 1.0)
 GRID = np.concatenate((np.arange(1000.0, 1201.0, 5.0), np.arange(2400.0, 2601.0, 5.0)))

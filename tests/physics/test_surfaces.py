@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_author import PlainGas, PlainOptics, SeaModelContract, sample_profile
 from scipy.special import expn
 from surface_files import write_half
 
@@ -10,6 +11,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import stream
+from hcss_twin.laws.samples import flat_sun
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.models.surfaces.materials import material
@@ -18,8 +20,6 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.surfaces import TemperatureAxis
 from hcss_twin.providers import RadianceInputs, Sun, View
-from hcss_twin.testing import PlainGas, PlainOptics, SeaModelContract, sample_profile
-from hcss_twin.testing.samples import flat_sun
 
 WAVENUMBER = np.linspace(750.0, 3600.0, 9)
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from PythonicDISORT.pydisort import pydisort
 
+from hcss_twin.laws.samples import PlainOptics, PlainSea, sample_layer, sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereDeclaration, Sun, View
-from hcss_twin.testing.samples import PlainOptics, PlainSea, sample_layer, sample_radiance_inputs
 
 STREAMS = 32
 HALF = STREAMS // 2

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hcss_author import sample_sensor_inputs
 from scipy import ndimage, stats
 from scipy.fft import dctn, idctn
 
@@ -12,7 +13,6 @@ from hcss_twin.models.sensor.philox import BLOCK, LANE, fill_normals, philox
 from hcss_twin.models.sensor.point_spread import mirrored_transfer, separated
 from hcss_twin.models.sensor.radiometer import Radiometer
 from hcss_twin.providers import Grid
-from hcss_twin.testing import sample_sensor_inputs
 
 COUNTING = {"noise": "photon", "aperture_diameter": 0.1, "pixel_angle": 4e-5, "integration_time": 1e-4, "smear": False}
 ROWS, COLUMNS = 500, 640

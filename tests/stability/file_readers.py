@@ -18,6 +18,7 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.verification import verify_cube
+from hcss_twin.laws.samples import sample_surface_inputs
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.models.clouds.database import read_entry, read_facts
@@ -37,7 +38,6 @@ from hcss_twin.sweeps.dataset import open_sweep
 from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.points import points_of
 from hcss_twin.sweeps.run import sweep
-from hcss_twin.testing.samples import sample_surface_inputs
 
 
 def _look_at(path):

@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+from hcss_author import sample_cloud_inputs
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import CloudDeclaration, CloudGenerator, OpticsDeclaration
@@ -10,7 +11,6 @@ from hcss_twin.providers.common import LAYER_OPTIONS, check_options
 from hcss_twin.providers.declarations import Note, applying, attributed
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
-from hcss_twin.testing import sample_cloud_inputs
 
 OWN = CloudDeclaration(
     notes=("plain", Note("by day", sunlight=True), Note("in the blue", below_um=0.5)),

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcss_author import sample_layer
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -11,7 +12,6 @@ from scipy import stats
 
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.clouds.thickness import frame_thickness
-from hcss_twin.testing import sample_layer
 
 COVERAGES = st.one_of(st.sampled_from([0.0, 1.0, 0.5, 1e-9, 1.0 - 1e-9]), st.floats(0.0, 1.0))
 SHAPES = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12)

@@ -4,13 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hcss_author import PlainScene, sample_element_inputs
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import Declaration, ElementPixels, ElementPoint
 from hcss_twin.providers.common import check_element_variables
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.testing import PlainScene, sample_element_inputs
 
 GOOD = {
     "rows": np.array([3, 3]),

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcss_author import sample_cloud_inputs, sample_layer
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from hcss_twin.models.clouds.coverage import summarise
 from hcss_twin.models.clouds.thickness import frame_thickness, thickness_in_frame
-from hcss_twin.testing import sample_cloud_inputs, sample_layer
 
 ROWS, COLUMNS = 7, 9
 WINDOWS = [(slice(0, 7), slice(0, 9)), (slice(2, 6), slice(3, 8)), (slice(6, 7), slice(8, 9))]

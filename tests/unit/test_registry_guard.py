@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from hcss_author import PlainGas, PlainOptics, PlainSea, sample_cloud_inputs, sample_microphysics, sample_profile
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.physics.multiple_scattering.layer import checked_layers
@@ -19,7 +20,6 @@ from hcss_twin.providers import (
 )
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
-from hcss_twin.testing import PlainGas, PlainOptics, PlainSea, sample_cloud_inputs, sample_microphysics, sample_profile
 
 NU = np.array([800.0, 1000.0, 2500.0])
 MU = np.array([1.0, 0.5])

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import rasterio
+from hcss_author import PlainSea, sample_surface_inputs
 from surface_files import write_netcdf
 
 from hcss_twin.core.errors import CatalogError, ProviderError
@@ -14,7 +15,6 @@ from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, Surfac
 from hcss_twin.providers.common import check_surface_classes
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.testing import PlainSea, sample_surface_inputs
 
 LATITUDE, LONGITUDE = np.array([34.9, 34.95, 35.0, 35.05, 35.1]), np.array([149.85, 149.95, 150.05, 150.15])
 CLASSES = np.arange(20).reshape(5, 4) % 3.0

@@ -4,6 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hcss_author import sample_fields, sample_variable_inputs
+from hcss_author.variables import units_problem
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.cube.variables import ELEMENT_RADIANCE, VARIABLES
@@ -11,8 +13,6 @@ from hcss_twin.providers import Declaration, OutputVariable
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.providers.variables import check_output_variables
-from hcss_twin.testing import sample_fields, sample_variable_inputs
-from hcss_twin.testing.variables import units_problem
 
 TEXTS = {"units": "1", "long_name": "x", "description": "y"}
 VARIABLES_GIVEN = {

@@ -11,7 +11,7 @@ from evaluation_images import made
 
 sys.path.append(str(Path(__file__).parents[3] / "tests"))  # what the tests of several packages share
 
-from hcss_twin.testing.own_cache import own_cache  # noqa: F401
+from hcss_author.own_cache import own_cache  # noqa: F401
 
 
 @pytest.fixture

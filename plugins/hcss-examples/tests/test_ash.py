@@ -6,10 +6,10 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+from hcss_author import OpticsContract, assert_registered
 from hcss_examples.ash import Ash, Parameters, efficiencies
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.testing import OpticsContract, assert_registered
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "output.certificate": 0}

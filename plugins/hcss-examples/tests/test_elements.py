@@ -6,6 +6,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+from hcss_author import ElementContract, KnownElement, PlainScene, assert_registered, sample_element_inputs
 from hcss_examples.aircraft import Aircraft
 from hcss_examples.aircraft import Parameters as AircraftParameters
 from hcss_examples.ship import Parameters as ShipParameters
@@ -13,7 +14,6 @@ from hcss_examples.ship import Ship, shared_area
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.providers import ProviderError
-from hcss_twin.testing import ElementContract, KnownElement, PlainScene, assert_registered, sample_element_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "aircraft-and-ship.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie", "output.certificate": 0}

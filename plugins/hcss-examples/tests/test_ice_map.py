@@ -7,11 +7,11 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+from hcss_author import SurfaceContract, assert_registered, sample_surface_inputs
 from hcss_examples.ice_map import IceMap, Parameters
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.providers import Catalog, ProviderError
-from hcss_twin.testing import SurfaceContract, assert_registered, sample_surface_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "sea-ice.toml"
 CHEAP = {"radiance.model": "as-printed", "output.certificate": 0}

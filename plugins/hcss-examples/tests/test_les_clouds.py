@@ -8,11 +8,11 @@ import netCDF4
 import numpy as np
 import pytest
 from conftest import CELL_M, CELLS, water_kg_m3
+from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_examples.les_clouds import LesClouds, Parameters, water_content_kg_m3
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.providers import Catalog, Grid, Motion, ProviderError
-from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "les-clouds.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie", "output.certificate": 0}

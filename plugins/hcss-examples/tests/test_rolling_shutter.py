@@ -5,10 +5,10 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+from hcss_author import SensorContract, assert_registered
 from hcss_examples.rolling_shutter import Parameters, RollingShutter
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.testing import SensorContract, assert_registered
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "rolling-shutter.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "output.certificate": 0}

@@ -1,10 +1,10 @@
 """Split window: the kit, and bands that do not exist."""
 
 import pytest
+from hcss_author import VariableContract, assert_registered, sample_variable_inputs
 from hcss_examples.split_window import Parameters, SplitWindow
 
 from hcss_twin.providers import ProviderError
-from hcss_twin.testing import VariableContract, assert_registered, sample_variable_inputs
 
 
 class TestSplitWindow(VariableContract):

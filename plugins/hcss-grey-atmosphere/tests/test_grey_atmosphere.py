@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from hcss_author import TransmittanceContract, assert_registered, sample_atmosphere_inputs
 from hcss_grey_atmosphere.parameters import GreyParameters
 from hcss_grey_atmosphere.provider import GreyAtmosphere
 
 from hcss_twin.providers import to_space
-from hcss_twin.testing import TransmittanceContract, assert_registered, sample_atmosphere_inputs
 
 
 class TestGreyAtmosphere(TransmittanceContract):

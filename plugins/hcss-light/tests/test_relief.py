@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_light.comparison import compare
 from hcss_light.relief import ReliefClouds, ReliefParameters
 
@@ -11,7 +12,6 @@ from hcss_twin import Scenario, simulate
 from hcss_twin.core.errors import HcssError
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.reports.cloud_columns import read_columns
-from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 SHAPE = {"gamma": 2.0, "H": 0.4, "L": (6.0, 6.0), "k": (0, 6)}
 

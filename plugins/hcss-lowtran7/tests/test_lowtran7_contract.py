@@ -4,11 +4,11 @@ import shutil
 
 import numpy as np
 import pytest
+from hcss_author import TransmittanceContract, assert_registered
 from hcss_lowtran7.parameters import Lowtran7Parameters
 from hcss_lowtran7.provider import Lowtran7
 
 from hcss_twin.providers import to_space
-from hcss_twin.testing import TransmittanceContract, assert_registered
 
 needs_gfortran = pytest.mark.skipif(shutil.which("gfortran") is None, reason="no gfortran: LOWTRAN7 cannot be compiled")
 

@@ -5,6 +5,7 @@ import dataclasses
 import netCDF4
 import numpy as np
 import pytest
+from hcss_author import sample_profile
 from hcss_lowtran7.build import build
 from hcss_lowtran7.deck import SLANT, SOLAR_RADIANCE, TO_SPACE, Air, Haze, Ray, SunGeometry, deck
 from hcss_lowtran7.model_air import BUILT_IN, agrees, built_in
@@ -23,7 +24,6 @@ from hcss_twin.providers import (
     planck,
     to_space,
 )
-from hcss_twin.testing import sample_profile
 
 pytestmark = pytest.mark.usefixtures("compiler")
 

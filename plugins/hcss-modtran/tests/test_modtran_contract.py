@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from hcss_author import TransmittanceContract
 from hcss_modtran.combine import REFRACTIVITY, combine
 from hcss_modtran.modtran_tape7 import read_tape7
 from tape7_text import RADIANCE_NAMES, cards, radiance_rows, write
@@ -14,7 +15,6 @@ from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 from hcss_twin.providers import AtmosphereInputs
-from hcss_twin.testing import TransmittanceContract
 
 WHOLE = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
 ROWS = slice(60, 180, 4)

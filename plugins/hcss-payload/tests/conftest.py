@@ -3,6 +3,6 @@
 import sys
 from pathlib import Path
 
-from hcss_twin.testing.own_cache import own_cache  # noqa: F401
+from hcss_author.own_cache import own_cache  # noqa: F401
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from hcss_author import SensorContract, assert_registered
 from hcss_payload.stages import bad_pixels, detector_drift, integration, non_linearity, stray_light
 
 from hcss_twin import ScenarioError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers import Grid, Points, SensorBand, SensorInputs
-from hcss_twin.testing import SensorContract, assert_registered
 
 BAND = SensorBand("lwir", np.array([8.0, 12.0]), np.array([1.0, 1.0]))
 

@@ -19,8 +19,8 @@ from hcss_skies.generator import MEASURED_S, ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.providers import Grid, Motion
-from hcss_twin.testing.samples import sample_cloud_inputs
 
 SIDE, RUNS, FRAMES = 512, 5, 2
 

@@ -30,8 +30,8 @@ from hcss_skies.importing import import_example
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.providers import Grid, Motion
-from hcss_twin.testing.samples import sample_cloud_inputs
 
 SIDE, SEEDS, CLEAR_K, LAPSE_K_M = 256, 2, 293.0, 6.5e-3
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 1.0)

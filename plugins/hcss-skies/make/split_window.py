@@ -40,9 +40,9 @@ from hcss_skies.parameters import ExampleParameters
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Grid
-from hcss_twin.testing.samples import sample_cloud_inputs
 
 GAS_M, HEIGHTS_M = 2500.0, np.linspace(0.0, 12_000.0, 49)
 SIDE, SIZE, BLUR, NOISE_K, LAPSE_K_M, RAISED_K = 256, 64, 0.65, 0.2, 6.5e-3, 10.0

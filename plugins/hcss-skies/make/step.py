@@ -25,8 +25,8 @@ from hcss_skies.parameters import ExampleParameters
 from hcss_skies.planes import read_plane
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.providers import Grid, Motion
-from hcss_twin.testing.samples import sample_cloud_inputs
 
 SIDE, PARTS, BLOCKS = 512, 4, 22
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 1.0)

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcss_author import sample_cloud_inputs
+from hcss_author.own_cache import own_cache  # noqa: F401
 from hcss_skies.example import make_example, write_example
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.providers import Catalog, Grid, Motion
-from hcss_twin.testing import sample_cloud_inputs
-from hcss_twin.testing.own_cache import own_cache  # noqa: F401
 
 FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
 EVOLVING = Motion(0.0, (0.0, 0.0), 1800.0, 1.0)

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import EVOLVING, FROZEN, rough_field, whole
+from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.example import make_example, write_example
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.providers import CatalogError, Grid, Motion
-from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 
 class TestCoarse(CloudGeneratorContract):

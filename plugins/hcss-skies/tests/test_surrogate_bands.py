@@ -13,8 +13,8 @@ from scipy.ndimage import gaussian_filter
 from scipy.stats import kurtosis
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.samples import sample_layer
 from hcss_twin.providers import CloudInputs, Grid, Motion
-from hcss_twin.testing.samples import sample_layer
 
 ALL = slice(None)
 

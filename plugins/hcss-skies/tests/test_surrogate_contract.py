@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.providers import Catalog
-from hcss_twin.testing import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 
 
 class TestSurrogate(CloudGeneratorContract):

@@ -22,9 +22,9 @@ from scipy.ndimage import gaussian_filter
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
+from hcss_twin.laws.samples import sample_cloud_inputs, sample_layer
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudInputs, Grid, Motion
-from hcss_twin.testing.samples import sample_cloud_inputs, sample_layer
 
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcss_author import CloudGeneratorContract, sample_cloud_inputs
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.tops import between_cells, hanging_clouds, look_up_pairs
 
 from hcss_twin.providers import Grid
-from hcss_twin.testing import CloudGeneratorContract, sample_cloud_inputs
 
 
 class Emitting:

@@ -1,0 +1,61 @@
+"""Laws of cloud generators: the sizes and the amount of cloud."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import HcssError
+from hcss_twin.laws.law import at_least, at_most, near, require
+from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer
+from hcss_twin.providers.common import THICKNESS_TOLERANCE
+
+TIMES_S = (0.0, 7.0, 3600.0)
+"""Times of the frames."""
+
+
+def thickness_stays_within_the_layer(
+    provider: CloudGenerator, inputs: CloudInputs, times_s: Sequence[float] = TIMES_S
+) -> None:
+    """0, or between the minimum and maximum thickness of the layer."""
+    for time_s in possible(provider, inputs, times_s):
+        within_layer(whole(provider, inputs, time_s), inputs.layer)
+
+
+def within_layer(field: NDArray[np.float32], layer: CloudLayer) -> None:
+    """Raise ``LawBroken`` if a thickness is neither 0 nor between the limits of the layer."""
+    require(np.isfinite(field), "a thickness is not finite")
+    cloudy = field[field != 0.0]
+    at_least("thickness of cloud in m", cloudy, layer.thickness_min_m * (1 - THICKNESS_TOLERANCE))
+    at_most("thickness of cloud in m", cloudy, layer.thickness_max_m * (1 + THICKNESS_TOLERANCE))
+
+
+def cloudy_fraction_is(coverage: float, fields: Sequence[NDArray[np.float32]], tolerance: float) -> None:
+    """Raise ``LawBroken`` if the mean fraction of cloudy pixels is not the coverage, within the tolerance."""
+    near(f"cloudy fraction of {len(fields)} seeds", np.mean(np.stack(fields) > 0.0), coverage, atol=tolerance)
+
+
+def whole(provider: CloudGenerator, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
+    """Return a whole frame."""
+    return provider.thickness_m(time_s, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))
+
+
+def own_coverage(provider: CloudGenerator) -> float | None:
+    """Return the coverage that replaces that of the layer, if there is one."""
+    coverage = getattr(provider, "image_coverage", None)
+    return None if coverage is None else float(coverage)
+
+
+def possible(provider: CloudGenerator, inputs: CloudInputs, times: Sequence[float]) -> list[float]:
+    """Return those times that a generator has; beyond the first it may refuse some with an ``HcssError``."""
+
+    def has(time_s: float) -> bool:
+        try:
+            whole(provider, inputs, time_s)
+        except HcssError:
+            return False
+        return True
+
+    return [times[0], *(time_s for time_s in times[1:] if has(time_s))]

@@ -1,0 +1,221 @@
+"""Contract tests of cloud generators."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hcss_author.contract import ProviderContract, holds
+from hcss_twin.laws import clouds as laws
+from hcss_twin.laws.clouds import own_coverage, possible, whole
+from hcss_twin.laws.samples import sample_cloud_inputs, still
+from hcss_twin.providers import CloudGenerator, CloudInputs, Motion
+
+
+@holds(laws.thickness_stays_within_the_layer)
+class CloudGeneratorContract(ProviderContract):
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    coverage_tolerance : float
+        Allowed difference between the cloudy fraction, averaged over ``seeds`` frames with different seeds, and the
+        layer's coverage.
+    seeds : int
+        Number of those frames.
+    seed_matters : bool
+        Whether fields are drawn at random; False for a generator of given fields.
+    """
+
+    coverage_tolerance: float = 0.1
+    seeds: int = 16
+    seed_matters: bool = True
+
+    def make_provider(self, inputs: CloudInputs) -> CloudGenerator:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    def make_inputs(self, coverage: float = 0.5, seed: int = 1) -> CloudInputs:
+        """Return inputs; override for a generator that needs type parameters or another image."""
+        return sample_cloud_inputs(coverage, seed)
+
+    @pytest.fixture
+    def inputs(self) -> CloudInputs:
+        """Inputs of half coverage."""
+        return self.make_inputs()
+
+    def frame(self, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
+        """Return a whole frame of a new provider."""
+        return whole(self.make_provider(inputs), inputs, time_s)
+
+    def test_shape_and_type(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """float32 (rows, columns)."""
+        field = whole(provider, inputs)
+        assert field.shape == (inputs.grid.rows, inputs.grid.columns)
+        assert field.dtype == np.float32
+
+    def test_no_coverage_is_clear_sky_and_full_coverage_has_no_gap(self) -> None:
+        """Coverage 0: 0 everywhere. Coverage 1: cloud everywhere. A picture keeps its own coverage."""
+        if own_coverage(self.make_provider(self.make_inputs())) is not None:
+            pytest.skip("image_coverage replaces the coverage of the layer")
+        assert not np.any(self.frame(self.make_inputs(coverage=0.0)))
+        assert np.all(self.frame(self.make_inputs(coverage=1.0)) > 0.0)
+
+    def test_cloudy_fraction_is_the_coverage(self) -> None:
+        """The mean over seeds is the layer's coverage, or ``image_coverage`` of a provider that has it."""
+        for coverage in (0.3, 0.7):
+            providers = [self.make_provider(self.make_inputs(coverage, seed)) for seed in range(self.seeds)]
+            own = own_coverage(providers[0])
+            fields = [whole(provider, self.make_inputs(coverage)) for provider in providers]
+            expected = coverage if own is None else own
+            laws.cloudy_fraction_is(expected, fields, self.coverage_tolerance)
+
+    def test_field_does_not_depend_on_earlier_calls(self, inputs: CloudInputs) -> None:
+        """The same times in another order, with another instance, give bit-identical results."""
+        forward, backward = self.make_provider(inputs), self.make_provider(inputs)
+        times = possible(forward, inputs, (0.0, 4.0, 2.0, 600.0))
+        one = {time_s: whole(forward, inputs, time_s) for time_s in times}
+        other = {time_s: whole(backward, inputs, time_s) for time_s in reversed(times)}
+        for time_s in times:
+            np.testing.assert_array_equal(one[time_s], other[time_s])
+
+    def test_field_does_not_depend_on_threads(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Frames computed concurrently by several threads equal those computed one by one."""
+        times = [2.0 * index for index in range(6)]
+        with ThreadPoolExecutor(max_workers=3) as pool:
+            parallel = list(pool.map(lambda time_s: whole(provider, inputs, time_s), times))
+        for time_s, field in zip(times, parallel, strict=True):
+            np.testing.assert_array_equal(field, whole(provider, inputs, time_s))
+
+    def test_returned_field_belongs_to_the_caller(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """A later call does not overwrite what an earlier one returned."""
+        first = whole(provider, inputs)
+        copy = first.copy()
+        whole(provider, inputs, possible(provider, inputs, (0.0, 3.0, 3600.0))[-1])
+        np.testing.assert_array_equal(first, copy)
+
+    def test_windows_equal_the_whole(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Any tiling gives the same field, for tileable generators and those with frame summaries."""
+        part = provider.thickness_m
+        if not provider.declares.tileable:
+            if not hasattr(provider, "frame_summary"):
+                pytest.skip("not tileable: the engine asks for whole frames only")
+            summary = provider.frame_summary(4.0)
+            part = functools.partial(provider.thickness_in_frame_m, summary=summary)  # type: ignore[attr-defined]
+        field = whole(provider, inputs, 4.0)
+        for rows, columns in (
+            (slice(0, 7), slice(0, 64)),
+            (slice(5, 31), slice(17, 18)),
+            (slice(47, 48), slice(60, 64)),
+        ):
+            np.testing.assert_array_equal(part(4.0, rows, columns), field[rows, columns])
+
+    def test_a_sky_goes_on_around_the_image(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Windows that reach outside the image have its pixels inside it, and one value for each pixel outside."""
+        if not hasattr(provider, "thickness_around_m"):
+            pytest.skip("the generator computes no clouds outside the image")
+        summary = None if provider.declares.tileable else provider.frame_summary(4.0)  # type: ignore[attr-defined]
+        around = functools.partial(provider.thickness_around_m, summary=summary)
+        (rows, columns), (above, right) = (inputs.grid.rows, inputs.grid.columns), (5, 9)
+        wide = around(4.0, slice(-3, rows + above), slice(-4, columns + right))
+        inside = slice(3, -above), slice(4, -right)
+        np.testing.assert_array_equal(wide[inside], whole(provider, inputs, 4.0))
+        assert wide.dtype == np.float32
+        part = around(4.0, slice(-2, 6), slice(columns, columns + 2))
+        np.testing.assert_array_equal(part, wide[1:9, 4 + columns : 6 + columns])
+
+    def test_cloud_tops_are_within_their_range(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Altitudes of tops are alike in any window, and clouds hang from them without reaching below the sea."""
+        if getattr(provider, "cloud_top_range_m", None) is None:
+            pytest.skip("cloud tops are those of the layer")
+        whole_image = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
+        top: NDArray[np.float32] = provider.cloud_top_m(4.0, *whole_image)  # type: ignore[attr-defined]
+        low, high = provider.cloud_top_range_m  # type: ignore[attr-defined]
+        assert top.dtype == np.float32
+        assert np.float32(low) <= top.min() <= top.max() <= np.float32(high)
+        assert np.all(whole(provider, inputs, 4.0) <= top)
+        part = provider.cloud_top_m(4.0, slice(5, 31), slice(17, 18))  # type: ignore[attr-defined]
+        np.testing.assert_array_equal(part, top[5:31, 17:18])
+
+    def test_shares_of_heights_hold_the_whole_column(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """They sum to 1 where there is cloud, and do not depend on the window."""
+        if not hasattr(provider, "height_shares"):
+            pytest.skip("columns are uniform")
+        field, edges = whole(provider, inputs, 4.0), np.linspace(inputs.layer.base_m, inputs.layer.top_m, 17)
+        shares = provider.height_shares(4.0, slice(0, field.shape[0]), slice(0, field.shape[1]), field, edges)
+        assert shares.dtype == np.float32
+        np.testing.assert_allclose(shares.sum(axis=0), field > 0.0, atol=1e-4)
+        assert shares.min() >= 0.0
+        part = provider.height_shares(4.0, slice(5, 31), slice(17, 18), field[5:31, 17:18], edges)
+        np.testing.assert_array_equal(part, shares[:, 5:31, 17:18])
+
+    def test_undeclared_time_has_no_influence(self, inputs: CloudInputs) -> None:
+        """If nothing moves or evolves, or time is not declared, all frames are equal.
+
+        A generator that declares time and ``evolves`` without any motion has a film of its own.
+        """
+        for candidate in (still(inputs), inputs):
+            declares = (provider := self.make_provider(candidate)).declares
+            declared = declares.depends_on
+            if (candidate is inputs or declares.evolves) and (declared is None or "time" in declared):
+                continue
+            later = possible(provider, candidate, (0.0, 4.0, 60.0))[-1]
+            np.testing.assert_array_equal(whole(provider, candidate), whole(provider, candidate, later))
+
+    def test_declared_time_matters(self, inputs: CloudInputs) -> None:
+        """Frames differ where clouds move and the generator declares time."""
+        provider = self.make_provider(inputs)
+        if "time" not in (provider.declares.depends_on or ()):
+            pytest.skip("the generator does not declare time")
+        first, *later = possible(provider, inputs, (0.0, 4.0, 60.0, 600.0, 3600.0))
+        frame = whole(provider, inputs, first)
+        changes = [not np.array_equal(frame, whole(provider, inputs, time_s)) for time_s in later]
+        assert any(changes), "declares time, which does not matter"
+
+    def test_seed_matters(self) -> None:
+        """Other seeds give other fields, except of a generator with ``image_coverage``, which is given its picture."""
+        provider = self.make_provider(self.make_inputs(0.5, 1))
+        if not self.seed_matters or hasattr(provider, "image_coverage"):
+            pytest.skip("the fields are given, not drawn")
+        fields = [self.frame(self.make_inputs(0.5, seed)) for seed in (1, 2, 3)]
+        assert not np.array_equal(fields[0], fields[1]), "seeds 1 and 2 give the same field"
+        assert not np.array_equal(fields[1], fields[2]), "seeds 2 and 3 give the same field"
+
+    def test_thickness_keeps_other_limits(self) -> None:
+        """0, or between the limits of a layer that is thinner or has a greater least thickness."""
+        inputs = self.make_inputs(0.5, 1)
+        for minimum, maximum in ((20.0, 300.0), (200.0, 1500.0)):
+            layer = dataclasses.replace(inputs.layer, thickness_min_m=minimum, top_m=inputs.layer.base_m + maximum)
+            field = self.frame(dataclasses.replace(inputs, layer=layer))
+            laws.within_layer(field, layer)
+
+    def test_frozen_field_only_translates(self, inputs: CloudInputs) -> None:
+        """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen.
+
+        The same holds for wind: the image moves over the clouds with platform minus wind velocity.
+        """
+        step = inputs.grid.pixel_size_m
+        for platform, wind, columns, rows in (
+            (step, (0.0, 0.0), 3, 0),
+            (0.0, (0.0, step), 0, -3),
+            (2.0 * step, (step, -step), 3, 3),
+        ):
+            motion = Motion(
+                platform_speed_m_s=platform, cloud_velocity_m_s=wind, evolution_time_s=np.inf, frame_interval_s=1.0
+            )
+            moving = dataclasses.replace(inputs, motion=motion)
+            provider = self.make_provider(moving)
+            if provider.declares.evolves or not provider.declares.tileable:
+                pytest.skip("evolves, or normalises each frame")
+            before, after = whole(provider, moving), whole(provider, moving, 3.0)
+            height, width = before.shape
+            top, left = max(rows, 0), max(columns, 0)
+            seen_again = before[top : height + min(rows, 0), left : width + min(columns, 0)]
+            top, left = max(-rows, 0), max(-columns, 0)
+            now = after[top : height - max(rows, 0), left : width - max(columns, 0)]
+            np.testing.assert_array_equal(now, seen_again)

@@ -1,0 +1,170 @@
+"""Bases of the test classes of all kinds: laws as tests, and what all providers have in common."""
+
+from __future__ import annotations
+
+import inspect
+import types
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, TypeVar
+
+import pytest
+
+from hcss_twin import providers
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import choose_from
+from hcss_twin.laws.law import Inapplicable, Law
+from hcss_twin.laws.samples import sample_wavenumbers
+from hcss_twin.providers import Array
+from hcss_twin.providers.common import check_options
+from hcss_twin.providers.declarations import check_declaration
+from hcss_twin.providers.registry import Entry, Kind, Registry
+
+_Class = TypeVar("_Class", bound=type)
+
+
+def holds(*laws: Law) -> Callable[[_Class], _Class]:
+    """Add a test for each law to a contract class.
+
+    Parameters of a law are fixtures; ``make`` is the method ``make_provider``, and a parameter with a default the
+    attribute of the class of that name.
+    """
+
+    def add(contract: _Class) -> _Class:
+        for law in laws:
+            setattr(contract, f"test_{law.__name__}", law_test(law))
+        return contract
+
+    return add
+
+
+def law_test(law: Law) -> Callable[..., None]:
+    """Return a law as a test method, which skips a provider to which it does not apply."""
+    own = inspect.signature(law).parameters.values()
+    fixtures = [each.name for each in own if each.default is each.empty and each.name != "make"]
+
+    def test(self: Any, *arguments: Any, **keywords: Any) -> None:
+        values = dict(zip(fixtures, arguments, strict=False)) | keywords
+        for each in own:
+            if each.name == "make":
+                values["make"] = self.make_provider
+            elif each.default is not each.empty:
+                values[each.name] = getattr(self, each.name, each.default)
+        try:
+            law(**values)
+        except Inapplicable as why:
+            pytest.skip(str(why))
+
+    test.__name__ = test.__qualname__ = f"test_{law.__name__}"
+    test.__doc__ = law.__doc__
+    kinds = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    signature = inspect.Signature([inspect.Parameter(name, kinds) for name in ("self", *fixtures)])
+    vars(test)["__signature__"] = signature
+    return test
+
+
+def expect_failures(contract: type, expected: Mapping[str, str]) -> None:
+    """Mark tests of a contract class that fail by the author's knowledge; one that passes is then a failure.
+
+    Parameters
+    ----------
+    contract : type
+        Only this class is changed, not those that it inherits from.
+    expected : mapping of str to str
+        The reason by the name of the law, with spaces or underscores.
+
+    Raises
+    ------
+    ValueError
+        If there is no such law.
+    """
+    laws = [name.removeprefix("test_") for name in dir(contract) if name.startswith("test_")]
+    for law, reason in expected.items():
+        name = law.replace(" ", "_")
+        if name not in laws:
+            raise ValueError(f"expected_failures names '{law}'; {choose_from(name, laws)}")
+        test = getattr(contract, f"test_{name}")
+        copy = types.FunctionType(test.__code__, test.__globals__, test.__name__, test.__defaults__, test.__closure__)
+        copy.__dict__.update(vars(test))
+        copy.__doc__, copy.__kwdefaults__ = test.__doc__, test.__kwdefaults__
+        setattr(contract, f"test_{name}", pytest.mark.xfail(reason=reason, strict=True)(copy))
+
+
+class ProviderContract:
+    """Base of the test classes of all kinds.
+
+    Attributes
+    ----------
+    expected_failures : mapping of str to str
+        Laws that the provider is known to break, with the reason: usually that of the provider's own attribute.
+    """
+
+    expected_failures: ClassVar[Mapping[str, str]] = {}
+
+    def __init_subclass__(cls) -> None:
+        expect_failures(cls, vars(cls).get("expected_failures", {}))
+
+    def make_provider(self, inputs: Any) -> Any:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def provider(self, inputs: Any) -> Any:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    def test_declaration_is_sound(self, provider: Any) -> None:
+        """Names, ranges and optional attributes are known to the engine."""
+        check_declaration(provider.declares)
+        check_options(provider)
+
+
+class SpectralContract(ProviderContract):
+    """Base of the test classes of providers with spectral results."""
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: Any) -> Array:
+        """Wavenumbers of the calls; override to choose others."""
+        return sample_wavenumbers(provider.declares)
+
+
+def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
+    """Assert that a provider is discovered, its class and parameter model import, and the model is sound.
+
+    Parameters
+    ----------
+    kind : Kind or str
+        ``"clouds"``, ``"sea"``, ``"optics"``, ``"atmosphere"``, ``"radiance"``, ``"elements"``, ``"surfaces"``,
+        ``"variables"`` or ``"sensors"``.
+    name, distribution : str
+        The provider's name and that of the installed distribution.
+
+    Returns
+    -------
+    Entry
+        For further tests, for example with ``Registry.create``.
+    """
+    registry = Registry.discover()
+    broken = [str(each) for each in registry.broken if each.distribution == distribution]
+    assert not broken, f"the plugin is broken: {broken}"
+    remarks = [each for each in registry.remarks if each.origin.distribution == distribution]
+    unknown = [str(each) for each in remarks if each.topic == "unknown hook"]
+    assert not unknown, f"the plugin has unknown hooks: {unknown}"
+    entry = registry.resolve(kind, f"{distribution}/{name}")
+    _assert_has_methods(registry.provider_class(entry), entry)
+    model = registry.parameters_model(entry)
+    needs_parameters = model is not None and any(each.is_required() for each in model.model_fields.values())
+    if entry.kind is Kind.ATMOSPHERE and not needs_parameters:
+        registry.bound_profile(entry, None, Catalog())  # where it has one, it must be a profile
+    if model is not None:
+        assert model.model_config.get("extra") == "forbid", "parameters: misspelt keys must be refused"
+        assert model.model_config.get("frozen"), "parameters: must be immutable"
+        bare = [key for key, field in model.model_fields.items() if not field.description]
+        assert not bare, f"parameters without description: {bare}"
+    return entry
+
+
+def _assert_has_methods(provider: Any, entry: Entry) -> None:
+    protocol = vars(getattr(providers, entry.kind.protocol))
+    wanted = [name for name, value in protocol.items() if callable(value) and not name.startswith("_")]
+    missing = [name for name in wanted if not callable(getattr(provider, name, None))]
+    assert not missing, f"{entry.spec.target} lacks {missing}"

@@ -1,0 +1,338 @@
+"""Contract tests of element providers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hcss_author.contract import ProviderContract
+from hcss_twin.core.errors import HcssError
+from hcss_twin.laws.samples import frozen, sample_element_inputs
+from hcss_twin.physics.squares import segments
+from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementPoint, ElementProvider, SightPath, Sun
+from hcss_twin.providers.common import FRACTION_TOLERANCE, check_element_variables
+
+Pixel = dict[tuple[int, int], list[tuple[float, ...]]]
+
+AROUND = 64
+"""Rows and columns around the image that show an element whole."""
+
+SHIFT = (3, -2)
+"""Rows and columns by which a moved image shows elements elsewhere."""
+
+
+@dataclass(frozen=True)
+class KnownElement:
+    """What the author of an element knows of it at one instant, in closed form.
+
+    Attributes
+    ----------
+    x_m, y_m, altitude_m : float
+        Its centre.
+    intensity : ndarray (B,)
+        Radiant intensity toward the sensor, W sr-1; of a body: radiance times area, as seen from the sensor.
+    """
+
+    x_m: float
+    y_m: float
+    altitude_m: float
+    intensity: Array
+
+
+class PlainScene:
+    """A scene of grey air without clouds, for element providers: an ``ElementScene``."""
+
+    def __init__(self, inputs: ElementInputs, sun: Sun | None = None, seed: int = 1) -> None:
+        self._inputs = inputs
+        self.sun, self.random = sun, np.random.default_rng(seed)
+
+    def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        """Return row and column of points, without parallax and motion."""
+        grid = self._inputs.grid
+        return y_m / grid.pixel_size_m + 0.5 * grid.rows, x_m / grid.pixel_size_m + 0.5 * grid.columns
+
+    def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
+        """Return air whose optical depth of 0.3 falls off over 8 km."""
+        transmittance = np.full(len(self._inputs.bands), np.exp(-0.3 * np.exp(-altitude_m / 8e3)))
+        emission = (1.0 - transmittance) * self._inputs.black_body(260.0)
+        return SightPath(transmittance, emission, np.ones_like(transmittance))
+
+
+class _MovedScene(PlainScene):
+    """A plain scene whose image shows points elsewhere, by rows and columns, and by rows per metre of altitude."""
+
+    def __init__(self, inputs: ElementInputs, shift: tuple[float, float], rows_per_m: float) -> None:
+        super().__init__(inputs)
+        self._shift, self._rows_per_m = shift, rows_per_m
+
+    def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        row, column = super().project(x_m, y_m, altitude_m)
+        return row + self._shift[0] + self._rows_per_m * altitude_m, column + self._shift[1]
+
+
+class ElementContract(ProviderContract):
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    times_s : tuple of float
+        Times of the calls; the element appears in the image at the first.
+    """
+
+    times_s: tuple[float, ...] = (0.0, 2.0, 7.5)
+
+    def make_provider(self, inputs: ElementInputs) -> ElementProvider:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    def known(self, inputs: ElementInputs, time_s: float) -> KnownElement | None:
+        """Return what a closed form says of the element; override to have position, motion and strength checked."""
+        return None
+
+    @pytest.fixture
+    def inputs(self) -> ElementInputs:
+        """Inputs; override to choose others."""
+        return sample_element_inputs()
+
+    def test_declaration_is_sound(self, provider: ElementProvider) -> None:
+        """Names, ranges and variables that the engine understands."""
+        super().test_declaration_is_sound(provider)
+        check_element_variables(provider.variables)
+
+    def test_shapes_ranges_and_what_was_promised(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """Distinct pixels of the window, shares up to 1, either radiance or intensity, declared variables."""
+        found = 0
+        for part in (part for time in self.times_s for part in _whole(provider, inputs, time)):
+            found += part.rows.size
+            assert part.rows.dtype.kind == part.columns.dtype.kind == "i"
+            assert part.rows.shape == part.columns.shape == part.share.shape == (part.rows.size,)
+            assert np.all((part.rows >= 0) & (part.rows < inputs.grid.rows))
+            assert np.all((part.columns >= 0) & (part.columns < inputs.grid.columns))
+            assert len(set(zip(part.rows.tolist(), part.columns.tolist(), strict=True))) == part.rows.size
+            assert np.all((part.share > 0.0) & (part.share <= 1.0 + FRACTION_TOLERANCE))
+            assert part.altitude_m >= 0.0
+            assert (part.radiance is None) != (part.intensity is None)
+            given = part.intensity if part.radiance is None else part.radiance
+            assert given is not None
+            assert given.shape[-1:] == (len(inputs.bands),)
+            assert np.all(np.isfinite(given) & (given >= 0.0))
+            assert all(each.shape == part.rows.shape for each in part.truth.values())
+            assert all(np.all(np.isfinite(each)) for each in part.truth.values())
+            assert part.intensity is None or np.sum(part.share) <= 1.0 + FRACTION_TOLERANCE
+            assert set(part.truth) == set(provider.variables)
+        assert found, "nothing appears in the image at times_s: choose parameters or times at which something does"
+
+    def test_a_window_has_the_pixels_of_the_image(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """Windows that cut through elements, and rows outside the image, change no bit of a pixel."""
+        rows, columns = inputs.grid.rows, inputs.grid.columns
+        for time in self.times_s:
+            whole, pieces = _pixels(_whole(provider, inputs, time)), Pixel()
+            row, column = next(iter(whole), (7, columns // 2))
+            cuts = (
+                (slice(-3, row), slice(row, row + 1), slice(row + 1, rows)),
+                (slice(0, column + 1), slice(column + 1, columns + 2)),
+            )
+            for window in ((each, other) for each in cuts[0] for other in cuts[1]):
+                found = _pixels(_given(provider, inputs, time, window, PlainScene(inputs)))
+                assert all(one.start <= n < one.stop for at in found for n, one in zip(at, window, strict=True))
+                pieces |= found
+            inside = {at: each for at, each in pieces.items() if 0 <= at[0] < rows and 0 <= at[1] < columns}
+            assert inside == whole
+
+    def test_times_may_come_in_any_order(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """Results depend on time and seed alone, not on earlier calls."""
+        forward = [_pixels(_whole(provider, inputs, time)) for time in self.times_s]
+        other = self.make_provider(inputs)
+        backward = [_pixels(_whole(other, inputs, time)) for time in reversed(self.times_s)]
+        assert forward == backward[::-1]
+
+    def test_a_band_alone_is_as_among_others(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """A band has the same intensity or radiance with and without the others; a provider may need all bands."""
+        among = _whole(provider, inputs, self.times_s[0])
+        for band, own in enumerate(inputs.bands):
+            body = _one_of(inputs, band)
+            alone = dataclasses.replace(inputs, bands=(own,), black_body=body)
+            try:
+                found = _whole(self.make_provider(alone), alone, self.times_s[0])
+            except HcssError:
+                continue
+            assert len(found) == len(among)
+            for one, other in zip(found, among, strict=True):
+                assert _strength(one).shape[-1] == 1
+                np.testing.assert_allclose(_strength(one)[..., 0], _strength(other)[..., band], rtol=1e-9)
+
+    def test_an_element_is_where_the_scene_projects_it(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """An image moved by whole pixels shows the same pixels there."""
+        for time in self.times_s:
+            before, after = (_pixels(_around(provider, inputs, time, shift=each)) for each in ((0.0, 0.0), SHIFT))
+            low, high = -AROUND + 4, min(inputs.grid.rows, inputs.grid.columns) + AROUND - 4
+            inside = {at for at in before if all(low <= each < high for each in at)}
+            assert {(row + SHIFT[0], column + SHIFT[1]) for row, column in inside} <= set(after)
+
+    def test_the_altitude_of_an_element_is_that_of_its_place(
+        self, provider: ElementProvider, inputs: ElementInputs
+    ) -> None:
+        """Parallax in proportion to altitude moves a part by its ``altitude_m``."""
+        for time in self.times_s:
+            for number, part in enumerate(_around(provider, inputs, time)):
+                if part.altitude_m > 0.0:
+                    moved = _around(provider, inputs, time, rows_per_m=10.0 / part.altitude_m)[number]
+                    assert _centre(moved)[0] - _centre(part)[0] == pytest.approx(10.0, abs=1.0)
+
+    def test_the_shares_of_a_source_sum_to_one(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """All energy of an unresolved source is somewhere on the plane."""
+        for time in self.times_s:
+            for part in _around(provider, inputs, time):
+                if part.intensity is not None and not _reaches_the_end(part, inputs):
+                    assert np.sum(part.share) == pytest.approx(1.0, abs=1e-6)
+
+    def test_an_element_keeps_its_place_among_smaller_pixels(self, inputs: ElementInputs) -> None:
+        """Pixels of half the size show it at the same distance from the image centre, to a pixel and its extent."""
+        grid = inputs.grid
+        fine = dataclasses.replace(
+            grid, rows=2 * grid.rows, columns=2 * grid.columns, pixel_size_m=grid.pixel_size_m / 2
+        )
+        finer = dataclasses.replace(inputs, grid=fine)
+        one, other = self.make_provider(inputs), self.make_provider(finer)
+        for time in self.times_s:
+            parts = zip(_whole(one, inputs, time), _whole(other, finer, time), strict=True)
+            for coarse, small in parts:
+                extent = 1.0 + max(np.ptp(coarse.rows), np.ptp(coarse.columns))
+                np.testing.assert_allclose(_centre(small) / 2.0, _centre(coarse), atol=extent)
+
+    def test_a_body_shines_by_its_temperature(self, provider: ElementProvider, inputs: ElementInputs) -> None:
+        """By night at most like a black body of ``temperature_K`` and with a similar spectrum, to a factor of 2."""
+        for part in _whole(provider, inputs, self.times_s[0]):
+            if part.temperature_K is not None:
+                emissivity = _strength(part) / inputs.black_body(part.temperature_K)
+                assert np.max(emissivity, initial=0.0) <= 2.0 * np.min(emissivity, initial=np.inf)
+                if part.radiance is not None:
+                    assert np.all((emissivity >= 0.01) & (emissivity <= 1.0 + 1e-6))
+
+    def test_place_and_strength_are_those_of_a_closed_form(
+        self, provider: ElementProvider, inputs: ElementInputs
+    ) -> None:
+        """Centroid to half a pixel, altitude and total intensity are what ``known`` says."""
+        grid, cosine = inputs.grid, math.cos(math.radians(inputs.view.zenith_deg))
+        if self.known(inputs, self.times_s[0]) is None:
+            pytest.skip("define known(self, inputs, time_s) to have position, motion and strength checked")
+        for time in self.times_s:
+            if (known := self.known(inputs, time)) is None:
+                assert not _around(provider, inputs, time)
+                continue
+            parts, area_m2 = _around(provider, inputs, time), grid.pixel_size_m**2 * cosine
+            totals = [(1.0 if each.radiance is None else area_m2) * _total(each) for each in parts]
+            np.testing.assert_allclose(np.sum(totals, axis=0), known.intensity, rtol=1e-3, err_msg="W/sr")
+            weight = np.array([np.sum(each.share) for each in parts])
+            places = np.array([[*_centre(each), each.altitude_m] for each in parts])
+            row, column, altitude_m = weight @ places / weight.sum()
+            place = known.y_m / grid.pixel_size_m + grid.rows / 2, known.x_m / grid.pixel_size_m + grid.columns / 2
+            np.testing.assert_allclose((row, column), place, atol=0.51, err_msg="row and column")
+            assert altitude_m == pytest.approx(known.altitude_m, rel=1e-6, abs=1e-6)
+
+
+def in_pixels(
+    given: Sequence[ElementPixels | ElementPoint], inputs: ElementInputs, rows: slice, columns: slice, scene: PlainScene
+) -> list[ElementPixels]:
+    """Return what a provider gives, with small elements in the pixels of a window that hold them, as in cubes."""
+    area_m2 = inputs.grid.pixel_size_m**2 * math.cos(math.radians(inputs.view.zenith_deg))
+    found = []
+    for each in given:
+        if isinstance(each, ElementPixels):
+            found.append(each)
+            continue
+        covers = 1.0 if each.area_m2 is None else each.area_m2 / area_m2
+        side = each.side_m / inputs.grid.pixel_size_m
+        if each.area_m2 is not None and covers > 1.0:
+            side = max(side, math.sqrt(covers))
+        place = scene.project(*(np.array([value]) for value in (each.x_m, each.y_m, each.altitude_m)))
+        pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(place, (rows, columns), strict=True)]
+        (y, up), (x, along) = (
+            _by_pixel(each[0], (each[3] - each[2]) / side if side else np.ones(each[0].size)) for each in pieces
+        )
+        if not y.size or not x.size:
+            continue
+        at_y, at_x = (every.ravel() for every in np.meshgrid(y, x, indexing="ij"))
+        truth = {name: np.full(at_y.size, value) for name, value in each.truth.items()}
+        share = covers * np.outer(up, along).ravel()
+        found.append(
+            ElementPixels(at_y, at_x, share, each.altitude_m, each.radiance, each.intensity, each.temperature_K, truth)
+        )
+    return found
+
+
+def _by_pixel(pixel: NDArray[np.intp], share: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return distinct pixels along one axis, and the sum of the shares in each."""
+    distinct, which = np.unique(pixel, return_inverse=True)
+    total: Array = np.bincount(which, share, distinct.size).astype(np.float64)
+    return distinct, total
+
+
+def _given(
+    provider: ElementProvider, inputs: ElementInputs, time_s: float, window: tuple[slice, slice], scene: PlainScene
+) -> list[ElementPixels]:
+    return in_pixels(provider.pixels(time_s, *window, scene), inputs, *window, scene)
+
+
+def _whole(provider: ElementProvider, inputs: ElementInputs, time_s: float) -> list[ElementPixels]:
+    window = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
+    return _given(provider, inputs, time_s, window, PlainScene(inputs))
+
+
+def _around(
+    provider: ElementProvider,
+    inputs: ElementInputs,
+    time_s: float,
+    shift: tuple[float, float] = (0.0, 0.0),
+    rows_per_m: float = 0.0,
+) -> list[ElementPixels]:
+    """Return the parts in the image and around it."""
+    window = slice(-AROUND, inputs.grid.rows + AROUND), slice(-AROUND, inputs.grid.columns + AROUND)
+    return _given(provider, inputs, time_s, window, _MovedScene(inputs, shift, rows_per_m))
+
+
+def _reaches_the_end(part: ElementPixels, inputs: ElementInputs) -> bool:
+    sizes = (part.rows, inputs.grid.rows), (part.columns, inputs.grid.columns)
+    return any(each.min() == -AROUND or each.max() == size + AROUND - 1 for each, size in sizes)
+
+
+def _one_of(inputs: ElementInputs, band: int) -> Callable[[float], Array]:
+    return lambda temperature_K: inputs.black_body(temperature_K)[band : band + 1]
+
+
+def _strength(part: ElementPixels) -> Array:
+    given = part.intensity if part.radiance is None else part.radiance
+    assert given is not None
+    return given
+
+
+def _total(part: ElementPixels) -> Array:
+    """Sum (B,) over the pixels."""
+    each = np.broadcast_to(_strength(part), (part.rows.size, _strength(part).shape[-1]))
+    total: Array = part.share @ each
+    return total
+
+
+def _centre(part: ElementPixels) -> Array:
+    """Row and column of the centroid."""
+    weighted = np.array([part.share @ (part.rows + 0.5), part.share @ (part.columns + 0.5)])
+    centre: Array = weighted / np.sum(part.share)
+    return centre
+
+
+def _pixels(parts: list[ElementPixels]) -> Pixel:
+    """Return the values of each pixel, part by part."""
+    found: Pixel = {}
+    for part in parts:
+        given = frozen(part.intensity if part.radiance is None else part.radiance)
+        values = np.broadcast_to(given, (part.rows.size, given.shape[-1]))
+        for n, at in enumerate(zip(part.rows.tolist(), part.columns.tolist(), strict=True)):
+            own = (part.altitude_m, float(part.share[n]), *values[n].tolist())
+            found.setdefault(at, []).append((*own, *(float(each[n]) for each in part.truth.values())))
+    return found

@@ -1,0 +1,240 @@
+"""Contract tests of surface providers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hcss_author.contract import ProviderContract
+from hcss_author.sea import SeaModelContract
+from hcss_twin.laws import sea as sea_laws
+from hcss_twin.laws.samples import frozen, sample_surface_inputs, sample_wavenumbers
+from hcss_twin.providers import Array, SeaModel, SurfaceInputs, SurfaceMap, SurfaceProvider
+from hcss_twin.providers.common import KELVIN_TOLERANCE, check_surface_classes
+
+PLAUSIBLE_K = (150.0, 400.0)
+"""Temperatures of sea, land and ice in kelvin; another unit is outside."""
+
+_MARGIN = 5
+"""Rows and columns beyond the image that are asked for, as a sensor's blur does."""
+
+
+_WINDOW_CM1 = 900.0
+"""Where natural surfaces emit best."""
+
+_OF_ANY_SURFACE: tuple[Callable[[SeaModel, Array], None], ...] = (
+    SeaModelContract().test_emissivity_shape_type_and_range,
+    SeaModelContract().test_brdf_shape_type_and_range,
+    SeaModelContract().test_result_does_not_depend_on_batching,
+    sea_laws.albedo_and_emissivity_sum_to_one,
+    sea_laws.no_more_is_reflected_than_is_not_emitted,
+    sea_laws.brdf_is_reciprocal,
+)
+
+
+@dataclass(frozen=True)
+class KnownSurface:
+    """What the author of a surface knows of one place.
+
+    Attributes
+    ----------
+    latitude, longitude : float
+        Degrees.
+    name : str
+        Class there.
+    temperature_K : float, optional
+        Temperature there, to 0.1 K, if the class has one.
+    time_s : float
+        Time after the start.
+    """
+
+    latitude: float
+    longitude: float
+    name: str
+    temperature_K: float | None = None
+    time_s: float = 0.0
+
+
+class SurfaceContract(ProviderContract):
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    times_s : tuple of float
+        Times of the calls.
+    is_still : bool
+        Whether the surface is the same at all times.
+    known : tuple of KnownSurface
+        Places whose class and temperature are checked: no other law can know them.
+    least_emissivity : float
+        Lowest emissivity of a boundary at 900 cm-1; lower for bare metals.
+    """
+
+    times_s: tuple[float, ...] = (0.0, 2.0, 7.5)
+    is_still: bool = True
+    known: tuple[KnownSurface, ...] = ()
+    least_emissivity: float = 0.5
+
+    def make_provider(self, inputs: SurfaceInputs) -> SurfaceProvider:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def inputs(self) -> SurfaceInputs:
+        """Inputs; override to choose others."""
+        return sample_surface_inputs()
+
+    def test_declaration_is_sound(self, provider: SurfaceProvider) -> None:
+        """Names and classes that the engine understands."""
+        super().test_declaration_is_sound(provider)
+        check_surface_classes(provider.classes)
+
+    def test_classes_have_names_of_the_declaration(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
+        """Numbers of declared classes, for every point of the window."""
+        found = set()
+        for time in self.times_s:
+            number = _whole(provider, inputs, time).number
+            assert number.shape == (inputs.grid.rows, inputs.grid.columns)
+            assert number.dtype.kind in "iu"
+            assert number.min() >= 0
+            assert number.max() < len(provider.classes)
+            found |= set(np.unique(number).tolist())
+        assert found, "the map is empty"
+
+    def test_temperatures_are_kelvin_within_the_limits_of_their_class(
+        self, provider: SurfaceProvider, inputs: SurfaceInputs
+    ) -> None:
+        """Finite where the class has a field of temperature, within its limits, and of a size that means kelvin."""
+        for each in provider.classes:
+            ends = each.temperature_K if isinstance(each.temperature_K, tuple) else (each.temperature_K,)
+            assert all(end is None or PLAUSIBLE_K[0] <= end <= PLAUSIBLE_K[1] for end in ends), each.name
+        for time in self.times_s:
+            ground = _whole(provider, inputs, time)
+            for number, each in enumerate(provider.classes):
+                if isinstance(each.temperature_K, tuple):
+                    assert ground.temperature_K is not None
+                    assert ground.temperature_K.shape == ground.number.shape
+                    assert ground.temperature_K.dtype.kind == "f"
+                    here = ground.temperature_K[ground.number == number]
+                    assert np.all(np.isfinite(here)), each.name
+                    low, high = each.temperature_K
+                    assert np.all((here >= low - KELVIN_TOLERANCE) & (here <= high + KELVIN_TOLERANCE)), each.name
+
+    def test_a_window_has_the_points_of_the_image(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
+        """Windows, and rows outside the image, change no bit of a point."""
+        rows, columns = inputs.grid.rows, inputs.grid.columns
+        cuts = [
+            [slice(*ends) for ends in pairwise((-_MARGIN, *inner, size + _MARGIN))]
+            for inner, size in (((7, 8, rows // 2 + 3), rows), ((columns // 2, columns // 2 + 5), columns))
+        ]
+        for time in self.times_s:
+            pieces = [[_values(provider, inputs, provider.surface(time, y, x)) for x in cuts[1]] for y in cuts[0]]
+            together = np.concatenate([np.concatenate(row, axis=-1) for row in pieces], axis=-2)
+            inside = together[:, _MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
+            np.testing.assert_array_equal(inside, _values(provider, inputs, _whole(provider, inputs, time)))
+
+    def test_the_ground_is_that_of_the_window(self, inputs: SurfaceInputs) -> None:
+        """Places that a call asks for, if any, reach around the window or just to its edges."""
+        asked: list[tuple[slice, slice]] = []
+
+        def ground(time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+            asked.append((rows, columns))
+            return inputs.ground(time_s, rows, columns)
+
+        provider = self.make_provider(replace(inputs, ground=ground))
+        window = slice(3, inputs.grid.rows - 7), slice(9, inputs.grid.columns - 4)
+        asked.clear()
+        provider.surface(self.times_s[0], *window)
+        if not asked:
+            pytest.skip("the surface does not ask for places")
+        for name, own, seen in zip(("rows", "columns"), window, zip(*asked, strict=True), strict=True):
+            first, last = min(each.start for each in seen), max(each.stop for each in seen)
+            assert first <= own.start < own.stop <= last, f"{name} {first} to {last} for {own.start} to {own.stop}"
+
+    def test_times_may_come_in_any_order(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
+        """Results depend on time alone, not on earlier calls."""
+        forward = [_values(provider, inputs, _whole(provider, inputs, time)) for time in self.times_s]
+        other = self.make_provider(inputs)
+        backward = [_values(other, inputs, _whole(other, inputs, time)) for time in reversed(self.times_s)]
+        np.testing.assert_array_equal(forward, backward[::-1])
+
+    def test_a_surface_that_is_not_still_changes(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
+        """Where ``is_still`` is False, two of ``times_s`` differ."""
+        if self.is_still:
+            pytest.skip("the surface is still")
+        first, *others = (_values(provider, inputs, _whole(provider, inputs, time)) for time in self.times_s)
+        assert any(np.any(each != first) for each in others), "time has no influence, but is_still is False"
+
+    def test_places_are_those_that_are_known(self, inputs: SurfaceInputs) -> None:
+        """Class and temperature at each place of ``known``."""
+        if not self.known:
+            pytest.skip("set known = (KnownSurface(...), ...) to have classes and temperatures of places checked")
+        for place in self.known:
+
+            def ground(time_s: float, rows: slice, columns: slice, at: KnownSurface = place) -> tuple[Array, Array]:
+                shape = rows.stop - rows.start, columns.stop - columns.start
+                return frozen(np.full(shape, at.latitude)), frozen(np.full(shape, at.longitude))
+
+            provider = self.make_provider(replace(inputs, ground=ground))
+            found = provider.surface(place.time_s, slice(0, 1), slice(0, 1))
+            here = provider.classes[int(found.number[0, 0])]
+            assert here.name == place.name, f"'{here.name}' at {place}"
+            if place.temperature_K is not None:
+                kelvin = here.temperature_K
+                if isinstance(kelvin, tuple):
+                    assert found.temperature_K is not None
+                    kelvin = float(found.temperature_K[0, 0])
+                assert kelvin == pytest.approx(place.temperature_K, abs=0.1), f"{kelvin} K at {place}"
+
+    def test_the_map_moves_with_the_ground(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
+        """As the platform moves by whole points, the map moves by as many, unless the surface changes with time."""
+        if not self.is_still:
+            pytest.skip("the surface changes with time")
+
+        def moving(time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+            way = round(3.0 * time_s)
+            return inputs.ground(0.0, rows, slice(columns.start + way, columns.stop + way))
+
+        window = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
+        beside = window[0], slice(3, inputs.grid.columns + 3)
+        one, other = (self.make_provider(each) for each in (inputs, replace(inputs, ground=moving)))
+        expected, seen = one.surface(0.0, *beside), other.surface(1.0, *window)
+        np.testing.assert_array_equal(seen.number, expected.number)
+        if expected.temperature_K is not None and seen.temperature_K is not None:
+            np.testing.assert_allclose(seen.temperature_K, expected.temperature_K, atol=1e-3)
+
+    def test_boundaries_obey_the_laws_of_a_sea_model(self, provider: SurfaceProvider) -> None:
+        """Those of any surface, and an emissivity that is not a reflectance."""
+        for each in provider.classes:
+            boundary = each.boundary
+            if boundary is None:  # the scenario's sea, or a Lambertian surface of the engine
+                continue
+            wavenumber = sample_wavenumbers(boundary.declares, 4)
+            try:
+                for check in _OF_ANY_SURFACE:
+                    check(boundary, wavenumber)
+                low, high = boundary.declares.valid.get("wavenumber_cm1", (_WINDOW_CM1, _WINDOW_CM1))
+                if low <= _WINDOW_CM1 <= high:
+                    upward = boundary.emissivity(frozen([_WINDOW_CM1]), frozen([1.0]))[0, 0]
+                    assert upward >= self.least_emissivity, f"emissivity at {_WINDOW_CM1:g} cm-1 is {upward:g}"
+            except Exception as error:
+                error.add_note(f"the boundary of class '{each.name}'")
+                raise
+
+
+def _whole(provider: SurfaceProvider, inputs: SurfaceInputs, time_s: float) -> SurfaceMap:
+    return provider.surface(time_s, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))
+
+
+def _values(provider: SurfaceProvider, inputs: SurfaceInputs, ground: SurfaceMap) -> Array:
+    """Return class and temperature (2, y, x), 0 where the class has no field of it."""
+    number = ground.number.astype(np.float64)
+    fields = [n for n, each in enumerate(provider.classes) if isinstance(each.temperature_K, tuple)]
+    kelvin = np.zeros(number.shape)
+    if fields and ground.temperature_K is not None:
+        kelvin = np.where(np.isin(ground.number, fields), ground.temperature_K, 0.0)
+    return np.stack((number, kelvin))
