@@ -54,7 +54,10 @@ def atmosphere_plot(
     plot.draw(spectra, output)
     lines = plot.compare(spectra[0], spectra[1]) if len(spectra) == 2 else []
     if as_json:
-        found = {each.label: {"zenith_deg": each.zenith_deg.tolist(), "bands": _bands(each)} for each in spectra}
+        found = {
+            spectrum.label: {"zenith_deg": spectrum.zenith_deg.tolist(), "bands": _bands(spectrum)}
+            for spectrum in spectra
+        }
         click.echo(json.dumps({"picture": str(output), "sources": found, "comparison": lines}))
     else:
         click.echo("\n".join([*lines, str(output)]))

@@ -131,7 +131,7 @@ def sense(
         sense_file(cube, section, output, progress=partial(progress, context.ensure_object(Stop)))
     with open_cube(output) as measured:
         about = json.loads(measured.attrs[SENSOR_ATTRIBUTE])
-        variables = [str(each) for each in measured.data_vars]
+        variables = [str(data_var) for data_var in measured.data_vars]
     if as_json:
         click.echo(json.dumps({"cube": str(output), "variables": variables, "sensor": about}))
         return
@@ -266,4 +266,4 @@ def clear(kinds: tuple[str, ...], as_json: bool) -> None:
 
 
 def _count(files: Any) -> dict[str, int]:
-    return {"files": len(files), "bytes": sum(each.size for each in files)}
+    return {"files": len(files), "bytes": sum(file.size for file in files)}

@@ -211,10 +211,16 @@ def plugins(name: str | None, as_json: bool) -> None:
     if as_json:
         facts = ("name", "distribution", "version", "summary", "references")
         answer = {
-            "providers": [{"kind": str(each.kind), **{key: getattr(each, key) for key in facts}} for each in entries],
+            "providers": [
+                {"kind": str(entry.kind), **{key: getattr(entry, key) for key in facts}} for entry in entries
+            ],
             "commands": [
-                {"name": each.spec.name, "summary": each.spec.summary, "distribution": each.origin.distribution}
-                for each in commands.values()
+                {
+                    "name": command.spec.name,
+                    "summary": command.spec.summary,
+                    "distribution": command.origin.distribution,
+                }
+                for command in commands.values()
             ],
             "broken": [
                 {key: getattr(each, key) for key in ("entry_point", "distribution", "version", "error")}
@@ -224,7 +230,7 @@ def plugins(name: str | None, as_json: bool) -> None:
         }
         click.echo(json.dumps(answer))
         return
-    rows = [(f"{each.kind.human}s", each.name, each.summary, each.origin) for each in entries]
+    rows = [(f"{entry.kind.human}s", entry.name, entry.summary, entry.origin) for entry in entries]
     rows += [("commands", each.spec.name, each.spec.summary, each.origin) for _, each in sorted(commands.items())]
     width = max(len(row[1]) for row in rows) + 2
     for heading, group in itertools.groupby(rows, key=lambda row: row[0]):

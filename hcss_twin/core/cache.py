@@ -274,7 +274,7 @@ def write_record(path: Path, record: Any, classes: tuple[type, ...]) -> None:
 def read_record(path: Path, classes: tuple[type, ...]) -> Any:
     """Read what :func:`write_record` wrote; raises exceptions of many kinds if the file is not such a record."""
     arrays = read_arrays(path)
-    return _decode(json.loads(str(arrays["structure"])), {each.__name__: each for each in classes}, arrays)
+    return _decode(json.loads(str(arrays["structure"])), {class_.__name__: class_ for class_ in classes}, arrays)
 
 
 def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any]]) -> Any:
@@ -287,7 +287,9 @@ def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any
     if isinstance(value, tuple | list):
         return {"tuple": [_encode(each, classes, arrays) for each in value]}
     if type(value) in classes:
-        fields = {each.name: _encode(getattr(value, each.name), classes, arrays) for each in dataclasses.fields(value)}
+        fields = {
+            field.name: _encode(getattr(value, field.name), classes, arrays) for field in dataclasses.fields(value)
+        }
         return {"class": type(value).__name__, "fields": fields}
     raise TypeError(f"{type(value).__name__} cannot be stored in a record")
 

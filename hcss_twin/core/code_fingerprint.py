@@ -87,7 +87,7 @@ class _Closure:
         self.changed_since_start = False
         self._modules: list[str] = []
         self._seen: set[str] = {*sys.stdlib_module_names, *LIBRARIES}
-        self._distributions: set[str] = {normalised(each) for each in LIBRARIES}
+        self._distributions: set[str] = {normalised(library) for library in LIBRARIES}
         self._files: set[str] = set()
         self._records: dict[Path, dict[Path, bytes]] = {}
 
@@ -119,7 +119,7 @@ class _Closure:
         if origin in ("built-in", "frozen"):
             return
         folders = getattr(loaded, "__path__", None) or (() if spec is None else spec.submodule_search_locations or ())
-        roots = [Path(each) for each in folders] or [Path(origin) for origin in (origin,) if origin]
+        roots = [Path(folder) for folder in folders] or [Path(origin) for origin in (origin,) if origin]
         if not roots:
             self.states[name] = "absent"
         for root in roots:
@@ -144,7 +144,7 @@ class _Closure:
     def _local(self, name: str, root: Path) -> None:
         """Add files of no distribution."""
         if not root.exists():  # within an archive
-            root = next((each for each in root.parents if each.is_file()), root)
+            root = next((parent for parent in root.parents if parent.is_file()), root)
         for file in _files(root):
             self._file(f"{name}/{os.path.relpath(file, root.parent)}", file)
 
@@ -178,7 +178,7 @@ class _Closure:
         modules = set(_NAMED.findall(text))
         for whole, several in _IMPORT.findall(text.replace("\\\n", " ")):
             modules |= {whole} if whole else {words[0] for each in several.split(",") if (words := each.split())}
-        modules = {each.partition(".")[0] for each in modules} - self._seen - {""}
+        modules = {module.partition(".")[0] for module in modules} - self._seen - {""}
         self._modules += sorted(modules)
         if _COMPUTED.search(text):
             self._modules += sorted(_uninstalled())
@@ -187,7 +187,7 @@ class _Closure:
         with suppress(OSError, ValueError):
             folders = [folder / each for folder in near for each in named if (folder / each).is_dir()]
             # A folder that the source names may be put on the path when the provider is called.
-            for path in [folder / f"{each}{end}" for folder in folders for each in modules for end in ("", ".py")]:
+            for path in [folder / f"{module}{end}" for folder in folders for module in modules for end in ("", ".py")]:
                 self._named(path)
             for path in [folder / each for folder in (*near, *folders) for each in named if "." in each or "/" in each]:
                 self._named(path)

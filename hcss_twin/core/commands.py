@@ -161,7 +161,7 @@ def collect(
             if group and group not in groups:
                 refuse(command.origin, f"command '{name}': no group '{group}'; allowed: {', '.join(sorted(groups))}")
                 continue
-            others = [str(each.origin) for each in claimants if each is not command]
+            others = [str(claimant.origin) for claimant in claimants if claimant is not command]
             others = [OWN_DISTRIBUTION, *others] if name in core else others
             if others:
                 refuse(command.origin, f"command '{name}' is also provided by {' and '.join(others)}")
@@ -183,6 +183,6 @@ def _specs(plugin: Any) -> list[CommandSpec]:
     results = manager.hook.hcss_commands()
     # pluggy drops a returned None silently.
     specs = results[0] if results else None
-    if not isinstance(specs, Sequence) or not all(isinstance(each, CommandSpec) for each in specs):
+    if not isinstance(specs, Sequence) or not all(isinstance(spec, CommandSpec) for spec in specs):
         raise ProviderError(f"hook {hook} returned {specs!r}; expected a list of CommandSpec")
     return list(specs)

@@ -206,13 +206,13 @@ class _Group(_Guarded):
 
     def set_auto_mask(self, flag: bool) -> None:
         """Set for all variables, as in ``netCDF4.Dataset``."""
-        for each in self.variables.values():
-            each.set_auto_mask(flag)
+        for variable in self.variables.values():
+            variable.set_auto_mask(flag)
 
     def set_auto_maskandscale(self, flag: bool) -> None:
         """Set for all variables, as in ``netCDF4.Dataset``."""
-        for each in self.variables.values():
-            each.set_auto_maskandscale(flag)
+        for variable in self.variables.values():
+            variable.set_auto_maskandscale(flag)
 
     def __getitem__(self, name: str) -> Any:
         found = self.variables.get(name)

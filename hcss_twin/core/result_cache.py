@@ -96,7 +96,7 @@ class OwnMemory:
 
 
 def _bytes(arrays: tuple[Array, ...]) -> int:
-    return sum(each.nbytes for each in arrays)
+    return sum(array.nbytes for array in arrays)
 
 
 _T = TypeVar("_T")

@@ -223,7 +223,7 @@ _CHUNK = re.compile(r"\d+([./]\d+)*")
 def _unlisted(store: Path) -> list[Path]:
     """Return the files in a store that belong to none of the arrays that its metadata list."""
     arrays, found = _arrays_of(store), []
-    for each in (each for each in store.rglob("*") if each.is_symlink() or not each.is_dir()):
+    for each in (path for path in store.rglob("*") if path.is_symlink() or not path.is_dir()):
         name, _, rest = each.relative_to(store).as_posix().partition("/")
         own = rest in (".zarray", ".zattrs") or _CHUNK.fullmatch(rest) if rest else name in _GROUP
         if not own or (rest and name not in arrays):

@@ -59,12 +59,14 @@ def brightness_temperature(cube: str | os.PathLike[str] | xr.Dataset, base: Path
     if radiance.size > most:
         raise CubeError(f"{name}: {radiance.size} values of radiance; allowed: {most}; select a part")
     bands = bands_of(cube, name, base)
-    ends = [1e4 / each.upper_um for each in bands], [1e4 / each.lower_um for each in bands]
+    ends = [1e4 / band.upper_um for band in bands], [1e4 / band.lower_um for band in bands]
     native = np.arange(np.floor(min(ends[0])), np.ceil(max(ends[1])) + RESPONSE_STEP_CM1, RESPONSE_STEP_CM1)
-    temperature = BrightnessTemperature(dense_grid(bands, native), [each.name for each in bands])
+    temperature = BrightnessTemperature(dense_grid(bands, native), [band.name for band in bands])
     axis = radiance.get_axis_num("band")
     values = np.moveaxis(np.asarray(radiance, dtype=np.float64), axis, 0)
     kelvin = temperature.where_known(values.reshape(len(bands), -1)).reshape(values.shape).astype(np.float32)
     result = radiance.copy(data=np.moveaxis(kelvin, 0, axis)).rename("brightness_temperature")
-    result.attrs = variable_attributes(next(each for each in VARIABLES if each.name == "brightness_temperature"))
+    result.attrs = variable_attributes(
+        next(variable for variable in VARIABLES if variable.name == "brightness_temperature")
+    )
     return result

@@ -86,7 +86,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
 
 def _laws_of_plugins(plan: Plan) -> dict[str, Any]:
     """Return how providers of other packages fared with the laws of the conformance kit: in this run, and checked."""
-    probed = {each.label: each for each in plan.probes}
+    probed = {probe.label: probe for probe in plan.probes}
     laws: dict[str, Any] = {}
     for label, built in plan.assembly.built.items():
         if not built.entry.is_own:
@@ -105,7 +105,7 @@ def _summary(plan: Plan) -> str:
     bands = ", ".join(f"{band.lower_um:g}-{band.upper_um:g} um" for band in plan.bands)
     points = plan.samples_per_pixel
     averaged = f", each pixel the mean of {points} x {points} points" if points > 1 else ""
-    below = "sea" if plan.surfaces is None else " and ".join(each.name for each in plan.surfaces.classes)
+    below = "sea" if plan.surfaces is None else " and ".join(class_.name for class_ in plan.surfaces.classes)
     return (
         f"Band-integrated radiance at the sensor of {clouds} over {below} in {bands}{averaged}, computed by hcss_twin "
         f"with the radiance model '{plan.scenario.radiance.model}'."
@@ -230,7 +230,7 @@ class Recorded:
         changes = (
             Change(name, version, now.get(name) or installed_version(name)) for name, version in self.versions.items()
         )
-        return tuple(each for each in changes if each.now != each.recorded)
+        return tuple(change for change in changes if change.now != change.recorded)
 
     def provider_changes(self, entries: Mapping[str, Entry] | None) -> tuple[Change, ...]:
         """Return the providers that are missing or come from another package or version.
@@ -252,7 +252,7 @@ class Recorded:
                 here = "is not installed" if version == "not installed" else f"{version} does not bring it"
                 now = f"{distribution} {here}"
             changes.append(Change(kind, f"{name} of {distribution} {recorded['version']}", now))
-        return tuple(each for each in changes if each.now != each.recorded)
+        return tuple(change for change in changes if change.now != change.recorded)
 
     def file_changes(self, used: Mapping[str, str] | None, shelf: ResultCache) -> tuple[FileChange, ...]:
         """Return the files that differ from those used for the cube.

@@ -121,11 +121,11 @@ def _as_points(drawn: Sequence[Sequence[Piece]], area: Window) -> Points | None:
     if not pieces:
         return None
     return Points(
-        np.array([each.row for each in pieces]) - area[0].start,
-        np.array([each.column for each in pieces]) - area[1].start,
-        np.array([each.rate[0] for each in pieces]),
-        np.array([each.rate[1] for each in pieces]),
-        np.stack([each.radiance for each in pieces], axis=1),
+        np.array([piece.row for piece in pieces]) - area[0].start,
+        np.array([piece.column for piece in pieces]) - area[1].start,
+        np.array([piece.rate[0] for piece in pieces]),
+        np.array([piece.rate[1] for piece in pieces]),
+        np.stack([piece.radiance for piece in pieces], axis=1),
     )
 
 

@@ -92,9 +92,9 @@ class Verification:
         """Outcome."""
         if self.problems:
             return Verdict.NOT_RECOMPUTED
-        if self.layout or any(each.beyond for each in self.variables):
+        if self.layout or any(variable.beyond for variable in self.variables):
             return Verdict.DIFFERENT
-        return Verdict.EQUAL if any(each.unequal for each in self.variables) else Verdict.IDENTICAL
+        return Verdict.EQUAL if any(variable.unequal for variable in self.variables) else Verdict.IDENTICAL
 
     @property
     def passed(self) -> bool:
@@ -104,7 +104,7 @@ class Verification:
     @property
     def largest(self) -> float:
         """Largest relative difference in any variable."""
-        return max((each.largest for each in self.variables), default=0.0)
+        return max((variable.largest for variable in self.variables), default=0.0)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for ``hcss verify --json``; non-finite numbers are None."""
@@ -182,7 +182,7 @@ def verify_cube(
     except CubeError:
         raise
     except ScenarioError as error:
-        problems = (replace(each, message=_unquoted(each.message, shelf)) for each in error.problems)
+        problems = (replace(problem, message=_unquoted(problem.message, shelf)) for problem in error.problems)
         outcome = replace(outcome, problems=tuple(map(str, problems)))
     except HcssError as error:
         outcome = replace(outcome, problems=(_unquoted(str(error), shelf),))
@@ -274,7 +274,11 @@ def _rays_then(attributes: Mapping[str, Any], scenario: Scenario, catalog: Catal
 
 def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:
     changed = sensor_attributes(clean.attributes, sensor, plan.catalog.used, "")
-    kept = (each for each in clean.variables if not is_replaced(each.name, str(each.attributes.get(INPUTS, ""))))
+    kept = (
+        variable
+        for variable in clean.variables
+        if not is_replaced(variable.name, str(variable.attributes.get(INPUTS, "")))
+    )
     return replace(
         clean,
         variables=(*kept, *sensor.variables),

@@ -55,7 +55,9 @@ def segments(centre: float, side: float, within: slice, parts: int = 1) -> tuple
 def share_left(of: Rectangle, others: Sequence[Rectangle]) -> float:
     """Return the share of a rectangle that no other one covers; a rectangle without area is covered or not."""
     low, high, left, right = of
-    near = [each for each in others if each[0] <= high and each[1] >= low and each[2] <= right and each[3] >= left]
+    near = [
+        other for other in others if other[0] <= high and other[1] >= low and other[2] <= right and other[3] >= left
+    ]
     if not near:
         return 1.0
     rows, columns = (_edges(of[n : n + 2], [each[n : n + 2] for each in near]) for n in (0, 2))
@@ -74,5 +76,5 @@ def _edges(own: tuple[float, ...], others: Sequence[tuple[float, ...]]) -> Array
     """Return the edges, within a segment, of all segments; of one without length twice the same."""
     if own[0] == own[1]:
         return np.array(own)
-    edges = np.array([*own, *(edge for each in others for edge in each)])
+    edges = np.array([*own, *(edge for other in others for edge in other)])
     return np.unique(np.clip(edges, own[0], own[1]))

@@ -109,7 +109,7 @@ def assemble(
         builder.raise_problems()
     if around is None or transmittance is None or sea is None or particles is None:
         raise AssertionError("a provider is missing, and no problem was collected")
-    layers = tuple(each.layer for each in clouds)
+    layers = tuple(cloud.layer for cloud in clouds)
     solar_irradiance = SolarSpectrum(catalog)
     inputs = RadianceInputs(
         profile=around.profile,
@@ -181,7 +181,7 @@ def assemble(
     builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):
         model = model_of(sea, slant.view, kelvin, 0)
-    tops_vary = any(getattr(each, "cloud_top_range_m", None) is not None for each in generators)
+    tops_vary = any(getattr(generator, "cloud_top_range_m", None) is not None for generator in generators)
     shares = between is not None and model.declares.numerical_levels > 1  # other models are cheap
     if between is not None and shares and not tops_vary:
         from hcss_twin.plan.between_sea_temperatures import interpolating  # not for single scenes
@@ -202,7 +202,7 @@ def assemble(
         motion=motion,
         layers=layers,
         generators=generators,
-        particle_fields=tuple(each.particle_field for each in clouds),
+        particle_fields=tuple(cloud.particle_field for cloud in clouds),
         optics_fields=particles.fields,
         transmittance=transmittance,
         sea=sea,
@@ -217,10 +217,10 @@ def assemble(
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
         cloud_notes=(
-            *(note for each in clouds for note in each.notes),
+            *(note for cloud in clouds for note in cloud.notes),
             *((NOT_SHARED,) if shares and tops_vary else ()),
         ),
-        filled_in=(*around.filled_in, *(item for each in clouds for item in each.filled_in)),
+        filled_in=(*around.filled_in, *(item for cloud in clouds for item in cloud.filled_in)),
         slant=slant,
         code={name: entry.code(catalog.shelf, built[name].provider) for name, entry in entries.items()},
         lines_of_sight=sight,
@@ -274,9 +274,9 @@ def _surfaces(
     surfaces: SceneSurfaces | None = None
     with builder.collect_problems("surfaces.provider", scenario.surfaces.parameters):
         surfaces = build_surfaces(builder, scenario, catalog, around, grid)
-        for each in surfaces.classes:
-            if each.boundary is not None:
-                require_bands_inside(bands, each.boundary.declares.valid, f"surface class '{each.name}'")
+        for class_ in surfaces.classes:
+            if class_.boundary is not None:
+                require_bands_inside(bands, class_.boundary.declares.valid, f"surface class '{class_.name}'")
     return surfaces
 
 

@@ -236,9 +236,9 @@ class Assembly:
         """Declarations of elements, derived variables and surfaces."""
         providers: list[Any] = [*self.elements, *self.derived]
         if self.surfaces is not None:
-            boundaries = (each.boundary for each in self.surfaces.classes)
-            providers += [self.surfaces.provider, *(each for each in boundaries if each is not None)]
-        return [each.declares for each in providers]
+            boundaries = (class_.boundary for class_ in self.surfaces.classes)
+            providers += [self.surfaces.provider, *(boundary for boundary in boundaries if boundary is not None)]
+        return [provider.declares for provider in providers]
 
     def notes(
         self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
@@ -277,8 +277,8 @@ class Assembly:
     @property
     def own_errors(self) -> tuple[str, ...]:
         """Provider-stated accuracy."""
-        declarations: list[Declaration] = [each.declares for each in self.generators]
-        declarations += [each.declares for each in self.optics_of_layers]
+        declarations: list[Declaration] = [generator.declares for generator in self.generators]
+        declarations += [optics_of_layer.declares for optics_of_layer in self.optics_of_layers]
         declarations += [*self._of_radiance, *self._of_additions]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 

@@ -100,7 +100,7 @@ class GroupColumns:
             np.setdiff1d(wavenumber_cm1, self._known[each][0]) if each in self._known else wavenumber_cm1
             for each in keys
         ]
-        rows = [row for row, own in enumerate(missing) if own.size]
+        rows = [row for row, name in enumerate(missing) if name.size]
         if rows:
             if sum(values.nbytes for _, values in self._known.values()) > LIMIT_BYTES:
                 self._known.clear()

@@ -156,7 +156,7 @@ def build_elements(
             except ScenarioError as error:  # of the provider, which does not know the place of its section
                 own = f"elements[{index}].parameters"
                 raise ScenarioError(
-                    [Problem(f"{own}.{each.field}", each.message) for each in error.problems]
+                    [Problem(f"{own}.{problem.field}", problem.message) for problem in error.problems]
                 ) from error
     return tuple(elements)
 

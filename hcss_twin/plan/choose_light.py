@@ -132,7 +132,7 @@ def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]], allowed: fl
 
 
 def _of_bands(plan: Plan, errors: Sequence[float]) -> dict[str, float]:
-    return {band.name: float(each) for band, each in zip(plan.bands, errors, strict=True)}
+    return {band.name: float(error) for band, error in zip(plan.bands, errors, strict=True)}
 
 
 def _percent(errors: dict[str, float]) -> str:
@@ -211,8 +211,9 @@ def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
     columns, assembly = f"{_FIELD} = '{COLUMNS}'", plan.assembly
     terms = any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed)
     ends = any(
-        cloudy and not ((each.declares.tileable or sums_up(each)) and hasattr(each, "thickness_around_m"))
-        for each, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
+        cloudy
+        and not ((generator.declares.tileable or sums_up(generator)) and hasattr(generator, "thickness_around_m"))
+        for generator, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
     )
     for present, field, what, allowed in (
         (not plan.is_grid, _FIELD, "an image that is no grid on the ground", "no camera"),

@@ -177,7 +177,11 @@ def _remark(contribution: Contribution) -> str:
 def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
     """Return what a plan leaves out beyond its share of the accuracy, with its size and what it would need."""
     limit = OMISSION_SHARE * plan.accuracy.relative
-    left = [each for each in plan.omissions if each.needs and each.bound is not None and each.bound > limit]
+    left = [
+        omission
+        for omission in plan.omissions
+        if omission.needs and omission.bound is not None and omission.bound > limit
+    ]
     texts = [
         f"{each.what} {_percent(each.size)} ({each.sense or 'any pixel'}), needs {each.needs}"
         for each in sorted(left, key=lambda each: -(each.size or 0.0))
@@ -207,7 +211,10 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
     }
     if assembly.surfaces is not None:
         stated["surfaces"] = _stated(assembly.surfaces.provider)
-    particles = {layer.name: _stated(own) for layer, own in zip(plan.layers, assembly.optics_of_layers, strict=True)}
+    particles = {
+        layer.name: _stated(optics_of_layer)
+        for layer, optics_of_layer in zip(plan.layers, assembly.optics_of_layers, strict=True)
+    }
     cells = {}
     for of, (kind, kelvin) in classes.items():
         own = {**stated, "particles": particles.get(of)}
@@ -256,9 +263,9 @@ class _Band:
     def mean(self, errors: Iterable[ModelError]) -> tuple[float | None, float]:
         """Return the mean error of the wavelengths with a figure, and their share; the largest figure counts."""
         at = np.full(self.wavelength_um.size, np.nan)
-        for each in errors:
-            relative = each.relative if each.relative is not None else (each.kelvin or 0.0) * self.per_kelvin
-            here = (self.wavelength_um >= each.lower_um) & (self.wavelength_um <= each.upper_um)
+        for error in errors:
+            relative = error.relative if error.relative is not None else (error.kelvin or 0.0) * self.per_kelvin
+            here = (self.wavelength_um >= error.lower_um) & (self.wavelength_um <= error.upper_um)
             at[here] = np.fmax(at[here], relative)
         known = ~np.isnan(at)
         share = float(np.sum(self.weights[known]))
@@ -274,10 +281,10 @@ def _of_provider(
             yield Contribution(name)
         return
     sunlight, zenith_deg = (None, plan.sun_matters), plan.view.zenith_deg
-    columns = {"", kind, of, *(each.microphysics.material for each in plan.layers if each.name == of)}
+    columns = {"", kind, of, *(layer.microphysics.material for layer in plan.layers if layer.name == of)}
     is_stated = name == "radiance model" or kind not in _UNSTATED[name]  # some models add nothing to clear sky
-    for cause in dict.fromkeys(each.name for each in errors):
-        every = [each for each in errors if each.name == cause and each.path == "up"]
+    for cause in dict.fromkeys(error.name for error in errors):
+        every = [error for error in errors if error.name == cause and error.path == "up"]
         # What is known for other clouds only is unknown here, unless it is of another material.
         others = set() if kind == CLEAR else {each.column for each in every} - {CLEAR}
         if cause != name:

@@ -180,7 +180,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
             *analysis.notes,
             *viewing_notes(scenario),
             *doubts,
-            *(f"{each.label} breaks a law, as it declares: {law}" for each in probes for law in each.expected),
+            *(f"{probe.label} breaks a law, as it declares: {law}" for probe in probes for law in probe.expected),
             *_on_land(land),
             *rays.notes,
         ),
@@ -208,7 +208,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
 
 def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
     """Return the scene, or those with the highest and with the lowest cloud tops."""
-    if not any(getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators):
+    if not any(getattr(generator, "cloud_top_range_m", None) is not None for generator in assembly.generators):
         return [assembly]
     from hcss_twin.plan.cloud_tops import extreme_tops  # not for layers with tops of their own
 

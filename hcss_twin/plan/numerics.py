@@ -136,7 +136,7 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     sizes = [(level, 0)]
     if level >= MANY_STREAMS and any(suns):
         sizes = [*((fewer, level - fewer) for fewer in range(1, level - 1)), (level, 0)]
-    within = next((each for each in sizes if error(*each) <= tolerance), None)
+    within = next((size for size in sizes if error(*size) <= tolerance), None)
     level, steps = within or min(sizes, key=lambda each: error(*each))
     return NumericalLevel(level, error(level, steps), within is not None, steps)
 
@@ -205,7 +205,7 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     if not suns:
         return GridRefinement(0, 0.0)
     model = assembly.at_level(0).model
-    narrow = [band for band, own in enumerate(assembly.spectral_grid.nodes) if len(own) < NARROW_BAND]
+    narrow = [band for band, node in enumerate(assembly.spectral_grid.nodes) if len(node) < NARROW_BAND]
     medium, none = _medium_clouds(assembly), np.zeros(0)
     columns = FewColumns(none, none, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
     bounding = _spectra(columns.only(columns.ends), model, suns[0])
@@ -242,12 +242,12 @@ def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Call
     known: dict[float, Array] = {}
 
     def at(wavenumber_cm1: Array, ends_cm1: Array) -> Array:
-        new = np.array([each for each in wavenumber_cm1.tolist() if each not in known])
+        new = np.array([wavenumber for wavenumber in wavenumber_cm1.tolist() if wavenumber not in known])
         if new.size:
             new = np.union1d(new, ends_cm1)
             own = replace(columns, wavenumber_cm1=new, weights_cm1=np.eye(new.size))
             known.update(zip(new.tolist(), own.total(model, sun).T, strict=True))
-        return np.stack([known[each] for each in wavenumber_cm1.tolist()], axis=1)
+        return np.stack([known[wavenumber] for wavenumber in wavenumber_cm1.tolist()], axis=1)
 
     return at
 

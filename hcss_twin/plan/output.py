@@ -41,10 +41,10 @@ def cube_variables(
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
     names = {spec.name for spec in variables}
-    for index, each in enumerate(assembly.derived):
-        if not names & set(each.variables):
+    for index, provider in enumerate(assembly.derived):
+        if not names & set(provider.variables):
             message = (
-                f"none of its variables is requested; allowed: output.variables with {' or '.join(each.variables)}"
+                f"none of its variables is requested; allowed: output.variables with {' or '.join(provider.variables)}"
             )
             raise ScenarioError([Problem(f"output.derived[{index}]", message)])
     return tuple(
@@ -83,7 +83,7 @@ def computed_variables(
 
 
 def _provider_of(name: str, assembly: Assembly) -> VariableProvider:
-    return next(each for each in assembly.derived if name in each.variables)
+    return next(provider for provider in assembly.derived if name in provider.variables)
 
 
 def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, waves: bool) -> list[VariableSpec]:
@@ -91,8 +91,8 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     layers, shadows = len(assembly.layers), scenario.slant.shadows
     altitude = scenario.platform.altitude is not None
     moves = assembly.motion.platform_speed_m_s != 0.0
-    elements = [each.variables for each in assembly.elements]
-    derived = [each.variables for each in assembly.derived]
+    elements = [element.variables for element in assembly.elements]
+    derived = [provider.variables for provider in assembly.derived]
     surfaces = () if assembly.surfaces is None else assembly.surfaces.names
     terms, texture = assembly.model.terms, assembly.has_texture
     return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture)

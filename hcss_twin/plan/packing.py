@@ -53,7 +53,7 @@ def radiance_range(
 
 def widest(ranges: Iterable[RadianceRange | None]) -> RadianceRange | None:
     """Return the range that contains all others."""
-    known = [each for each in ranges if each is not None]
+    known = [range_ for range_ in ranges if range_ is not None]
     if not known:
         return None
     darkest = np.min([each.darkest for each in known], axis=0)

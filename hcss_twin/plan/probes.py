@@ -223,7 +223,9 @@ def _digest(value: Any) -> Any:
     """Return inputs as JSON values; arrays as hashes; without catalogs, functions, seeds and other providers."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {
-            each.name: _digest(getattr(value, each.name)) for each in dataclasses.fields(value) if each.name != "seed"
+            field.name: _digest(getattr(value, field.name))
+            for field in dataclasses.fields(value)
+            if field.name != "seed"
         }
     if isinstance(value, np.ndarray):
         return hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()

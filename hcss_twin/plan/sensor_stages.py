@@ -243,10 +243,10 @@ def _of_stage(field: str) -> Iterator[None]:
         yield
     except ScenarioError as error:
         named = [
-            Problem(each.field.replace("sensor.parameters", f"{field}.parameters", 1), each.message)
-            if each.field.startswith("sensor.parameters")
-            else each
-            for each in error.problems
+            Problem(problem.field.replace("sensor.parameters", f"{field}.parameters", 1), problem.message)
+            if problem.field.startswith("sensor.parameters")
+            else problem
+            for problem in error.problems
         ]
         raise ScenarioError(named, error.origin) from error
 

@@ -61,7 +61,7 @@ class SceneSurfaces:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the classes."""
-        return tuple(each.name for each in self.classes)
+        return tuple(class_.name for class_ in self.classes)
 
 
 def ground_of(scenario: Scenario, grid: Grid) -> Callable[[float, slice, slice], tuple[Array, Array]]:
@@ -101,13 +101,13 @@ def build_surfaces(
     inputs = SurfaceInputs(points, ground_of(scenario, points), around.sea_temperature_K, air_K, catalog)
     provider: SurfaceProvider = builder.build(Kind.SURFACES, selected(section, "provider"), inputs, section.parameters)
     classes = []
-    for each in provider.classes:
-        boundary = each.boundary
-        if each.name != SEA and boundary is None:
-            boundary = material(each.name, catalog)
-        kelvin = each.temperature_K
+    for class_ in provider.classes:
+        boundary = class_.boundary
+        if class_.name != SEA and boundary is None:
+            boundary = material(class_.name, catalog)
+        kelvin = class_.temperature_K
         if kelvin is None:
-            kelvin = around.sea_temperature_K if each.name == SEA else air_K
+            kelvin = around.sea_temperature_K if class_.name == SEA else air_K
         low_K, high_K = kelvin if isinstance(kelvin, tuple) else (kelvin, kelvin)
-        classes.append(SceneClass(each.name, boundary, low_K, high_K))
+        classes.append(SceneClass(class_.name, boundary, low_K, high_K))
     return SceneSurfaces(provider, tuple(classes))

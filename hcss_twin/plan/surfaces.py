@@ -116,7 +116,8 @@ class PlannedSurfaces(Effect):
     def states(self) -> tuple[tuple[SurfaceState, ...], ...]:
         """States of each class."""
         return tuple(
-            tuple(each.at(kelvin) for kelvin in nodes) for each, nodes in zip(self.classes, self.nodes_K, strict=True)
+            tuple(class_.at(kelvin) for kelvin in nodes)
+            for class_, nodes in zip(self.classes, self.nodes_K, strict=True)
         )
 
 
@@ -136,16 +137,16 @@ def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAcc
     surfaces = assembly.surfaces
     assert surfaces is not None
     nodes, worst = list[tuple[float, ...]](), 0.0
-    for each in surfaces.classes:
-        if each.low_K == each.high_K or accuracy is None:
-            nodes.append((each.low_K,))
+    for class_ in surfaces.classes:
+        if class_.low_K == class_.high_K or accuracy is None:
+            nodes.append((class_.low_K,))
             continue
-        kelvin, error = _nodes(assembly, each, SHARE * accuracy.relative)
+        kelvin, error = _nodes(assembly, class_, SHARE * accuracy.relative)
         if error > SHARE * accuracy.relative:
             message = (
-                f"{scenario.accuracy}: between {len(kelvin)} temperatures of '{each.name}' from {each.low_K:g} to "
-                f"{each.high_K:g} K an error of {error:.1e} remains; allowed: {SHARE * accuracy.relative:.1e}, with a "
-                "lower accuracy or a smaller range of temperature"
+                f"{scenario.accuracy}: between {len(kelvin)} temperatures of '{class_.name}' from {class_.low_K:g} to "
+                f"{class_.high_K:g} K an error of {error:.1e} remains; allowed: {SHARE * accuracy.relative:.1e}, with "
+                "a lower accuracy or a smaller range of temperature"
             )
             raise ScenarioError([Problem("accuracy", message)])
         nodes.append(kelvin)
@@ -161,11 +162,11 @@ def _nodes(assembly: Assembly, own: SceneClass, tolerance: float) -> tuple[tuple
 
     def at(places: Array) -> tuple[list[float], Array]:
         kelvin = [own.low_K if x == -1.0 else own.high_K if x == 1.0 else middle + half * x for x in places.tolist()]
-        for each in kelvin:
-            if each not in known:
+        for temperature in kelvin:
+            if temperature not in known:
                 # Sunlight does not depend on the temperature and would only make the error relatively smaller.
-                known[each] = columns.total(assembly.over(own.at(each)).model, None)
-        return kelvin, np.stack([known[each] for each in kelvin])
+                known[temperature] = columns.total(assembly.over(own.at(temperature)).model, None)
+        return kelvin, np.stack([known[temperature] for temperature in kelvin])
 
     for order in _ORDERS:
         kelvin, values = at(quadrature.nodes(order))
@@ -197,7 +198,7 @@ def extreme_states(assembly: Assembly) -> list[SurfaceState]:
     """Return each class of a scene at its lowest and highest temperature."""
     surfaces = assembly.surfaces
     assert surfaces is not None
-    return [each.at(kelvin) for each in surfaces.classes for kelvin in dict.fromkeys((each.low_K, each.high_K))]
+    return [class_.at(kelvin) for class_ in surfaces.classes for kelvin in dict.fromkeys((class_.low_K, class_.high_K))]
 
 
 def merged(
@@ -214,7 +215,7 @@ def merged(
     """
     surfaces = assembly.surfaces
     assert surfaces is not None
-    field = any(own.low_K < own.high_K for own in surfaces.classes)
+    field = any(class_.low_K < class_.high_K for class_ in surfaces.classes)
     omissions: dict[str, Omission] = {}
     for item in (item for analysis in (of_sea, *each) for item in analysis.omissions):
         if item.what == "changes of air and sea over image and frames":
@@ -231,7 +232,8 @@ def merged(
         )
     waves = of_sea.resolves_waves
     if waves and not any(
-        own.name == SEA and own.low_K == own.high_K == assembly.sea_temperature_K for own in surfaces.classes
+        class_.name == SEA and class_.low_K == class_.high_K == assembly.sea_temperature_K
+        for class_ in surfaces.classes
     ):
         why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
         if scenario.sea.waves == "resolved":

@@ -106,13 +106,13 @@ def change_weights(places: Sequence[float], place: Array) -> Array:
     weights = []
     for own in places:
         others = [0.0, *(each for each in places if each != own)]
-        weights.append(np.prod([(place - each) / (own - each) for each in others], axis=0))
+        weights.append(np.prod([(place - other) / (own - other) for other in others], axis=0))
     return np.stack(weights)
 
 
 EXPANSION_STATES: Sequence[State] = (
     *((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (1.0, 1.0), (1.0, -1.0)),
-    *((0.0, place) for place in VAPOUR_PLACES),
+    *((0.0, vapour_place) for vapour_place in VAPOUR_PLACES),
 )
 
 
@@ -172,7 +172,7 @@ def typical_texture_K(grid: Grid) -> float:
 
 
 def _excluding(assembly: Assembly) -> list[str]:
-    tops = any(getattr(each, "cloud_top_range_m", None) is not None for each in assembly.generators)
+    tops = any(getattr(generator, "cloud_top_range_m", None) is not None for generator in assembly.generators)
     possible = {
         "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
         "an image that is no grid on the ground": assembly.directions is not None,
@@ -191,7 +191,7 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
         return f"the scene has {excluding[0]}"
     if light.light not in ("auto", "columns") or light.light_accuracy is not None:
         return "light between columns is compared with a sea of one temperature"
-    if any(getattr(each, "image_coverage", None) is not None for each in assembly.generators):
+    if any(getattr(generator, "image_coverage", None) is not None for generator in assembly.generators):
         return "clear sky of the clouds' image has a texture of its own"
     return small if typical_K < LEAST_K else ""
 

@@ -270,7 +270,7 @@ def choose_views(
     each = 0.5 * tolerance / SAFETY_FACTOR
     try:
         names = scenario.output.variables
-        terms = assembly.own_suns is None or any(each.startswith(("terms", "all", TERM_PREFIX)) for each in names)
+        terms = assembly.own_suns is None or any(name.startswith(("terms", "all", TERM_PREFIX)) for name in names)
         values = _columns(assembly, views, suns, terms)
         (x, x_error), (y, y_error) = (place_axis(values, along_x, each, most) for along_x in (True, False))
     except (ProviderError, ScenarioError):

@@ -108,15 +108,15 @@ def check_surface_classes(classes: Any) -> None:
     count = len(classes) if isinstance(classes, tuple) else 0
     if not 0 < count <= MAX_CLASSES:
         raise ValueError(f"classes is {classes!r}; expected a tuple of 1 to {MAX_CLASSES} SurfaceClass")
-    names = [getattr(each, "name", None) for each in classes]
-    for each, name in zip(classes, names, strict=True):
+    names = [getattr(class_, "name", None) for class_ in classes]
+    for class_, name in zip(classes, names, strict=True):
         if not isinstance(name, str) or not re.fullmatch("[a-z][a-z0-9_]*", name) or names.count(name) > 1:
             raise ValueError(
                 f"classes has the name {name!r}; expected distinct names of lower-case letters, digits, underscores"
             )
-        if name == "sea" and each.boundary is not None:
+        if name == "sea" and class_.boundary is not None:
             raise ValueError("the class 'sea' has a boundary; expected None: it is the sea model of the scenario")
-        given = each.temperature_K
+        given = class_.temperature_K
         ends = given if isinstance(given, tuple) else (given,) if given is not None else ()
         if (
             not all(_is_number(end, 5000.0) and end > 0.0 for end in ends)

@@ -77,7 +77,7 @@ class ModelError:
 
     def __post_init__(self) -> None:
         sizes = [each for each in (self.relative, self.kelvin) if each is not None]
-        if not sizes or not all(math.isfinite(each) and each >= 0.0 for each in sizes):
+        if not sizes or not all(math.isfinite(size) and size >= 0.0 for size in sizes):
             raise ValueError(
                 f"model error '{self.name}': relative {self.relative}, kelvin {self.kelvin}; allowed: one or both, "
                 "0 or more"
@@ -208,10 +208,10 @@ def check_declaration(declares: Any) -> None:
         If it names an unknown dependency or range, a range is not (low, high), the native grid does not ascend, or
         another field has the wrong type.
     """
-    for each in fields(declares):
-        check = _CHECKS.get(each.name)
+    for field in fields(declares):
+        check = _CHECKS.get(field.name)
         if check is not None:
-            check(f"declares.{each.name}", getattr(declares, each.name), each.metadata.get("among", ()))
+            check(f"declares.{field.name}", getattr(declares, field.name), field.metadata.get("among", ()))
 
 
 def _check_dependencies(name: str, value: Any, allowed: tuple[str, ...]) -> None:

@@ -166,7 +166,7 @@ def check_output_variables(variables: Any, needs: Any) -> None:
         If ``variables`` is not a mapping of names to OutputVariable with at least one, or ``needs`` no tuple of names.
     """
     good = isinstance(variables, Mapping) and variables and all(map(_is_name, variables))
-    if not good or not all(isinstance(each, OutputVariable) for each in variables.values()):
+    if not good or not all(isinstance(variable, OutputVariable) for variable in variables.values()):
         raise ValueError(
             f"variables is {variables!r}; expected a mapping of names (lower-case letters, digits, underscores) to "
             "OutputVariable, at least one"

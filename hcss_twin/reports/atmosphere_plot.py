@@ -123,9 +123,9 @@ def sample(
 def _evaluate(source: AtmosphereSource, wavenumber: Array, zenith: Array, height: Array) -> AtmosphereSpectra:
     base, nadir = float(height[0]), float(zenith[0])
     provider, profile = source.provider, source.profile
-    angles = provider.transmittance(wavenumber, [to_space(base, float(each)) for each in zenith])
+    angles = provider.transmittance(wavenumber, [to_space(base, float(angle)) for angle in zenith])
     heights = provider.transmittance(wavenumber, [to_space(float(each), nadir) for each in height])
-    glow = np.stack([path_radiance(provider, profile, wavenumber, [base], float(each))[0] for each in zenith])
+    glow = np.stack([path_radiance(provider, profile, wavenumber, [base], float(angle))[0] for angle in zenith])
     glow_height = np.asarray(path_radiance(provider, profile, wavenumber, [float(each) for each in height], nadir))
     return AtmosphereSpectra(source.label, wavenumber, zenith, height, (angles, glow), (heights, glow_height))
 
@@ -228,7 +228,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
     from_base = f"from {first.height_m[0] / 1e3:g} km to space, by zenith angle"
     labels = [f"{first.zenith_deg[index]:g}°" for index in angles]
     for quantity in (0, 1):
-        curves = [[each.by_angle[quantity][index] for index in angles] for each in spectra]
+        curves = [[spectrum.by_angle[quantity][index] for index in angles] for spectrum in spectra]
         _panel(axes[0, quantity], first, curves, labels, quantity, from_base, "zenith angle")
         axis = axes[1, quantity]
         if len(spectra) == 1:
@@ -259,8 +259,8 @@ def _panel(
     from matplotlib import colormaps
 
     wavelength = 1e4 / spectra.wavenumber_cm1
-    for style, own in zip(("-", "--"), curves, strict=False):
-        for index, (label, values) in enumerate(zip(labels, own, strict=True)):
+    for style, curve in zip(("-", "--"), curves, strict=False):
+        for index, (label, values) in enumerate(zip(labels, curve, strict=True)):
             colour = colormaps["viridis"](0.92 * index / max(len(labels) - 1, 1))
             axis.plot(wavelength, values, style, color=colour, lw=0.8, label=label if style == "-" else None)
     axis.set_xlabel("wavelength (µm)")
@@ -274,7 +274,7 @@ def _panel(
         axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
     else:
         axis.set_ylabel(_QUANTITIES[quantity])
-        largest = max(float(np.max(values)) for own in curves for values in own)
+        largest = max(float(np.max(values)) for curve in curves for values in curve)
         if quantity == 0:
             axis.set_ylim(0.0, 1.0)
         elif largest > 0:
@@ -287,12 +287,12 @@ def _panel(
 def _bands(axis: Axes, spectra: Sequence[AtmosphereSpectra], quantity: int) -> None:
     drawn = False
     for colour, band in zip(("C0", "C1", "C3"), BANDS_UM, strict=True):
-        for style, marker, each in zip(("-", "--"), ("o", "x"), spectra, strict=False):
-            means = band_means(each, band)
+        for style, marker, spectrum in zip(("-", "--"), ("o", "x"), spectra, strict=False):
+            means = band_means(spectrum, band)
             if means is None:
                 continue
             label = f"{band[0]:g}-{band[1]:g} µm" if style == "-" else None
-            axis.plot(each.zenith_deg, means[quantity], style, marker=marker, ms=4, color=colour, label=label)
+            axis.plot(spectrum.zenith_deg, means[quantity], style, marker=marker, ms=4, color=colour, label=label)
             drawn = True
     axis.set_xlabel("zenith angle at the surface (deg)")
     axis.set_ylabel(("band-mean transmittance", "band path radiance (W m$^{-2}$ sr$^{-1}$)")[quantity])

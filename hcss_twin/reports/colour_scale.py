@@ -112,7 +112,7 @@ class ColourScale:
 
         values = MaxNLocator(nbins=4, steps=[1, 2, 2.5, 5, 10]).tick_values(self.low, self.high)
         slack = 1e-9 * (self.high - self.low)
-        return [float(each) for each in values if self.low - slack <= each <= self.high + slack]
+        return [float(value) for value in values if self.low - slack <= value <= self.high + slack]
 
     def bar(self, units: str) -> Markup:
         """Return the colour bar with values and units; for flags, their colours and meanings."""

@@ -183,7 +183,7 @@ def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> Frame
         return None
     full = spectra[0].waves > 0
     pixel_km = pixel_size_m / 1e3
-    power = np.mean([each.power[full] for each in spectra], axis=0)
+    power = np.mean([spectrum.power[full] for spectrum in spectra], axis=0)
     return FrameSpectrum(spectra[0].wavenumber[full] / pixel_km, power * pixel_km**2)
 
 

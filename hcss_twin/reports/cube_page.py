@@ -229,14 +229,14 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield _achieved(attributes)
     strata = json_attribute(attributes, "hcss_certificate_strata", [])
     if strata:
-        bands = list(dict.fromkeys(band for each in strata for band in each.get("error", {})))
+        bands = list(dict.fromkeys(band for stratum in strata for band in stratum.get("error", {})))
         rows = [
             [
-                *(str(each[key]) for key in ("name", "pixels", "checked", "exceeding")),
-                str(sum(each.get("left_out", {}).values())),
-                *(_error(each.get("error", {}).get(band)) for band in bands),
+                *(str(stratum[key]) for key in ("name", "pixels", "checked", "exceeding")),
+                str(sum(stratum.get("left_out", {}).values())),
+                *(_error(stratum.get("error", {}).get(band)) for band in bands),
             ]
-            for each in strata
+            for stratum in strata
         ]
         header = ["kind of pixel", "there are", "checked", "exceed", "excluded", *(f"error {each}" for each in bands)]
         yield Table(header, rows, "Pixels of the checked frames by kind.")

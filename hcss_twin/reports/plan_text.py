@@ -124,7 +124,7 @@ def _clouds(plan: Plan) -> Rows:
         time = f"{motion.evolution_time:g} s"
     shapes = "shapes are frozen" if frozen else f"shapes change in {time}"
     sections = plan.scenario.clouds.layers
-    some = any(each.wind_speed is not None or each.wind_from is not None for each in sections)
+    some = any(section.wind_speed is not None or section.wind_from is not None for section in sections)
     which = "clouds without a wind of their own" if some else "clouds"
     yield "wind", f"moves {which} at {motion.wind_speed:g} m/s from {motion.wind_from:g} deg; {shapes}"
 
@@ -174,11 +174,11 @@ def _surfaces(plan: Plan) -> Rows:
         yield "surface", where
         return
     classes = []
-    for each, nodes, share in zip(plan.surfaces.classes, plan.surfaces.nodes_K, plan.surfaces.shares, strict=True):
-        kelvin = f"{each.low_K:.5g} K"
-        if each.low_K < each.high_K:
-            kelvin = f"{each.low_K:.5g} to {each.high_K:.5g} K, tables for {len(nodes)} temperatures"
-        classes.append(f"{each.name} {100.0 * share:.3g} % ({kelvin})")
+    for class_, nodes, share in zip(plan.surfaces.classes, plan.surfaces.nodes_K, plan.surfaces.shares, strict=True):
+        kelvin = f"{class_.low_K:.5g} K"
+        if class_.low_K < class_.high_K:
+            kelvin = f"{class_.low_K:.5g} to {class_.high_K:.5g} K, tables for {len(nodes)} temperatures"
+        classes.append(f"{class_.name} {100.0 * share:.3g} % ({kelvin})")
     yield "surface", f"{', '.join(classes)}; {_named(plan.assembly.entries['surfaces'])}"
 
 
@@ -196,10 +196,10 @@ def _output(plan: Plan) -> Rows:
     checked = f"; certificate of {output.certificate} pixels" if output.certificate else "; no certificate"
     names = ", ".join(spec.name for spec in plan.variables)
     yield "output", f"{names}: {size}{stored}{checked if plan.needs_radiance else ''}"
-    for index, each in enumerate(plan.assembly.derived):
+    for index, provider in enumerate(plan.assembly.derived):
         entry = plan.assembly.entries[numbered(Kind.VARIABLES, index, len(plan.assembly.derived))]
-        given = ", ".join(spec.name for spec in plan.variables if spec.name in each.variables)
-        yield "derived", f"{given} from {', '.join(each.needs)}; {_named(entry)}"
+        given = ", ".join(spec.name for spec in plan.variables if spec.name in provider.variables)
+        yield "derived", f"{given} from {', '.join(provider.needs)}; {_named(entry)}"
     for line in quantization_lines(plan.variables, output.compression > 0):
         yield "rounding", line
     for line in packing_lines(plan.variables, [band.name for band in plan.bands]):

@@ -126,10 +126,14 @@ def provider_text(provider: dict[str, Any]) -> str:
         *(f"  reference: {reference}" for reference in provider["references"]),
         f"  {section}.parameters:" if parameters else "  It has no parameters.",
     ]
-    for each in parameters:
-        default = f"default {each['default']}".replace("default **required**", "required") if each["default"] else ""
-        facts = ", ".join(fact for fact in (each["type"], each["allowed"], default) if fact)
-        description = textwrap.indent(textwrap.fill(each["description"], 92), " " * 8)
-        lines += [f"    {each['name']}  ({facts})", *([description] if description else [])]
+    for parameter in parameters:
+        default = (
+            f"default {parameter['default']}".replace("default **required**", "required")
+            if parameter["default"]
+            else ""
+        )
+        facts = ", ".join(fact for fact in (parameter["type"], parameter["allowed"], default) if fact)
+        description = textwrap.indent(textwrap.fill(parameter["description"], 92), " " * 8)
+        lines += [f"    {parameter['name']}  ({facts})", *([description] if description else [])]
     lines += stated_error_lines(provider["model_errors"])
     return "\n".join(lines).replace("`", "")

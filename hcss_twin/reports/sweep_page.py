@@ -123,9 +123,9 @@ def _scatter(
     for axis, part in zip(axes, parts, strict=True):
         pairs = np.array(
             [
-                (place[json.dumps(each.point.values.get(key))], each.means[quantity.name, part])
-                for each in summaries
-                if (quantity.name, part) in each.means
+                (place[json.dumps(summary.point.values.get(key))], summary.means[quantity.name, part])
+                for summary in summaries
+                if (quantity.name, part) in summary.means
             ]
         )
         at = np.unique(pairs[:, 0])
@@ -172,7 +172,7 @@ def _points(sweep: Sweep, summary: SweepSummary) -> Block:
     rows = []
     for point in sweep.points[:LISTED]:
         own = read_of.get(point.number)
-        means = [f"{own.means[each]:.5g}" if own and each in own.means else "" for each in summary.columns]
+        means = [f"{own.means[column]:.5g}" if own and column in own.means else "" for column in summary.columns]
         certificate = (certificate_badge(own.certificate) or "none") if own else ""
         keys = [_text(point.values.get(key)) for key in sweep.keys]
         rows.append([str(point.number), *keys, point.state, certificate, *means])

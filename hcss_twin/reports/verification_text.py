@@ -30,9 +30,9 @@ def _rows(check: Verification) -> Rows:
     if check.problems:
         yield "base", f"relative paths of the scenario start at {check.base} (--base)"
     yield from _changes("cube", check.layout, "in the cube", "by its scenario")
-    for each in check.variables:
-        if each.unequal:
-            yield from _variable(each)
+    for variable in check.variables:
+        if variable.unequal:
+            yield from _variable(variable)
     for file in check.files:
         yield "file", f"{file.name}{f', now {file.now_at}' if file.now_at != file.name else ''}: {file.state}"
         yield "", f"recorded sha256 {file.recorded_sha256 or 'none'}"
@@ -59,9 +59,9 @@ def _verdict(check: Verification) -> str:
         case Verdict.EQUAL:
             return f"equal within {TOLERANCE:g}; {largest} ({frames})"
         case Verdict.DIFFERENT:
-            if any(each.beyond for each in check.variables):
+            if any(variable.beyond for variable in check.variables):
                 return f"different; {largest} ({frames})"
-            compared = check.frames_checked and any(each.values for each in check.variables)
+            compared = check.frames_checked and any(variable.values for variable in check.variables)
             common = "common variables are equal" if compared else "nothing to compare"
             return f"different from the result of its scenario; {common} ({frames})"
         case Verdict.NOT_RECOMPUTED:
@@ -69,7 +69,7 @@ def _verdict(check: Verification) -> str:
 
 
 def _changes(label: str, changes: Iterable[Change], recorded: str = "recorded", now: str = "now") -> Rows:
-    return ((label, f"{each.what}: {recorded} {each.recorded}; {now} {each.now}") for each in changes)
+    return ((label, f"{change.what}: {recorded} {change.recorded}; {now} {change.now}") for change in changes)
 
 
 def _variable(check: VariableCheck) -> Rows:

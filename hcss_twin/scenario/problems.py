@@ -202,7 +202,7 @@ def _in_another_unit(model: type[BaseModel], location: Location, value: object) 
 def _dimensions(metadata: Iterable[object], annotation: Any) -> Iterator[str]:
     """Dimension of a quantity, from its field or, if it is optional, from the type inside."""
     parsers = (getattr(each, "func", None) for each in metadata)
-    yield from (each.dimension for each in parsers if isinstance(each, QuantityParser))
+    yield from (parser.dimension for parser in parsers if isinstance(parser, QuantityParser))
     for argument in typing.get_args(annotation):
         yield from _dimensions(getattr(argument, "__metadata__", ()), None)
 

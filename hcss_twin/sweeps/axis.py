@@ -40,7 +40,7 @@ def span_of(*given: Any) -> Span:
     Raises ValueError with the reason if they are none of these.
     """
     instants = tuple(map(_read_instant, given))
-    if all(isinstance(each, datetime) for each in instants):
+    if all(isinstance(instant, datetime) for instant in instants):
         return _instants(instants)
     if all(isinstance(each, int | float) and not isinstance(each, bool) for each in given):
         whole = all(isinstance(each, int) for each in given)
@@ -161,7 +161,7 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
     own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
     seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(own,))
     share = np.random.default_rng(seed).random(samples)
-    present = [each for each in parameters if each in given]
+    present = [parameter for parameter in parameters if parameter in given]
     span = span_of(*(given[each] for each in present))
     numbers = _quantiles(name, dict(zip(present, span.numbers, strict=True)), share, span)
     return tuple(span.value(float(number)) for number in numbers)

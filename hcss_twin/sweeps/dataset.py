@@ -280,14 +280,14 @@ def swept_coordinate(key: str, values: Sequence[Any]) -> tuple[list[Any], Any, d
         "coverage_content_type": "coordinate",
     }
     if key == "time":
-        seconds = [parse_instant(each).timestamp() for each in values]
+        seconds = [parse_instant(value).timestamp() for value in values]
         of_time = {"units": _EPOCH, "calendar": "standard", "units_metadata": "leap_seconds: none"}
         return seconds, "f8", {**attributes, **of_time}
-    if all(isinstance(each, int) and not isinstance(each, bool) for each in values):
+    if all(isinstance(value, int) and not isinstance(value, bool) for value in values):
         return list(values), "i8", attributes
-    if all(isinstance(each, int | float) and not isinstance(each, bool) for each in values):
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return list(map(float, values)), "f8", attributes
-    return [each if isinstance(each, str) else json.dumps(each) for each in values], str, attributes
+    return [value if isinstance(value, str) else json.dumps(value) for value in values], str, attributes
 
 
 _ELAPSED_ATTRIBUTES = {

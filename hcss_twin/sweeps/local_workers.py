@@ -72,21 +72,21 @@ class _Crew:
         self._start_s = self._point_s = 0.0
 
     def end(self) -> None:
-        for each in self._workers:
-            each.end()
+        for worker in self._workers:
+            worker.end()
 
     def compute(self) -> Generator[PointOutcome]:
         while True:
-            for each in self._workers:
-                following = self._following() if each.is_ready and each.point is None else None
+            for worker in self._workers:
+                following = self._following() if worker.is_ready and worker.point is None else None
                 if following is not None:
-                    each.begin(following)
+                    worker.begin(following)
             while self._needs_another():
                 self._start()
-            if all(each.is_ready and each.point is None for each in self._workers):
+            if all(worker.is_ready and worker.point is None for worker in self._workers):
                 return
             can_grow = len(self._workers) < self._most and self._schedule.ready > 0
-            pipes: dict[Any, _Worker] = {each.pipe: each for each in self._workers}
+            pipes: dict[Any, _Worker] = {worker.pipe: worker for worker in self._workers}
             for pipe in wait(pipes, WARM_UP_S if can_grow else None):
                 outcome = self._received(pipes[pipe])
                 if outcome is not None:
@@ -94,7 +94,7 @@ class _Crew:
 
     def _following(self) -> tuple[int, PointTask] | None:
         following = self._schedule.next()
-        if following is None and self._lost and all(each.point is None for each in self._workers):
+        if following is None and self._lost and all(worker.point is None for worker in self._workers):
             return self._lost.pop(0)
         return following
 
@@ -103,11 +103,11 @@ class _Crew:
         count = len(self._workers)
         if count == 0:
             return self._schedule.left + len(self._lost) > 0
-        starting = sum(not each.is_ready for each in self._workers)
+        starting = sum(not worker.is_ready for worker in self._workers)
         if count >= self._most or self._schedule.ready <= starting:
             return False
         now = time.perf_counter()
-        point_s = max([self._point_s, *(now - each.since_s for each in self._workers if each.point is not None)])
+        point_s = max([self._point_s, *(now - worker.since_s for worker in self._workers if worker.point is not None)])
         saved_s = self._schedule.left * point_s * (1 / count - 1 / (count + 1))
         return saved_s > self._start_s + WARM_UP_S
 

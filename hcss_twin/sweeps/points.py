@@ -202,7 +202,9 @@ def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[Se
     found: list[SeaTemperatures | None] = [None] * len(scenarios)
     for group, members in groups.items():
         kelvin = {number: scenarios[number].sea.temperature for number in members}
-        between = temperatures_between(sorted({each for each in kelvin.values() if each is not None}), group)
+        between = temperatures_between(
+            sorted({temperature for temperature in kelvin.values() if temperature is not None}), group
+        )
         for place, number in enumerate(members):
             if between is None:
                 break
@@ -315,7 +317,7 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
             plan = make_plan(task.scenario, shelf=cache, between=task.between)
             path.unlink(missing_ok=True)  # a damaged cube of this sweep, which is no user's file
             run(plan, path, report=certificates.append, from_curves=task.from_curves)
-        failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
+        failed = [f"certificate {certificate.lines[0]}" for certificate in certificates if not certificate.passed]
         size, digest = path.stat().st_size, sha256_of(path)
         outcome = PointOutcome(task.point, path.name, size, digest, error=failed[-1] if failed else None)
     except ScenarioError as cause:  # problems detected only by planning

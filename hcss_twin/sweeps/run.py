@@ -203,8 +203,8 @@ def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[S
     curves = points_with_curves(points, groups)
     between = dict(zip((each.number for each in points), sea_groups([each.scenario for each in points]), strict=True))
     tasks = [
-        PointTask(each.number, each.scenario, path, date, each.number in curves, between[each.number])
-        for each, path in zip(missing, paths, strict=True)
+        PointTask(name.number, name.scenario, path, date, name.number in curves, between[name.number])
+        for name, path in zip(missing, paths, strict=True)
     ]
     # Points of a group follow one another, because few groups fit in memory.
     first: dict[str, int] = {}

@@ -171,12 +171,12 @@ class Certificate:
     @property
     def lines(self) -> tuple[str, ...]:
         """The full text of the certificate, the verdict first."""
-        checked = ", ".join(f"{each.name} {each.checked} of {each.pixels}" for each in self.strata)
+        checked = ", ".join(f"{stratum.name} {stratum.checked} of {stratum.pixels}" for stratum in self.strata)
         terms = ", ".join(f"{name} {error:.{DIGITS}g}" for name, error in self.terms.items())
         left_out = ", ".join(
-            f"{count} {each.name} pixels {reason}"
-            for each in self.strata
-            for reason, count in each.left_out.items()
+            f"{count} {stratum.name} pixels {reason}"
+            for stratum in self.strata
+            for reason, count in stratum.left_out.items()
             if count
         )
         return (
@@ -223,7 +223,8 @@ class Certificate:
             "pixels": self.checked,
             "frames": list(self.frames),
             "strata": [
-                {**vars(each), "error": dict(zip(self.bands, each.error, strict=False))} for each in self.strata
+                {**vars(stratum), "error": dict(zip(self.bands, stratum.error, strict=False))}
+                for stratum in self.strata
             ],
             "text": "; ".join(self.lines),
         }
@@ -251,10 +252,10 @@ class Certificate:
         if self.passed:
             return f"PASSED: {self.checked} random pixels recomputed without tables are within the requested accuracy"
         worst = ", ".join(
-            f"{each.name} ({each.exceeding} of {each.checked}, error up to {max(each.error):.{DIGITS}g} in "
-            f"{self.bands[int(np.argmax(each.error))]})"
-            for each in self.strata
-            if each.exceeding
+            f"{stratum.name} ({stratum.exceeding} of {stratum.checked}, error up to {max(stratum.error):.{DIGITS}g} in "
+            f"{self.bands[int(np.argmax(stratum.error))]})"
+            for stratum in self.strata
+            if stratum.exceeding
         )
         return (
             f"FAILED: {self.exceeding} of {self.checked} random pixels recomputed without tables exceed the "

@@ -93,8 +93,8 @@ class PixelSample:
 
         Each pixel has a random number; the smallest numbers give a simple random sample of each stratum.
         """
-        place, key = (np.concatenate([getattr(each, name) for each in parts]) for name in ("place", "key"))
-        pixels = np.sum([each.pixels for each in parts], axis=0)
+        place, key = (np.concatenate([getattr(part, name) for part in parts]) for name in ("place", "key"))
+        pixels = np.sum([part.pixels for part in parts], axis=0)
         chosen = np.concatenate(
             [
                 smallest(key, place[:, 0] == number, count)
@@ -109,10 +109,10 @@ class PixelSample:
                 stratum=stratum,
                 row=row,
                 column=column,
-                thickness_m=np.concatenate([each.points for each in parts])[chosen],
-                radiance=np.concatenate([each.radiance for each in parts])[chosen],
+                thickness_m=np.concatenate([part.points for part in parts])[chosen],
+                radiance=np.concatenate([part.radiance for part in parts])[chosen],
                 pixels=pixels,
-                left_out=np.sum([each.left_out for each in parts], axis=0),
+                left_out=np.sum([part.left_out for part in parts], axis=0),
             )
         )
 

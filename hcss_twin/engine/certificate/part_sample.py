@@ -33,13 +33,13 @@ def stratum_names(layers: int, surfaces: Sequence[str] = ()) -> tuple[str, ...]:
     of_clouds: tuple[str, ...] = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
     if layers > 1:
         of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in CHOICES for part in PARTS))
-    return tuple(f"{each} over {name}" for name in surfaces for each in of_clouds) if surfaces else of_clouds
+    return tuple(f"{cloud} over {name}" for name in surfaces for cloud in of_clouds) if surfaces else of_clouds
 
 
 def strata_of(plan: Plan) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene, by number."""
     return stratum_names(
-        len(plan.layers), () if plan.surfaces is None else [each.name for each in plan.surfaces.classes]
+        len(plan.layers), () if plan.surfaces is None else [class_.name for class_ in plan.surfaces.classes]
     )
 
 

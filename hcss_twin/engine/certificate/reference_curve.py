@@ -60,11 +60,11 @@ class ReferenceCurve:
         """Return terms (N, K, B) of columns (N,) within the thickness limits of the layer."""
         segment = np.clip(np.searchsorted(self.ends_m, thickness_m) - 1, 0, len(self.coefficients) - 1)
         result = np.empty((thickness_m.size, *self.coefficients[0].shape[1:]))
-        for index, own in enumerate(self.coefficients):
+        for index, coefficient in enumerate(self.coefficients):
             here = segment == index
             if np.any(here):
                 place = _place(thickness_m[here], self.ends_m[index], self.ends_m[index + 1])
-                result[here] = np.moveaxis(chebyshev.chebval(place, own), -1, 0)
+                result[here] = np.moveaxis(chebyshev.chebval(place, coefficient), -1, 0)
         return result
 
 
@@ -83,8 +83,8 @@ def reference_curve(columns: ColumnsAt, layer: CloudLayer, level_m: Array, toler
         thickness = np.concatenate([each for segment in segments for each in segment])
         values = np.split(columns(thickness), np.cumsum([each.size for segment in segments for each in segment])[:-1])
         coefficients = tuple(
-            _series(_place(nodes, low, high), own)
-            for (nodes, _), own, (low, high) in zip(segments, values[::2], pairwise(ends.tolist()), strict=True)
+            _series(_place(nodes, low, high), value)
+            for (nodes, _), value, (low, high) in zip(segments, values[::2], pairwise(ends.tolist()), strict=True)
         )
         curve = ReferenceCurve(ends, coefficients, thickness.size, 0.0)
         checks = np.concatenate([checks for _, checks in segments])

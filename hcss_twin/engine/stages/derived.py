@@ -24,7 +24,7 @@ class DerivedStage(Stage):
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self._geometry = {name for each in plan.assembly.derived for name in each.needs if name in GEOMETRY}
+        self._geometry = {name for provider in plan.assembly.derived for name in provider.needs if name in GEOMETRY}
 
     def finish(self, part: FramePart, frame: Frame) -> None:
         """Add every variable of the providers."""

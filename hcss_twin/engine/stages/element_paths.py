@@ -53,9 +53,9 @@ class ElementPaths:
     def heights_above(self, thickness_m: Sequence[NDArray[np.float32]], altitude_m: float) -> Array:
         """Return the vertical extent (L, P) of each layer's cloud above an altitude, from the thickness at P points."""
         heights = np.zeros((len(thickness_m), thickness_m[0].size if thickness_m else 0))
-        for own, layer, each in zip(heights, self._plan.layers, thickness_m, strict=True):
+        for height, layer, each in zip(heights, self._plan.layers, thickness_m, strict=True):
             thickness = each.ravel().astype(np.float64)
-            own[:] = np.clip(layer.cloud_top_m(thickness) - altitude_m, 0.0, thickness)
+            height[:] = np.clip(layer.cloud_top_m(thickness) - altitude_m, 0.0, thickness)
         return heights
 
     def through_cloud(self, heights_m: Array, zenith_deg: float) -> Array:
@@ -63,8 +63,8 @@ class ElementPaths:
         if not np.any(heights_m):
             return np.ones_like(self._wavenumber)
         depth = np.zeros((heights_m.shape[1], self._wavenumber.size))
-        for own, extinction in zip(heights_m, self._extinction_m1, strict=True):
-            depth += own[:, None] * extinction
+        for height_m, extinction in zip(heights_m, self._extinction_m1, strict=True):
+            depth += height_m[:, None] * extinction
         mean: Array = np.mean(np.exp(-depth / math.cos(math.radians(zenith_deg))), axis=0)
         return mean
 
@@ -88,7 +88,7 @@ class ElementPaths:
         sky = none
         if altitude_m < profile.altitude_m[-1]:
             levels = np.concatenate(([altitude_m], profile.altitude_m[profile.altitude_m > altitude_m]))
-            paths = [toward + Path((Leg(altitude_m, float(each), _SKY_ZENITH_DEG),)) for each in levels]
+            paths = [toward + Path((Leg(altitude_m, float(level), _SKY_ZENITH_DEG),)) for level in levels]
             arriving = assembly.transmittance.transmittance(self._wavenumber, paths)
             kelvin = profile.temperature_at(levels)
             source = planck(self._wavenumber[None, :], 0.5 * (kelvin[1:] + kelvin[:-1])[:, None])

@@ -174,7 +174,7 @@ class InstantElements:
         """Return windows of an area of the image that hold all small elements that sensors draw."""
         placed = (each for _, each in self._given(area) if isinstance(each, PlacedPoint))
         windows = [each.window(area) for each in placed if each.side <= LARGEST_DRAWN]
-        return [each for each in windows if length(each[0]) > 0 and length(each[1]) > 0]
+        return [window for window in windows if length(window[0]) > 0 and length(window[1]) > 0]
 
     def _given(self, window: Window) -> list[tuple[int, ElementPixels | PlacedPoint]]:
         """Return what the providers give for a window, with the numbers of their sections, from the lowest on."""
@@ -245,7 +245,7 @@ class InstantElements:
         """Return the thickness (1, 1) of each layer at the point of the scene that a place in the image is in."""
         plan, samples = self._plan, self._plan.samples_per_pixel
         row, column = place
-        if plan.is_grid and not all(hasattr(each, "thickness_around_m") for each in plan.assembly.generators):
+        if plan.is_grid and not all(hasattr(generator, "thickness_around_m") for generator in plan.assembly.generators):
             row, column = min(max(row, 0.0), plan.grid.rows - 1e-6), min(max(column, 0.0), plan.grid.columns - 1e-6)
         if place not in self._points_of_places:
             y, x = math.floor(row), math.floor(column)
@@ -316,7 +316,9 @@ class InstantElements:
         """Return the radiance (B,) of the column that a body hides in a pixel, without the layers above the body."""
         y, x = small.at(pixel)
         channels, all_points = small.radiance.shape[0], small.points_of(pixel, self._plan.samples_per_pixel)
-        whole = [np.full(each.shape, own[0, 0]) for each, own in zip(all_points, thickness_m, strict=True)]
+        whole = [
+            np.full(point.shape, thickness[0, 0]) for point, thickness in zip(all_points, thickness_m, strict=True)
+        ]
         if np.any(heights):
             return self._looked_up(_below(whole, heights), channels, (y, x))
         before = small.radiance[: len(self._plan.bands), y, x].astype(np.float64)
@@ -457,7 +459,10 @@ def _point_of(place: Place, pixel: tuple[int, int], samples: int) -> tuple[int, 
 
 def _below(thickness_m: Sequence[Thickness], heights: Array) -> list[Thickness]:
     """Return the clouds of the layers that have none above the altitude of these heights."""
-    return [np.zeros_like(each) if np.any(above) else each for above, each in zip(heights, thickness_m, strict=True)]
+    return [
+        np.zeros_like(thickness) if np.any(above) else thickness
+        for above, thickness in zip(heights, thickness_m, strict=True)
+    ]
 
 
 def _tell(truth: Mapping[str, NDArray[Any]], own: Mapping[str, Any], y: Any, x: Any) -> None:

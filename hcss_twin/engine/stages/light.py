@@ -86,7 +86,7 @@ class LightStage(Stage):
         rows, columns = inner
         values = self._looked_up(look_up, amount[..., rows, columns], bands)
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
-        return outer, [own if samples == 1 else pixel_sums(own, samples) / samples**2 for own in values]
+        return outer, [value if samples == 1 else pixel_sums(value, samples) / samples**2 for value in values]
 
     def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
         """Return amount (y, x), share and change of radiance (B, y, x) of the points of a square."""

@@ -146,6 +146,6 @@ def higher_than(point: PlacedPoint, ascending: Sequence[PlacedPoint]) -> list[Re
 
 def merged(pieces: Sequence[Share | Piece], weights: Array) -> Array:
     """Return the weighted mean of row and column (2,)."""
-    places = np.array([(each.row, each.column) for each in pieces])
+    places = np.array([(piece.row, piece.column) for piece in pieces])
     mean: Array = weights @ places / np.sum(weights)
     return mean

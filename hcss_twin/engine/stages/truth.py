@@ -87,9 +87,9 @@ class Truth(Stage):
         if not self._layers or not self._shapes:
             return
         thickness_m, inside = window.thickness_m, window.inside
-        cloudy_points = np.any([each > 0 for each in thickness_m], axis=0)
+        cloudy_points = np.any([thickness > 0 for thickness in thickness_m], axis=0)
         count = pixel_sums(cloudy_points, self._samples) if self._samples > 1 else cloudy_points
-        means = [self._mean(each) for each in thickness_m]
+        means = [self._mean(thickness) for thickness in thickness_m]
         total = means[0] if len(means) == 1 else np.sum(means, axis=0, dtype=np.float32)
         for name in self._shapes:
             values = part.truth[name][..., inside[0], inside[1]]

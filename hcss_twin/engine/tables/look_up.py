@@ -88,7 +88,7 @@ class LookUp:
             If a thickness is outside its layer's table.
         """
         table, (row, column) = self.table, corner
-        layers = [np.ascontiguousarray(each) for each in thickness_m]
+        layers = [np.ascontiguousarray(thickness) for thickness in thickness_m]
         if not layers:
             radiance[:] = table.clear[:, None, None]
             return

@@ -65,10 +65,10 @@ def mixed_tables(tables: Sequence[DenseTable], orders: tuple[int, int], lost: fl
     ends = np.cumsum([channels, *(nodes.size * channels for nodes in nodes_m)])
     clear, *parts = np.split(own, ends[:-1], axis=1)
     mixed = tuple(
-        np.ascontiguousarray(each.reshape(count, nodes.size, channels).swapaxes(0, 1)).reshape(
+        np.ascontiguousarray(part.reshape(count, nodes.size, channels).swapaxes(0, 1)).reshape(
             nodes.size, count * channels
         )
-        for each, nodes in zip(parts, nodes_m, strict=True)
+        for part, nodes in zip(parts, nodes_m, strict=True)
     )
     at = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
     return MixedTables(
@@ -85,14 +85,14 @@ def on_common_nodes(tables: Sequence[DenseTable]) -> tuple[tuple[Array, ...], li
     """
     nodes = tuple(_union([table.nodes_m[layer] for table in tables]) for layer in range(len(tables[0].nodes_m)))
     return nodes, [
-        np.stack([_at(own, table.nodes_m[layer], table.alone[layer]) for table in tables])
-        for layer, own in enumerate(nodes)
+        np.stack([_at(node, table.nodes_m[layer], table.alone[layer]) for table in tables])
+        for layer, node in enumerate(nodes)
     ]
 
 
 def _union(nodes: Sequence[Array]) -> Array:
     first = nodes[0]
-    if all(each.size == first.size and np.array_equal(each, first) for each in nodes):
+    if all(node.size == first.size and np.array_equal(node, first) for node in nodes):
         return first
     return np.unique(np.concatenate(nodes))
 

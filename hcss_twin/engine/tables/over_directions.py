@@ -147,7 +147,7 @@ def views_together(plan: Plan, time_s: float, look_ups: Sequence[LookUp]) -> Loo
         return look_ups[0]
     if plan.is_grid:
         return ViewedLookUp(plan.views, plan.grid, look_ups)
-    views = frame_views(plan.views, plan.rays, time_s, [each.table for each in look_ups])
+    views = frame_views(plan.views, plan.rays, time_s, [look_up.table for look_up in look_ups])
     return DirectedLookUp(views, views.look_ups(look_ups), plan.extent)
 
 
@@ -156,7 +156,7 @@ class DirectedLookUp(ViewedLookUp):
 
     def __init__(self, views: FrameViews, look_ups: Sequence[LookUp], extent: Window) -> None:
         self._views, self._look_ups = views, look_ups
-        self._mixed = mixed_tables([each.table for each in look_ups], views.orders, LOST)
+        self._mixed = mixed_tables([look_up.table for look_up in look_ups], views.orders, LOST)
         self._rows, self._columns = extent
 
     def of_part(self, extent: Window) -> DirectedLookUp:

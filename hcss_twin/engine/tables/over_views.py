@@ -129,7 +129,7 @@ class ViewedLookUp:
         x = slice(corner[1], corner[1] + columns)
         for first in range(0, rows, step):
             strip = slice(first, min(first + step, rows))
-            points = [each[points_of(strip, samples)] for each in thickness_m]
+            points = [thickness[points_of(strip, samples)] for thickness in thickness_m]
             y = slice(corner[0] + strip.start, corner[0] + strip.stop)
             self._fill_strip(radiance[:, y, x], points, samples, y, x)
 

@@ -101,7 +101,7 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     plans = [plan]
     if plan.texture is not None and (plan.texture.water_vapour or not plan.texture.sea_is_proportional(plan.assembly)):
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-        plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, each)) for each in states]
+        plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, state)) for state in states]
     spectra = partial(_spectra, (*views, *tested))
     fitted = [partial(spectra, views=views, thickness_m=_first_columns(plan), suns=suns, skies=skies)]
     known = np.concatenate([fitted[0](each) for each in plans])

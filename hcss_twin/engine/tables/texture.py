@@ -78,8 +78,8 @@ def compile_texture(
         # What the sea emits does not depend on the sun.
         each = [first if scene is exact[middle] else scene.plus(first, exact[middle]) for scene in exact]
         tables.append(tuple(own[1.0, 0.0].table(axes, *one) for one in zip(each, suns, strict=True)))
-    for place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
-        drier, scenes = own[0.0, place], zip(suns, exact, strict=True)
+    for vapour_place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
+        drier, scenes = own[0.0, vapour_place], zip(suns, exact, strict=True)
         each = [drier.exact(axes, pair, sun, [scene], tolerance) for sun, scene in scenes]
         tables.append(tuple(drier.table(axes, *one) for one in zip(each, suns, strict=True)))
     mixed = np.stack([_ratio(each, clear.warm) for each in clear.mixed])

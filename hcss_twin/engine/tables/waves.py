@@ -53,10 +53,10 @@ def compile_waves(
     orders, error = _place(columns[middle], 0.25 * tolerance)
     nodes = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
     sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
-    changes, levels = zip(*(_change(each(*nodes), each.level(), sizes) for each in columns), strict=True)
+    changes, levels = zip(*(_change(column(*nodes), column.level(), sizes) for column in columns), strict=True)
     return WaveTables(
         (MOST_SIGMAS * waves.rms[0], MOST_SIGMAS * waves.rms[1]),
-        tuple(np.ascontiguousarray(quantities.of(each).reshape(*sizes, -1), np.float32) for each in changes),
+        tuple(np.ascontiguousarray(quantities.of(change).reshape(*sizes, -1), np.float32) for change in changes),
         levels,
         error + rest,
     )

@@ -73,14 +73,16 @@ class SoundingGrid:
             if axes == [None, None]:
                 return None
             variables = profile_variables(dataset, name)
-            values = [_by_place(each, name, [axis and axis[0] for axis in axes]) for each in variables]
+            values = [_by_place(variable, name, [axis and axis[0] for axis in axes]) for variable in variables]
         degrees = []
         for place, axis in enumerate(axes):
             given = np.zeros(1) if axis is None else axis[1]
             order = np.argsort(given)
             degrees.append(given[order])
-            values = [each if each.shape[place] == 1 else np.take(each, order, axis=place) for each in values]
-        return cls(name, degrees[0], degrees[1], tuple(replace(each, data=None) for each in variables), tuple(values))
+            values = [value if value.shape[place] == 1 else np.take(value, order, axis=place) for value in values]
+        return cls(
+            name, degrees[0], degrees[1], tuple(replace(variable, data=None) for variable in variables), tuple(values)
+        )
 
     def node(self, row: int, column: int) -> Sounding:
         """Return the sounding of the file at one of its places.
@@ -95,7 +97,7 @@ class SoundingGrid:
             for degrees, index, unit in ((self.latitude_deg, row, "N"), (self.longitude_deg, column, "E"))
             if degrees.size > 1
         ]
-        own = [each[min(row, each.shape[0] - 1), min(column, each.shape[1] - 1)] for each in self.values]
+        own = [value[min(row, value.shape[0] - 1), min(column, value.shape[1] - 1)] for value in self.values]
         return sounding_of(f"{self.name} at {' '.join(place)}", self.variables, own)
 
     def eastward(self, longitude_deg: float) -> float:
@@ -215,7 +217,11 @@ def _axis(dataset: Any, name: str, place: str) -> tuple[str, Array] | None:
 def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) -> Array:
     """Return the values of a variable (latitude, longitude, level); missing axes have one element."""
     values, dimensions = values_of(variable.data), list(variable.data.dimensions)
-    levels = [each for each, size in zip(dimensions, values.shape, strict=True) if each not in places and size > 1]
+    levels = [
+        dimension
+        for dimension, size in zip(dimensions, values.shape, strict=True)
+        if dimension not in places and size > 1
+    ]
     if len(levels) != 1:
         raise CatalogError(
             f"{name}: '{variable.label}' has the dimensions {', '.join(dimensions)}; allowed: levels, latitude and "

@@ -70,7 +70,9 @@ def read_sounding(path: Path, name: str) -> Sounding:
     if path.suffix.lower() in NETCDF_SUFFIXES:
         with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
             variables = profile_variables(dataset, name)
-            return sounding_of(name, variables, [_one_column(each.data, each.label, name) for each in variables])
+            return sounding_of(
+                name, variables, [_one_column(variable.data, variable.label, name) for variable in variables]
+            )
     return _finished(name, *_read_csv(path, name))
 
 
@@ -186,7 +188,7 @@ def sounding_of(name: str, variables: Sequence[ProfileVariable], arrays: Sequenc
     CatalogError
         As :func:`read_sounding`.
     """
-    sizes = {each.label: array.size for each, array in zip(variables, arrays, strict=True)}
+    sizes = {variable.label: array.size for variable, array in zip(variables, arrays, strict=True)}
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{label} {size}" for label, size in sizes.items())
         raise CatalogError(f"{name}: the variables have different numbers of levels: {listed}")
@@ -195,11 +197,11 @@ def sounding_of(name: str, variables: Sequence[ProfileVariable], arrays: Sequenc
         raise CatalogError(f"{name}: {levels} levels; at least 2 are needed and {MAX_LEVELS} are allowed")
     where = tuple(f"level {number}" for number in range(1, levels + 1))
     columns = {}
-    for each, array in zip(variables, arrays, strict=True):
+    for variable, array in zip(variables, arrays, strict=True):
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
-            raise CatalogError(f"{name}, {where[bad[0]]}: {each.label} is missing; {_REMEDY}")
-        columns[each.quantity.name] = _in_si(array, each.quantity, each.unit, each.label, where, name)
+            raise CatalogError(f"{name}, {where[bad[0]]}: {variable.label} is missing; {_REMEDY}")
+        columns[variable.quantity.name] = _in_si(array, variable.quantity, variable.unit, variable.label, where, name)
     return _finished(name, where, columns)
 
 
@@ -242,7 +244,7 @@ def _in_si(
 
 def _set_aside(columns: dict[str, Array], name: str) -> list[str]:
     """Delete all but one humidity and one height column; return a note on the others."""
-    present = [each for each in HUMIDITIES if each in columns]
+    present = [humidity for humidity in HUMIDITIES if humidity in columns]
     if not present:
         listed = ", ".join(HUMIDITIES)
         raise CatalogError(f"{name}: humidity is missing; give one of {listed} (h2o = 0 for dry air)")

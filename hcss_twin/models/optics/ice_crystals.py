@@ -96,7 +96,7 @@ def load_crystals(catalog: Catalog, name: str, roughness: str) -> CrystalRatios:
             row = names.index(roughness)
             limits = np.asarray(dataset["band_limits"][:], dtype=np.float64)
             diameter = np.asarray(dataset["effective_diameter"][:], dtype=np.float64)
-            ratios = np.stack([np.asarray(dataset[each][row], dtype=np.float64) for each in _RATIOS])
+            ratios = np.stack([np.asarray(dataset[ratio][row], dtype=np.float64) for ratio in _RATIOS])
         except (IndexError, OSError, RuntimeError) as error:
             raise CatalogError(f"{path}: damaged: {error}") from error
     _check(path, limits, diameter, ratios)

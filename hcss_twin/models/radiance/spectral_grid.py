@@ -121,7 +121,7 @@ class SpectralGrid:
     @property
     def ends_cm1(self) -> Array:
         """First and last wavenumber of each band: models that interpolate in a band need both."""
-        result: Array = self.wavenumber_cm1[np.unique([place for own in self.nodes for place in (own[0], own[-1])])]
+        result: Array = self.wavenumber_cm1[np.unique([place for node in self.nodes for place in (node[0], node[-1])])]
         return result
 
 
@@ -240,9 +240,9 @@ def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> Spectr
         A subset of the grid.
     """
     weights = np.zeros_like(grid.weights_cm1)
-    for band, own in enumerate(grid.nodes):
-        summands = spectra[:, :, own] * grid.weights_cm1[band, own]
-        weights[band, own] = grid.weights_cm1[band, own] * _factors(summands, tolerance)
+    for band, node in enumerate(grid.nodes):
+        summands = spectra[:, :, node] * grid.weights_cm1[band, node]
+        weights[band, node] = grid.weights_cm1[band, node] * _factors(summands, tolerance)
     used = np.flatnonzero(weights.any(axis=0))
     return SpectralNodes(grid.wavenumber_cm1[used], np.ascontiguousarray(weights[:, used]))
 

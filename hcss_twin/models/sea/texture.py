@@ -98,8 +98,8 @@ class TextureField:
         self._speeds = platform_speed_m_s - velocity_m_s[0], -velocity_m_s[1]
         self.octaves = octaves_of(shape, grid)
         own = fold(_SEED_KEY, seed, shape.number)
-        large = tuple(each for each in self.octaves if each.x.step * COARSE**2 <= 1.0)
-        self._fine = FractalField(own, tuple(each for each in self.octaves if each not in large))
+        large = tuple(octave for octave in self.octaves if octave.x.step * COARSE**2 <= 1.0)
+        self._fine = FractalField(own, tuple(octave for octave in self.octaves if octave not in large))
         self._coarse = FractalField(own, tuple(_at_every(COARSE, each) for each in large)) if large else None
 
     def at(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:

@@ -61,8 +61,8 @@ def _padded(kernels: list[Array]) -> NDArray[np.float32]:
     """Return kernels as weights (T, K) from the lowest neighbour on, with zeros up to a multiple of TAPS_AT_ONCE."""
     size = 2 * _reach(kernels) + 1
     weights = np.zeros((len(kernels), size + -size % TAPS_AT_ONCE), np.float32)
-    for own, kernel in zip(weights, kernels, strict=True):
-        own[:size] = kernel[::-1]
+    for weight, kernel in zip(weights, kernels, strict=True):
+        weight[:size] = kernel[::-1]
     return weights
 
 
@@ -100,8 +100,8 @@ class Blur:
     def of_points(self, points: Points, rows: int, columns: int) -> NDArray[np.float32]:
         """Return what points add to a blurred frame (B, rows, columns), smeared by their own motion against it."""
         added = np.zeros((len(self._point_images), rows, columns))
-        for band, (image, own) in enumerate(zip(added, self._point_images, strict=True)):
-            own.draw(image, points, band, self._exposure_s)
+        for band, (image, point_image) in enumerate(zip(added, self._point_images, strict=True)):
+            point_image.draw(image, points, band, self._exposure_s)
         return added.astype(np.float32)
 
     @property

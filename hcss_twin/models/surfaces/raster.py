@@ -68,11 +68,11 @@ class Raster:
         if self._classes is None and self._temperature is None:
             raise CatalogError(f"'{self._name}': neither classes nor temperature_layer; allowed: one or both")
         self._numbers = np.array(sorted(parameters.classes), dtype=np.float64)
-        given = {parameters.classes[int(each)]: None for each in self._numbers} or {"sea": None}
+        given = {parameters.classes[int(number)]: None for number in self._numbers} or {"sea": None}
         for name in parameters.temperatures:
             if name not in given:
                 raise CatalogError(f"temperatures: '{name}' is no class of '{self._name}'; {choose_from(name, given)}")
-        self._names = [parameters.classes[int(each)] for each in self._numbers] or ["sea"]
+        self._names = [parameters.classes[int(number)] for number in self._numbers] or ["sea"]
         self._order = {name: place for place, name in enumerate(given)}
         field = None if self._temperature is None else self._field()
         self.classes = tuple(SurfaceClass(name, parameters.temperatures.get(name, field)) for name in given)
@@ -99,7 +99,7 @@ class Raster:
         if self._temperature is None:
             return SurfaceMap(number)
         kelvin = _bilinear(self._temperature, row, column)
-        fields = [place for place, each in enumerate(self.classes) if isinstance(each.temperature_K, tuple)]
+        fields = [place for place, class_ in enumerate(self.classes) if isinstance(class_.temperature_K, tuple)]
         missing = np.isnan(kelvin) & np.isin(number, fields)
         if np.any(missing):
             raise ProviderError(
@@ -115,7 +115,7 @@ class Raster:
             shown = ", ".join(f"{each:g}" for each in np.unique(values[unknown])[:5])
             raise ProviderError(
                 f"raster '{self._name}' has the class {shown}, which parameters.classes does not name; allowed: "
-                f"{', '.join(f'{each:g}' for each in self._numbers)}"
+                f"{', '.join(f'{number:g}' for number in self._numbers)}"
             )
         order = np.array([self._order[name] for name in self._names], dtype=np.uint8)
         numbers: NDArray[np.uint8] = order[place]

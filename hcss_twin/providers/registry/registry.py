@@ -187,9 +187,9 @@ class Registry:
         if not suspects:
             suspects = list(self._broken)
             verb = "It might come from"
-        ignored = [str(each) for each in self._remarks if each.topic != "slow import"]
+        ignored = [str(remark) for remark in self._remarks if remark.topic != "slow import"]
         if suspects:
-            listed = "; ".join(str(each) for each in suspects)
+            listed = "; ".join(str(suspect) for suspect in suspects)
             text += f". {verb} an installed plugin that is broken: {listed}"
         if ignored:
             text += f". It might come from a hook that is not used: {'; '.join(ignored)}"

@@ -104,7 +104,7 @@ class ProviderSpec:
             raise ValueError(f"api_version {self.api_version!r} of '{self.name}': must be a whole number")
         check_summary(self.name, self.summary)
         references = self.references
-        if not isinstance(references, tuple) or not all(isinstance(each, str) for each in references):
+        if not isinstance(references, tuple) or not all(isinstance(reference, str) for reference in references):
             raise ValueError(f"references {references!r} of '{self.name}': must be a tuple of strings")
 
 

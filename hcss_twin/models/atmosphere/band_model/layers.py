@@ -333,7 +333,7 @@ class LayeredAir:
         for leg in legs:
             spans.setdefault((leg.lower_m, leg.upper_m), []).append(leg)
         zenith = {
-            each: row for row, each in enumerate(sorted({leg.zenith_deg for own in spans.values() for leg in own}))
+            each: row for row, each in enumerate(sorted({leg.zenith_deg for span in spans.values() for leg in span}))
         }
         members = iter(spans.values())
         for amounts in self._amounts_of_spans(np.array(list(spans)), np.array(list(zenith))):

@@ -226,13 +226,13 @@ class FractalField:
         cells, weights = self._cells[_T].at(np.array([time_s]))
         weights = (self._amplitudes * weights[:, 0]).astype(np.float32)
         result = []
-        for octave, cell, own, amplitude in zip(
+        for octave, cell, weight, amplitude in zip(
             self._octaves, cells[:, 0].tolist(), weights, self._amplitudes, strict=True
         ):
             if octave.t.step == 0.0 or octave.t.nearest:
                 result.append(([0 if octave.t.step == 0.0 else cell], amplitude.astype(np.float32)))
             else:
-                result.append(([cell - 1, cell, cell + 1, cell + 2], own))
+                result.append(([cell - 1, cell, cell + 1, cell + 2], weight))
         return result
 
     def _axes(self, window: PixelWindow, axis: int) -> list[_Axis]:

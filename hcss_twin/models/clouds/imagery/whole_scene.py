@@ -217,7 +217,7 @@ def _refuse_missing(
         problem = Problem(
             "clouds.parameters.missing",
             f"{count} of the {missing.size} pixels of the scene at {time_s:g} s are missing in the image"
-            f"{''.join(f' ({each})' for each in notes)}; allowed: another row_origin and column_origin, or "
+            f"{''.join(f' ({note})' for note in notes)}; allowed: another row_origin and column_origin, or "
             'missing = "clear"',
         )
         raise ScenarioError([problem], origin="imagery clouds")

@@ -267,7 +267,7 @@ class Air:
             return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
         distinct = tuple(sorted(set(zenith_deg)))
         # Columns with fewer layers get layers of zero thickness at the far end.
-        padded = np.minimum(np.arange(count), np.array([[max(len(own) - 2, 0)] for own in edges]))
+        padded = np.minimum(np.arange(count), np.array([[max(len(edge) - 2, 0)] for edge in edges]))
         place = np.array([distinct.index(zenith) for zenith in zenith_deg])
 
         def pieces_of(number: int, to_space: bool) -> CompositePaths:
@@ -291,7 +291,7 @@ class Air:
         np.maximum(weights, 0.0, out=weights)
         order = -1 if downward else 1
         sources = np.concatenate(
-            [self._sources(own)[::order][layers] for own, layers in zip(edges, padded, strict=True)], axis=1
+            [self._sources(edge)[::order][layers] for edge, layers in zip(edges, padded, strict=True)], axis=1
         )
         emission: Array = np.einsum("pns,ns->ps", weights, sources)
         whole = paths.take(np.arange(count - 1, len(paths), count))

@@ -192,7 +192,7 @@ class PathTransmittance:
             legs = [Leg(low, high, zenith) for layer in new for zenith in zenith_deg for low, high in layer]
             amounts = self._amounts([Path((leg,)) for leg in legs])
             amounts = amounts.reshape(len(new), len(zenith_deg), parts, -1)
-            known |= {(zenith_deg, layer): own for layer, own in zip(new, amounts, strict=True)}
+            known |= {(zenith_deg, layer): amount for layer, amount in zip(new, amounts, strict=True)}
         by_layer = np.stack([known[zenith_deg, layer] for layer in layers], axis=1)
         crossed = np.cumsum(by_layer[:, :, -1], axis=1)
         by_layer[:, 1:] += crossed[:, :-1, None]

@@ -115,7 +115,7 @@ class Rehearsal:
 
 def first_wavenumber(properties: _T, columns: int) -> _T:
     """Return a dataclass whose arrays (..., S) are cut to the first wavenumber of each of C columns, (..., C)."""
-    values = {each.name: getattr(properties, each.name) for each in fields(properties)}  # type: ignore[arg-type]
+    values = {field.name: getattr(properties, field.name) for field in fields(properties)}  # type: ignore[arg-type]
     arrays = {name: _first(value, columns) for name, value in values.items() if isinstance(value, np.ndarray)}
     return replace(properties, **arrays)  # type: ignore[type-var]
 

@@ -71,7 +71,7 @@ class OperatorTable:
     @cached_property
     def floors(self) -> tuple[Array, ...]:
         """Minimum of each operator, at most 0: polynomials undershoot where a cloud becomes opaque."""
-        return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
+        return tuple(np.minimum(np.min(operator, axis=0), 0.0) for operator in self.operators)
 
     @property
     def least_m(self) -> float:
@@ -87,12 +87,12 @@ class OperatorTable:
         """Return the operators of one thickness (...), by Lagrange's polynomial in ln(thickness)."""
         octaves = math.log2(thickness_m / float(self.thickness_m[0]))
         windows, result = {}, []
-        for each, floor in zip(self.operators, self.floors, strict=True):
-            count = each.shape[0]
+        for operator, floor in zip(self.operators, self.floors, strict=True):
+            count = operator.shape[0]
             if count not in windows:
                 windows[count] = _window(octaves if count < self.thickness_m.size else octaves * self.per_octave, count)
             rows, weights = windows[count]
-            result.append(np.maximum(np.tensordot(weights.astype(each.dtype), each[rows], axes=1), floor))
+            result.append(np.maximum(np.tensordot(weights.astype(operator.dtype), operator[rows], axes=1), floor))
         return tuple(result)
 
 

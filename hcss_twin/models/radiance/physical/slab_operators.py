@@ -74,7 +74,7 @@ class SlabOperators:
 
     @cached_property
     def _one_view(self) -> bool:
-        return all(each.mu[VIEW] == self.where.mu[VIEW] for each in self.directions)
+        return all(direction.mu[VIEW] == self.where.mu[VIEW] for direction in self.directions)
 
     @cached_property
     def views(self) -> list[float]:
@@ -99,7 +99,7 @@ class SlabOperators:
         is_lit = self.where.sun is not None and not self.closed_form
         covered = self._covered(depth, albedo, moments, self.numerics.turned_modes if is_lit else 0)
         operators = zip(self._new_operators(depth, albedo, moments), covered, strict=True)
-        return [tuple(chain.from_iterable(each)) for each in operators]
+        return [tuple(chain.from_iterable(operator)) for operator in operators]
 
     def _new_operators(self, depth: Array, albedo: Array, moments: Array) -> Iterator[tuple[Array, ...]]:
         """Yield the operators of layers with optical thickness (T, V) for each solver."""
@@ -158,9 +158,9 @@ class SlabOperators:
             solved = self._layers(depth, albedo, moments, extras)
         else:
             solved = self._lit(depth, albedo, moments, extras, bright, kernels, turned)
-        for each, own, kernel in zip(self.directions, self.faint, kernels, strict=True):
+        for direction, own, kernel in zip(self.directions, self.faint, kernels, strict=True):
             if np.any(own):
-                toward = each.mu[VIEW : VIEW + 1], each.mu_sun, np.array([each.relative_azimuth])
+                toward = direction.mu[VIEW : VIEW + 1], direction.mu_sun, np.array([direction.relative_azimuth])
                 layer = depth[:, own], albedo[own], moments[:, own]
                 kernel[:, :, own] = np.stack(solve_sun_two_stream(*layer, *toward, streams=where.count))[..., 0]
         return solved, kernels, turned
@@ -202,7 +202,7 @@ class SlabOperators:
         and smooth.
         """
         views, suns = self.views, self.suns
-        azimuths = [each.relative_azimuth for each in self.directions]
+        azimuths = [direction.relative_azimuth for direction in self.directions]
         one_view = len(suns) > 1 or not self.views_at_once
         source = views[0] if one_view else suns[0]
         own = list(zip(suns if one_view else views, azimuths, strict=True))

@@ -211,7 +211,7 @@ class SlabSolver:
         tolerance = 0.0 if self._closed_form else self._numerics.between_wavenumbers
 
         def properties(wavenumber_cm1: Array) -> Array:
-            faint = np.stack([each._is_faint(wavenumber_cm1) for each in solvers])
+            faint = np.stack([solver._is_faint(wavenumber_cm1) for solver in solvers])
             weight = np.where(np.all(faint, axis=0), UNLIT_WEIGHT, 1.0)
             return np.concatenate((weight * self._optics.curves(layer.microphysics, wavenumber_cm1), faint))
 
@@ -245,5 +245,5 @@ class SlabSolver:
                     arrays[SUN_REFLECTION][:, 0] -= each._reflected_once(*once, thickness_m)
             return result
 
-        wanted = [every.index(each) for each in solvers]
+        wanted = [every.index(solver) for solver in solvers]
         return steps, self._memory.get_or_compute_some(digest.digest(), wanted, compute)

@@ -305,11 +305,13 @@ def _transmitted(layers: Sequence[_Layer], mu: float, fine: Streams, few: Stream
     """Return direct (C, U) and diffuse transmission (M, F, C, U) of a beam, given (m, N, C, U) along N streams."""
     many, kept = 2 * fine.mu.size, 2 * few.mu.size
     at = fine.mu[:, None, None]
-    whole, scaled = (np.sum([each.scaled(count) for each in layers], axis=0) for count in (many, kept))
+    whole, scaled = (np.sum([layer.scaled(count) for layer in layers], axis=0) for count in (many, kept))
     # As in hcss_twin.physics.multiple_scattering.forward_peak, with the peak beyond F streams in the direct light: mean
     # slant paths, times what makes single scattering exact where they differ, sinh(half) / half.
     rate, half = 0.5 * (1.0 / at + 1.0 / mu), 0.5 * scaled * np.abs(1.0 / at - 1.0 / mu)
-    slow = np.sum([each.thickness * (1.0 - each.albedo * each.moments[:many]) for each in layers], axis=0)  # (L, C, U)
+    slow = np.sum(
+        [layer.thickness * (1.0 - layer.albedo * layer.moments[:many]) for layer in layers], axis=0
+    )  # (L, C, U)
     slow[:kept] = scaled
     exact = np.where(half > 0.0, -np.expm1(-2.0 * half) / np.where(half > 0.0, 2.0 * half, 1.0), 1.0) / rate
     left = np.exp(np.minimum(half - rate * slow[:, None], 0.0))

@@ -97,9 +97,9 @@ class Guard:
 
     def _checked_model_errors(self) -> tuple[api.ModelError, ...]:
         errors = tuple(self._call("model_errors"))
-        for each in errors:
-            if not isinstance(each, api.ModelError):
-                raise self._refuse("model_errors()", "a sequence of ModelError", f"a {type(each).__name__} in it")
+        for error in errors:
+            if not isinstance(error, api.ModelError):
+                raise self._refuse("model_errors()", "a sequence of ModelError", f"a {type(error).__name__} in it")
         return errors
 
     def __getattr__(self, name: str) -> Any:

@@ -162,7 +162,7 @@ class GuardedSurfaces(Guard):
             raise self._refuse(what, "SurfaceMap", type(value).__name__)
         classes = self.classes
         number = self._array(f"{what}.number", value.number, shape, (0, len(classes) - 1), np.uint8, "iu")
-        fields = {n: each for n, each in enumerate(classes) if isinstance(each.temperature_K, tuple)}
+        fields = {n: class_ for n, class_ in enumerate(classes) if isinstance(class_.temperature_K, tuple)}
         if not fields:
             return api.SurfaceMap(number)
         kelvin = np.asarray(value.temperature_K)

@@ -146,13 +146,15 @@ def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
     registry = Registry.discover()
     broken = [str(each) for each in registry.broken if each.distribution == distribution]
     assert not broken, f"the plugin is broken: {broken}"
-    remarks = [each for each in registry.remarks if each.origin.distribution == distribution]
-    unknown = [str(each) for each in remarks if each.topic == "unknown hook"]
+    remarks = [remark for remark in registry.remarks if remark.origin.distribution == distribution]
+    unknown = [str(remark) for remark in remarks if remark.topic == "unknown hook"]
     assert not unknown, f"the plugin has unknown hooks: {unknown}"
     entry = registry.resolve(kind, f"{distribution}/{name}")
     _assert_has_methods(registry.provider_class(entry), entry)
     model = registry.parameters_model(entry)
-    needs_parameters = model is not None and any(each.is_required() for each in model.model_fields.values())
+    needs_parameters = model is not None and any(
+        model_field.is_required() for model_field in model.model_fields.values()
+    )
     if entry.kind is Kind.ATMOSPHERE and not needs_parameters:
         registry.bound_profile(entry, None, Catalog())  # where it has one, it must be a profile
     if model is not None:

@@ -227,10 +227,10 @@ class ElementContract(ProviderContract):
                 assert not _around(provider, inputs, time)
                 continue
             parts, area_m2 = _around(provider, inputs, time), grid.pixel_size_m**2 * cosine
-            totals = [(1.0 if each.radiance is None else area_m2) * _total(each) for each in parts]
+            totals = [(1.0 if part.radiance is None else area_m2) * _total(part) for part in parts]
             np.testing.assert_allclose(np.sum(totals, axis=0), known.intensity, rtol=1e-3, err_msg="W/sr")
-            weight = np.array([np.sum(each.share) for each in parts])
-            places = np.array([[*_centre(each), each.altitude_m] for each in parts])
+            weight = np.array([np.sum(part.share) for part in parts])
+            places = np.array([[*_centre(part), part.altitude_m] for part in parts])
             row, column, altitude_m = weight @ places / weight.sum()
             place = known.y_m / grid.pixel_size_m + grid.rows / 2, known.x_m / grid.pixel_size_m + grid.columns / 2
             np.testing.assert_allclose((row, column), place, atol=0.51, err_msg="row and column")
@@ -254,7 +254,7 @@ def in_pixels(
         place = scene.project(*(np.array([value]) for value in (each.x_m, each.y_m, each.altitude_m)))
         pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(place, (rows, columns), strict=True)]
         (y, up), (x, along) = (
-            _by_pixel(each[0], (each[3] - each[2]) / side if side else np.ones(each[0].size)) for each in pieces
+            _by_pixel(piece[0], (piece[3] - piece[2]) / side if side else np.ones(piece[0].size)) for piece in pieces
         )
         if not y.size or not x.size:
             continue

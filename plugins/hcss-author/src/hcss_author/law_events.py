@@ -80,7 +80,9 @@ def timed(function: Callable[..., Any], name: str, events: Events, number: int) 
     def call(*arguments: Any, **keywords: Any) -> Any:
         if name in events.blocked:
             raise NotRun(f"{name}() did not return in earlier laws")
-        given = [_shape(each) for each in arguments] + [f"{key}={_shape(each)}" for key, each in keywords.items()]
+        given = [_shape(argument) for argument in arguments] + [
+            f"{key}={_shape(each)}" for key, each in keywords.items()
+        ]
         events.write(call=number, text=f"{name}({', '.join(given)})")
         start = time.perf_counter()
         try:

@@ -200,7 +200,7 @@ def quarter_means(frame: Any) -> Array:
     """Return the mean of each quarter of each band, (B, y, x) to (B, 4)."""
     rows, columns = frame.shape[1] // 2, frame.shape[2] // 2
     parts = [frame[:, y, x] for y in (slice(rows), slice(rows, None)) for x in (slice(columns), slice(columns, None))]
-    result: Array = np.stack([np.mean(each, axis=(1, 2)) for each in parts], axis=1)
+    result: Array = np.stack([np.mean(part, axis=(1, 2)) for part in parts], axis=1)
     return result
 
 

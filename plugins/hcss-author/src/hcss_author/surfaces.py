@@ -109,9 +109,9 @@ class SurfaceContract(ProviderContract):
         self, provider: SurfaceProvider, inputs: SurfaceInputs
     ) -> None:
         """Finite where the class has a field of temperature, within its limits, and of a size that means kelvin."""
-        for each in provider.classes:
-            ends = each.temperature_K if isinstance(each.temperature_K, tuple) else (each.temperature_K,)
-            assert all(end is None or PLAUSIBLE_K[0] <= end <= PLAUSIBLE_K[1] for end in ends), each.name
+        for class_ in provider.classes:
+            ends = class_.temperature_K if isinstance(class_.temperature_K, tuple) else (class_.temperature_K,)
+            assert all(end is None or PLAUSIBLE_K[0] <= end <= PLAUSIBLE_K[1] for end in ends), class_.name
         for time in self.times_s:
             ground = _whole(provider, inputs, time)
             for number, each in enumerate(provider.classes):
@@ -167,7 +167,7 @@ class SurfaceContract(ProviderContract):
         if self.is_still:
             pytest.skip("the surface is still")
         first, *others = (_values(provider, inputs, _whole(provider, inputs, time)) for time in self.times_s)
-        assert any(np.any(each != first) for each in others), "time has no influence, but is_still is False"
+        assert any(np.any(other != first) for other in others), "time has no influence, but is_still is False"
 
     def test_places_are_those_that_are_known(self, inputs: SurfaceInputs) -> None:
         """Class and temperature at each place of ``known``."""
@@ -209,8 +209,8 @@ class SurfaceContract(ProviderContract):
 
     def test_boundaries_obey_the_laws_of_a_sea_model(self, provider: SurfaceProvider) -> None:
         """Those of any surface, and an emissivity that is not a reflectance."""
-        for each in provider.classes:
-            boundary = each.boundary
+        for class_ in provider.classes:
+            boundary = class_.boundary
             if boundary is None:  # the scenario's sea, or a Lambertian surface of the engine
                 continue
             wavenumber = sample_wavenumbers(boundary.declares, 4)
@@ -222,7 +222,7 @@ class SurfaceContract(ProviderContract):
                     upward = boundary.emissivity(frozen([_WINDOW_CM1]), frozen([1.0]))[0, 0]
                     assert upward >= self.least_emissivity, f"emissivity at {_WINDOW_CM1:g} cm-1 is {upward:g}"
             except Exception as error:
-                error.add_note(f"the boundary of class '{each.name}'")
+                error.add_note(f"the boundary of class '{class_.name}'")
                 raise
 
 
@@ -233,7 +233,7 @@ def _whole(provider: SurfaceProvider, inputs: SurfaceInputs, time_s: float) -> S
 def _values(provider: SurfaceProvider, inputs: SurfaceInputs, ground: SurfaceMap) -> Array:
     """Return class and temperature (2, y, x), 0 where the class has no field of it."""
     number = ground.number.astype(np.float64)
-    fields = [n for n, each in enumerate(provider.classes) if isinstance(each.temperature_K, tuple)]
+    fields = [n for n, class_ in enumerate(provider.classes) if isinstance(class_.temperature_K, tuple)]
     kelvin = np.zeros(number.shape)
     if fields and ground.temperature_K is not None:
         kelvin = np.where(np.isin(ground.number, fields), ground.temperature_K, 0.0)

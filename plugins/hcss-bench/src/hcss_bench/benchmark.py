@@ -186,7 +186,7 @@ class BenchResult:
         """Plain values for JSON."""
         return {
             **vars(self),
-            "accuracies": [vars(each) for each in self.accuracies],
+            "accuracies": [vars(accuracy) for accuracy in self.accuracies],
             "brute_force": [vars(each) for each in self.brute_force],
         }
 
@@ -300,7 +300,7 @@ def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: 
 def asked_for(scenario: Scenario, accuracies: Sequence[float | str] | None) -> tuple[float | str, ...]:
     """Return the accuracies to measure: those given, or the default ones and the scenario's own."""
     if accuracies is not None:
-        return tuple(parse_accuracy(each) for each in accuracies)
+        return tuple(parse_accuracy(accuracy) for accuracy in accuracies)
     if scenario.accuracy in ACCURACIES:
         return ACCURACIES
     if isinstance(scenario.accuracy, str):

@@ -60,10 +60,10 @@ def _lines(result: BenchResult) -> Iterator[str]:
 
 def _rows(results: Sequence[AccuracyResult]) -> Iterator[list[str]]:
     def row(name: str, cell: Callable[[AccuracyResult], str]) -> list[str]:
-        return [name, *(cell(each) for each in results)]
+        return [name, *(cell(result) for result in results)]
 
     yield row("requested accuracy", lambda each: _requested(each) + (_OWN if each.own else ""))
-    if any(_is_kelvin(each) for each in results):
+    if any(_is_kelvin(result) for result in results):
         yield row("relative to the radiance", lambda each: f"{each.accuracy:.1e}")
         yield row("error of the tables, K", lambda each: _error(each, each.achieved_K) if _is_kelvin(each) else "-")
     yield row("error of the tables, any band", lambda each: _error(each, each.achieved))
@@ -73,14 +73,14 @@ def _rows(results: Sequence[AccuracyResult]) -> Iterator[list[str]]:
         yield row(f"  {band}", lambda each, band=band: f"{each.by_band[band]:.1e}")  # type: ignore[misc]
     yield ["seconds"]
     for stage in (*STAGES, CERTIFICATE, *RUNS, RAW):
-        yield [f"  {stage}", *(_short(each.seconds[stage]) for each in results)]
+        yield [f"  {stage}", *(_short(result.seconds[stage]) for result in results)]
     for title, field in (
         ("times as long as writing the same bytes raw", "over_raw"),
         ("times faster than brute force", "over_brute_force"),
     ):
         yield [title]
         for run in RUNS:
-            yield [f"  {run}", *(_short(getattr(each, field)[run]) for each in results)]
+            yield [f"  {run}", *(_short(getattr(result, field)[run]) for result in results)]
 
 
 def _is_kelvin(result: AccuracyResult) -> bool:
@@ -144,7 +144,7 @@ def draw_bench(found: Mapping[str, BenchResult], path: Path) -> None:
     """
     curves = []
     for family, (model, result) in enumerate(found.items()):
-        results = [each for each in result.accuracies if each.error is not None]
+        results = [accuracy for accuracy in result.accuracies if accuracy.error is not None]
         error, notes = [each.error or 0.0 for each in results], [_requested(each) for each in results]
         for run, style in ((KEPT_RUN, "--"), (NEW_RUN, "-")):
             cost = [each.over_raw[run] for each in results]

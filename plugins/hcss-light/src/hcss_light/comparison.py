@@ -224,4 +224,4 @@ def slices_and_reach(inputs: LightInputs) -> tuple[list[Slices], Any]:
     from hcss_light.stacked_light import StackedSource  # not for one layer
 
     stacked = StackedSource(inputs)
-    return [levels_of(each) for each in stacked.stack.layers], stacked.reach
+    return [levels_of(layer) for layer in stacked.stack.layers], stacked.reach

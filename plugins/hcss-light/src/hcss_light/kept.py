@@ -49,13 +49,13 @@ class KeptSource:
         means = np.empty((len(sources), density.shape[0]), dtype=np.float32)
         number = np.count_nonzero(cloudy, axis=(1, 2))
         slices = np.arange(density.shape[0])
-        for own, mean, source in zip(values, means, sources, strict=True):
+        for value, mean, source in zip(values, means, sources, strict=True):
             # Slices without cloud have the mean of the nearest one with it.
             mean[:] = 1.0
             if np.any(number):
                 sums = np.asarray(np.sum(source, axis=(1, 2), where=cloudy, dtype=np.float64))
                 mean[:] = np.interp(slices, slices[number > 0], (sums / np.maximum(number, 1))[number > 0])
-            _pack(source, np.maximum(mean, np.finfo(np.float32).tiny), low, start, own)
+            _pack(source, np.maximum(mean, np.finfo(np.float32).tiny), low, start, value)
         return cls(low, start, values, means)
 
     def at(self, density: Field, moved: Sequence[float]) -> Iterator[Field]:

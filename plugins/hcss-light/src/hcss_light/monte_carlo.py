@@ -102,7 +102,7 @@ def radiance(
     mean, error = np.empty(len(places)), np.empty(len(places))
     tables = [scattering] if isinstance(scattering, ScatteringTable) else list(scattering)
     assert voxels.kind is not None
-    if len(tables) <= np.max(voxels.kind) or len({each.cosine.size for each in tables}) > 1:
+    if len(tables) <= np.max(voxels.kind) or len({table.cosine.size for table in tables}) > 1:
         raise LightError(f"scattering: {len(tables)} tables; allowed: one for each kind, all of the same size")
     air = (
         voxels.extinction,
@@ -115,8 +115,8 @@ def radiance(
         voxels.albedo,
     )
     borders = voxels.surface_albedo, voxels.surface_source, voxels.sky_source
-    of_kinds = zip(*((own.cosine, own.phase, own.cumulative) for own in tables), strict=True)
-    angles = voxels.kind, *(np.stack(each) for each in of_kinds)
+    of_kinds = zip(*((table.cosine, table.phase, table.cumulative) for table in tables), strict=True)
+    angles = voxels.kind, *(np.stack(kind) for kind in of_kinds)
     light = toward, view_zenith_deg is None, to_sun, float(irradiance)
     waves = (0.0, 2.0, 0.0) if sea is None else (0.5 * sea.mean_square_slope, sea.index, sea.strength)
     # In one order of memory: another one is another compilation.

@@ -150,11 +150,11 @@ def levels_of(slices: Slices) -> Slices:
 def _edges(layers: Sequence[Slices]) -> Array:
     """Return the altitudes between the levels, from the sea on."""
     edges, top = [np.zeros(1)], 0.0
-    for each in layers:
-        if each.base_m > top:
-            edges.append(np.linspace(top, each.base_m, LEVELS_BELOW + 1)[1:])
-        edges.append(each.edges_m[1:])
-        top = each.top_m
+    for layer in layers:
+        if layer.base_m > top:
+            edges.append(np.linspace(top, layer.base_m, LEVELS_BELOW + 1)[1:])
+        edges.append(layer.edges_m[1:])
+        top = layer.top_m
     return np.concatenate(edges)
 
 
@@ -214,8 +214,8 @@ def _airs(inputs: LightInputs, edges: Array, sun: Sun | None, band: int) -> Iter
         yield Air(
             float(inputs.weights_cm1[band, node]),
             tuple(
-                Particles(float(own.extinction_m1[place]), float(own.albedo[place]), own.moments[:, place])
-                for own in clouds
+                Particles(float(cloud.extinction_m1[place]), float(cloud.albedo[place]), cloud.moments[:, place])
+                for cloud in clouds
             ),
             absorption[:, place],
             emitted[:, place],
@@ -267,7 +267,7 @@ def _of_wavenumber(
     away = (float(edges_m[-1]) - inputs.stack[-1].reference_m) * slope
     return radiance(
         voxels,
-        [scattering_table(own) for own in air.particles],
+        [scattering_table(particle) for particle in air.particles],
         view_zenith_deg=view.zenith_deg,
         view_azimuth_deg=view.azimuth_deg,
         sun=Sunlight(sun.zenith_deg, sun.azimuth_deg, air.sunlight) if lit and sun is not None else None,

@@ -80,7 +80,7 @@ class ReliefClouds(FractalClouds):
         assert own.k is not None
         octaves = separate_octaves(own, inputs.grid, inputs.motion, False)
         scale = 16_000.0 / math.sqrt(own.L[0] * own.L[1])
-        body = [each for each in octaves if scale / own.gamma**each.k >= thickest / SMOOTHEST] or [octaves[0]]
+        body = [octave for octave in octaves if scale / own.gamma**octave.k >= thickest / SMOOTHEST] or [octaves[0]]
         variance = math.fsum(each.variance for each in body)
         body = [replace(each, variance=each.variance / variance) for each in body]
         self._body = FractalField(inputs.seed, tuple(body))

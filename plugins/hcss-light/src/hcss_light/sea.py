@@ -74,7 +74,7 @@ class Sea:
     def reach(self) -> tuple[tuple[int, int], ...]:
         """Rows, and columns, of points before and after others whose clouds matter to them."""
         moves = [self._mirrored, *([] if self._to_sun is None else [self._to_sun])]
-        least, most = (limit([limit(each, axis=0) for each in moves], axis=0) for limit in (np.min, np.max))
+        least, most = (limit([limit(move, axis=0) for move in moves], axis=0) for limit in (np.min, np.max))
         # Interpolation, and rays to parts of a point.
         return tuple(
             (math.ceil(max(-float(low), 0.0)) + 2 * STEP, math.ceil(max(float(high), 0.0)) + 2 * STEP)

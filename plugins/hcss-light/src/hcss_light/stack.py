@@ -74,15 +74,15 @@ class Stack:
     @cached_property
     def parts(self) -> tuple[slice, ...]:
         """Where the slices of each layer stand among all."""
-        starts = np.searchsorted(self.edges_m, [each.base_m for each in self.layers])
+        starts = np.searchsorted(self.edges_m, [layer.base_m for layer in self.layers])
         return tuple(
-            slice(int(start), int(start) + each.count) for start, each in zip(starts, self.layers, strict=True)
+            slice(int(start), int(start) + layer.count) for start, layer in zip(starts, self.layers, strict=True)
         )
 
     @cached_property
     def kind(self) -> NDArray[np.int64]:
         """Number (Z,) of the layer of each slice; clear ones count to the layer below."""
-        return np.searchsorted([each.start for each in self.parts], np.arange(self.count), side="right") - 1
+        return np.searchsorted([part.start for part in self.parts], np.arange(self.count), side="right") - 1
 
     def shifts(self, toward: Direction) -> Array:
         """Return rows and columns (Z, 2) from a point of the sea to the columns that a ray from it meets."""
@@ -100,13 +100,13 @@ class Stack:
     def optical(self, densities: Sequence[Field], extinctions_m1: Sequence[float]) -> Field:
         """Return the optical thickness (Z, y, x) of all slices from the densities (Z, y, x) of each layer."""
         result = np.zeros((self.count, *densities[0].shape[1:]), dtype=np.float32)
-        for part, own, density, extinction in zip(self.parts, self.layers, densities, extinctions_m1, strict=True):
-            np.multiply(density, np.float32(extinction * own.height_m), out=result[part])
+        for part, layer, density, extinction in zip(self.parts, self.layers, densities, extinctions_m1, strict=True):
+            np.multiply(density, np.float32(extinction * layer.height_m), out=result[part])
         return result
 
     def apart(self) -> Stack:
         """Return the same slices with columns so far apart that none sees another."""
-        return replace(self, layers=tuple(replace(each, point_m=NOWHERE_M) for each in self.layers))
+        return replace(self, layers=tuple(replace(layer, point_m=NOWHERE_M) for layer in self.layers))
 
 
 def stack_of(inputs: LightInputs, steepest_deg: float, optical: Sequence[float]) -> Stack:
@@ -133,7 +133,7 @@ def _slope(along: Array) -> Array:
 
 def reach_of(moves: Sequence[Array], more: int) -> tuple[tuple[int, int], ...]:
     """Return rows, and columns, before and after others to which displacements (..., 2) lead, and some more."""
-    together = np.concatenate([np.zeros((1, 2)), *(each.reshape(-1, 2) for each in moves)])
+    together = np.concatenate([np.zeros((1, 2)), *(move.reshape(-1, 2) for move in moves)])
     least, most = np.min(together, axis=0), np.max(together, axis=0)
     return tuple(
         (math.ceil(-float(low)) + more, math.ceil(float(high)) + more) for low, high in zip(least, most, strict=True)

@@ -58,7 +58,7 @@ class StackedSource(ScatteredLight):
     @property
     def edges_m(self) -> tuple[Array, ...]:
         """Altitudes at which the shares of heights of each layer are asked."""
-        return tuple(each.edges_m for each in self.stack.layers)
+        return tuple(layer.edges_m for layer in self.stack.layers)
 
     @cached_property
     def _differences(self) -> list[Array]:
@@ -101,7 +101,7 @@ class StackedLight:
         self._uniform = self._of_uniform(groups, self._sun)
         self._dark = self._uniform
         if self._sun is not None:
-            night = [[_at_night(each) for each in own] for own in groups]
+            night = [[_at_night(each) for each in group] for group in groups]
             self._dark = self._of_uniform(night, None)
 
     def _of_uniform(self, groups: Sequence[Sequence[StackedGroup]], sun: Direction | None) -> Array:
@@ -111,13 +111,13 @@ class StackedLight:
         flat = thickness.reshape(*thickness.shape[:2], -1)
         densities, sea = self._densities(flat, [None] * len(flat)), StackedSea(apart, sun, 1)
         given: Any = apart, sea, sun, densities, densities, flat, sea.paths(densities, True), WHOLE, 1
-        result: Array = np.array([sum(_seen(each, *given) for each in own) for own in groups])
+        result: Array = np.array([sum(_seen(each, *given) for each in group) for group in groups])
         return result.reshape(len(groups), *thickness.shape[1:])
 
     def _densities(self, thickness_m: Array | Field, shares: Sequence[Field | None]) -> list[Field]:
         return [
-            slices.density(np.ascontiguousarray(own, dtype=np.float32), self._shape, share)
-            for slices, own, share in zip(self._stack.layers, thickness_m, shares, strict=True)
+            slices.density(np.ascontiguousarray(thickness, dtype=np.float32), self._shape, share)
+            for slices, thickness, share in zip(self._stack.layers, thickness_m, shares, strict=True)
         ]
 
     def uniform(self, amount_m: Array | Field) -> Array:
@@ -160,9 +160,9 @@ class StackedLight:
             path = np.empty(density.shape[1:], dtype=np.float32)
             paths(density, slices.height_m, moved[part], path)
             np.minimum(path, most, out=own)
-        glints = any(each.around.glint > FAINT_GLINT * each.around.below for own in self._groups for each in own)
+        glints = any(each.around.glint > FAINT_GLINT * each.around.below for group in self._groups for each in group)
         given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
-        total = np.array([sum(_seen(each, *given) for each in own) for own in self._groups])
+        total = np.array([sum(_seen(each, *given) for each in group) for group in self._groups])
         uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
         return amount, *share_and_change(total, uniform, dark, self._air)
 

@@ -26,7 +26,7 @@ class StackedReference(PhotonLight, StackedSource):
     @property
     def edges_m(self) -> tuple[Array, ...]:
         """Altitudes at which the shares of heights of each layer are asked."""
-        return tuple(levels_of(each).edges_m for each in self.stack.layers)
+        return tuple(levels_of(layer).edges_m for layer in self.stack.layers)
 
     def at(self, sun: Sun | None) -> StackedPhotons:  # type: ignore[override]
         """Return the light at one instant."""
@@ -41,7 +41,7 @@ class StackedPhotons:
     """Light at one instant."""
 
     def __init__(self, transport: StackedSource, inputs: LightInputs, sun: Sun | None, photons: int) -> None:
-        self._layers = [levels_of(each) for each in transport.stack.layers]
+        self._layers = [levels_of(layer) for layer in transport.stack.layers]
         self._inputs, self._sun, self._photons = inputs, sun, photons
 
     def radiance(

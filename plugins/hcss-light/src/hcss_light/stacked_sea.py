@@ -38,9 +38,9 @@ class StackedSea:
             Sea(slices, stack.view, sun, reference)
             for slices, reference in zip(stack.layers, stack.references_m, strict=True)
         ]
-        self._moves = [each.to_sun for each in of_layers]
+        self._moves = [layer.to_sun for layer in of_layers]
         self.reach: tuple[tuple[int, int], ...] = tuple(
-            map(tuple, np.max([each.reach for each in of_layers], axis=0).tolist())
+            map(tuple, np.max([layer.reach for layer in of_layers], axis=0).tolist())
         )
 
     def paths(self, densities: Sequence[Field], shaded: bool) -> StackedPaths:

@@ -41,12 +41,12 @@ class StackedGroup:
     @property
     def scaled_m1(self) -> list[float]:
         """Extinction of each layer without the forward peak of scattering."""
-        return [each.scaled[0] for each in self.particles]
+        return [particle.scaled[0] for particle in self.particles]
 
     @property
     def absorbing_m1(self) -> list[float]:
         """Extinction of each layer by absorption alone."""
-        return [each.absorbing_m1 for each in self.particles]
+        return [particle.absorbing_m1 for particle in self.particles]
 
 
 def stacked_groups(inputs: LightInputs, stack: Stack, sun: Sun | None) -> list[list[StackedGroup]]:
@@ -73,7 +73,7 @@ def stacked_groups(inputs: LightInputs, stack: Stack, sun: Sun | None) -> list[l
     for band in range(len(divided)):
         groups = []
         for number in range(len(divided[band])):
-            own_of = [(part, each[band][number].around) for part, each in zip(stack.parts, layers, strict=True)]
+            own_of = [(part, layer[band][number].around) for part, layer in zip(stack.parts, layers, strict=True)]
             every = [*own_of, *((part, each[band][number].around) for part, each in between)]
             joined = {}
             for name in ("emitted", "sunlight", "gas_m1", "mirrored"):
@@ -82,7 +82,7 @@ def stacked_groups(inputs: LightInputs, stack: Stack, sun: Sun | None) -> list[l
                     joined[name][part] = getattr(around, name)
             lowest, highest = own_of[0][1], own_of[-1][1]
             around = Surroundings(sky=highest.sky, below=lowest.below, glint=lowest.glint, **joined)
-            groups.append(StackedGroup(tuple(each[band][number].particles for each in layers), around))
+            groups.append(StackedGroup(tuple(layer[band][number].particles for layer in layers), around))
         result.append(groups)
     return result
 
@@ -107,7 +107,7 @@ def stacked_source(
         Points along the sides of the blocks on which light is computed first.
     """
     around, view = group.around, stack.view
-    flight, scaled = directions(), [each.scaled for each in group.particles]
+    flight, scaled = directions(), [particle.scaled for particle in group.particles]
     depth = stack.optical(densities, group.scaled_m1)
     lit = sun is not None and bool(np.any(around.sunlight > 0.0))
     light = np.zeros((0, *depth.shape[1:]), dtype=np.float32)
@@ -116,17 +116,19 @@ def stacked_source(
         light = light * around.sunlight.astype(np.float32)[:, None, None]
     of_sun, toward = np.zeros((2, len(scaled), DIRECTIONS))
     once = np.zeros(len(scaled))
-    for number, (own, (extinction, albedo, asymmetry)) in enumerate(zip(group.particles, scaled, strict=True)):
+    for number, (particle, (extinction, albedo, asymmetry)) in enumerate(zip(group.particles, scaled, strict=True)):
         toward[number] = henyey_greenstein_at(flight @ view.vector, asymmetry)
         toward[number] *= albedo / np.sum(toward[number])
         if lit and sun is not None:
             each = henyey_greenstein_at(flight @ -sun.vector, asymmetry)
             of_sun[number] = each * albedo / (4.0 * math.pi) * DIRECTIONS / np.sum(each)
             angle = float(np.clip(-sun.vector @ view.vector, -1.0, 1.0))
-            once[number] = own.albedo * own.phase(angle) / (4.0 * math.pi) * own.extinction_m1 / extinction
+            once[number] = (
+                particle.albedo * particle.phase(angle) / (4.0 * math.pi) * particle.extinction_m1 / extinction
+            )
     emission = around.emitted * (1.0 - np.array([albedo for _, albedo, _ in scaled])[stack.kind])
     slant = 1.0 / np.abs(flight[:, 2]) - np.sign(flight[:, 2]) / view.vector[2]
-    coupled = np.stack([each.exchanged[0] for each in group.particles])
+    coupled = np.stack([particle.exchanged[0] for particle in group.particles])
     turn = group.particles[0].exchanged[1]
     result, start = np.zeros((0, 1, 1), dtype=np.float32), np.zeros((DIRECTIONS, 0), dtype=np.float32)
     number_of, before = np.zeros((1, 1, 1), dtype=np.int32), (1, 1)
@@ -185,7 +187,7 @@ def stacked_radiance(stack: Stack, depth: Field, source: Field, below: float) ->
 
 def _sizes(stack: Stack, scaled: Sequence[tuple[float, float, float]], wide: int) -> list[tuple[int, int, int]]:
     """Return slices and points along the sides of the blocks on which light is computed in turn, and the orders."""
-    thickest = max(own[0] * each.height_m for own, each in zip(scaled, stack.layers, strict=True))
+    thickest = max(own[0] * layer.height_m for own, layer in zip(scaled, stack.layers, strict=True))
     albedo = max(own[1] for own in scaled)
     blocks = 2 if 2.0 * thickest <= BLOCK_OPTICAL_THICKNESS else 1, wide, orders_of(albedo)
     return [blocks] if albedo < LOW_ALBEDO else [blocks, (1, 1, FINE_ORDERS)]

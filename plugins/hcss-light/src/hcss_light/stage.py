@@ -105,7 +105,7 @@ class DriftingStage(LightStage):
         self._most_kept = 2 * (-(-plan.grid.rows // pixels) + 1) * (-(-plan.grid.columns // pixels) + 1)
         columns = self._most_kept * math.prod((pixels + sum(each)) * samples for each in seen)
         # The layer without cloud of a scene of two may have another wind.
-        winds = {(each.wind_speed, each.wind_from) for each in plan.scenario.clouds.layers}
+        winds = {(layer.wind_speed, layer.wind_from) for layer in plan.scenario.clouds.layers}
         self._keeps = keeps and columns <= MOST_KEPT and len(winds) == 1
         self._seen = seen if self._keeps else self._reach
         require_one_shape(plan, self._number)
@@ -147,7 +147,7 @@ class DriftingStage(LightStage):
         spans = [
             ((each.start - far) // side, -(-(each.stop - far) // side)) for each, far in zip(window, by, strict=True)
         ]
-        for row, column in product(*(range(*each) for each in spans)):
+        for row, column in product(*(range(*span) for span in spans)):
             place_of, key = (row * side, column * side), (number, row, column)
             # Squares end with the image.
             own = [

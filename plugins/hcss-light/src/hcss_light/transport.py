@@ -129,31 +129,35 @@ class InstantLight:
         view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
         to_sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
         self._sea = Sea(slices, view, to_sun, inputs.reference_m)
-        self._glints = any(each.around.glint > FAINT_GLINT * each.around.below for own in groups for each in own)
+        self._glints = any(each.around.glint > FAINT_GLINT * each.around.below for group in groups for each in group)
         self._slices, self._shape = slices, inputs.shape
         self._least_m, self._most_m = layer.thickness_min_m, layer.thickness_max_m
         nodes = np.linspace(0.0, self._most_m, NODES_PER_SLICE * slices.count + 1)
         # Between no cloud and the thinnest the engine's tables are linear, and so is this one.
         self._nodes_m = np.concatenate(([0.0, self._least_m], nodes[nodes > self._least_m]))
-        columns = [slices.density(np.full((1, 1), each, dtype=np.float32)) for each in self._nodes_m]
-        lights = [[GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in own] for own in groups]
+        columns = [slices.density(np.full((1, 1), node_m, dtype=np.float32)) for node_m in self._nodes_m]
+        lights = [
+            [GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in group] for group in groups
+        ]
         self._lights = lights
         self._uniform = self._of_uniform(lights, columns)
         self._dark = self._uniform
         if to_sun is not None:
-            self._dark = self._of_uniform([[each.at_night() for each in own] for own in lights], columns)
+            self._dark = self._of_uniform([[each.at_night() for each in light] for light in lights], columns)
 
     def _of_uniform(self, lights: list[list[GroupLight]], columns: Sequence[Field]) -> Array:
         """Return the radiance (B, N) of uniform clouds."""
-        paths = [self._sea.paths(each, self._glints) for each in columns]
-        result: Array = np.array([sum(each.of_uniform(columns, self._sea, paths) for each in own) for own in lights])
+        paths = [self._sea.paths(column, self._glints) for column in columns]
+        result: Array = np.array(
+            [sum(each.of_uniform(columns, self._sea, paths) for each in light) for light in lights]
+        )
         return result
 
     def over_sea(self, thickness_m: Field, shares: Field | None = None) -> list[Array]:
         """Return what clouds (y, x) change in the radiance of the sea (y, x) below the lines of sight, by group."""
         density = self._slices.density(thickness_m, self._shape, shares)
         paths = self._sea.paths(density, self._glints)
-        return [each.over_sea(self._sea, paths, thickness_m.shape) for own in self._lights for each in own]
+        return [each.over_sea(self._sea, paths, thickness_m.shape) for light in self._lights for each in light]
 
     def uniform(self, amount_m: Array | Field) -> Array:
         """Return the radiance (B, y, x) of uniform cloud by this tier, and of the air."""
@@ -163,7 +167,7 @@ class InstantLight:
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
         density = self._slices.density(thickness_m, self._shape, shares)
-        sources = [each.source(density)[:, *inner] for own in self._lights for each in own]
+        sources = [each.source(density)[:, *inner] for light in self._lights for each in light]
         return KeptSource.of(density[:, *inner], sources)
 
     def correct(
@@ -190,8 +194,8 @@ class InstantLight:
         sources = iter(() if kept is None else kept.at(density, moved))
         total = np.zeros((len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
-        for band, own in zip(total, self._lights, strict=True):
-            for each in own:
+        for band, light in zip(total, self._lights, strict=True):
+            for each in light:
                 amount, radiance = each.radiance(density, next(sources, None))
                 band += radiance + each.unveiled(amount) * next(seas)
         np.minimum(amount, self._most_m, out=amount)

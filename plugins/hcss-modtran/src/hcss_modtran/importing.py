@@ -182,7 +182,7 @@ def import_files(
     lines += [f"{path.source}: {note}" for path in paths for note in path.notes]
     name = profile or _profile_of(paths)
     of_runs = load_profile(name, Catalog())
-    changes = dict.fromkeys(each for path in paths for each in path.changes)
+    changes = dict.fromkeys(change for path in paths for change in path.changes)
     if changes:
         of_runs = replace(of_runs, mixing_ratio={})
         lines.append(f"the runs change amounts of gases ({', '.join(changes)}): the table states none of them")

@@ -78,7 +78,7 @@ def reproduce(
     write_page(output, reproduction_page(results, seed))
     click.echo(with_size(output))
     if json_file is not None:
-        write_json(json_file, json.dumps({each.item.name: each.as_dict() for each in results}, indent=1))
+        write_json(json_file, json.dumps({result.item.name: result.as_dict() for result in results}, indent=1))
         click.echo(str(json_file))
     if any(outcome.result is None for outcome in results):
         sys.exit(EXIT_FAILED)

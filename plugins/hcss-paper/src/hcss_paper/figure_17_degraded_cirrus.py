@@ -67,8 +67,8 @@ def figure_17(seed: int) -> Reproduction:
         Row("clean, standard deviation", RADIANCE, None, float(sharp.std()), float(corrected[0].std())),
         Row("degraded, mean", RADIANCE, None, float(seen.mean()), float(corrected[1].mean())),
         Row("degraded, standard deviation", RADIANCE, None, float(seen.std()), float(corrected[1].std())),
-        Row("blur found in the image", "pixels", None, *(each.blur_sigma_pixels for each in estimates)),
-        Row("noise found in the image", RADIANCE, None, *(each.noise for each in estimates)),
+        Row("blur found in the image", "pixels", None, *(estimate.blur_sigma_pixels for estimate in estimates)),
+        Row("noise found in the image", RADIANCE, None, *(estimate.noise for estimate in estimates)),
     ]
     return judged(
         rows,

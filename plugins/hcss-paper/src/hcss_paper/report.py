@@ -128,7 +128,7 @@ def _section(outcome: Outcome) -> Section:
 def _checks(checks: Sequence[Check]) -> list[Block]:
     if not checks:
         return []
-    rows = [[badge("holds", "good") if each.holds else badge("fails", "bad"), each.statement] for each in checks]
+    rows = [[badge("holds", "good") if check.holds else badge("fails", "bad"), check.statement] for check in checks]
     return [Table(["check", "statement"], rows, text_columns=2)]
 
 
@@ -170,7 +170,7 @@ def _decimals(row: Row, rows: Sequence[Row]) -> int:
 def _size(row: Row) -> float:
     """Return the order of magnitude; 0 if the row has no numbers."""
     numbers = (row.published, row.computed, row.physical)
-    value = next((abs(each) for each in numbers if each and math.isfinite(each)), 1.0)
+    value = next((abs(number) for number in numbers if number and math.isfinite(number)), 1.0)
     return math.log10(value)
 
 

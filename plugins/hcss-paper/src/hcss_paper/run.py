@@ -88,7 +88,7 @@ class Outcome:
                 {"label": row.label, "unit": row.unit, **{name: json_number(getattr(row, name)) for name in columns}}
                 for row in self.result.rows
             ],
-            "checks": [{"statement": each.statement, "holds": bool(each.holds)} for each in self.result.checks],
+            "checks": [{"statement": check.statement, "holds": bool(check.holds)} for check in self.result.checks],
             "fitted_inputs": [asdict(each) for each in self.result.fitted_inputs],
             "notes": list(self.result.notes),
         }
@@ -98,7 +98,7 @@ def totals(outcomes: Sequence[Outcome]) -> list[str]:
     """Return one line for each verdict: items, numbers compared, and the different inputs and choices they need."""
     lines = []
     for verdict in dict.fromkeys((*get_args(Verdict), "failed")):
-        of_it = [each for each in outcomes if each.verdict == verdict]
+        of_it = [outcome for outcome in outcomes if outcome.verdict == verdict]
         if of_it:
             numbers, free, choices = (
                 sum(each.compared for each in of_it),

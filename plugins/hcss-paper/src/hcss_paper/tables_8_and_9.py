@@ -133,8 +133,8 @@ def table_8(seed: int) -> Reproduction:
     rows.append(Row("RMSE", "%", table["rmse_pct"], rmse))
     limits, of_rmse = eq_24_limits(table["real"], table["sim"], _HALF_8)
     checks += [
-        _within(f"error of {name}", float(stated), *each)
-        for name, stated, each in zip(MEASURES, table["err_pct"], limits, strict=True)
+        _within(f"error of {name}", float(stated), *limit)
+        for name, stated, limit in zip(MEASURES, table["err_pct"], limits, strict=True)
     ]
     checks.append(_within("RMSE", table["rmse_pct"], *of_rmse))
     return judged(

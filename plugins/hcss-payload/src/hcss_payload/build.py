@@ -235,10 +235,10 @@ def _radians(degrees: tuple[float, float, float]) -> tuple[float, float, float]:
 
 def _table(catalog: Catalog, field: str, name: str, columns: tuple[str, ...]) -> Any:
     table = catalog.columns(catalog.file(name))
-    missing = [each for each in columns if each not in table]
+    missing = [column for column in columns if column not in table]
     if missing:
         raise PayloadError(f"{field}: {name} lacks the columns {', '.join(missing)}; allowed: {', '.join(columns)}")
-    return np.stack([table[each] for each in columns], axis=1)
+    return np.stack([table[column] for column in columns], axis=1)
 
 
 def _of_package(group: str, section: str, name: str) -> Callable[..., Any]:

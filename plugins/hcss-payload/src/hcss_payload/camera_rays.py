@@ -148,7 +148,7 @@ class CameraRays(Rays):
             self.directions, self._centre, self._last = disk, disk.centre, None
         else:
             apart_m = max(self.camera.rows, self.camera.columns) / (FIELD - 1) * float(np.max(footprints))
-            positions_m = np.array([payload.trajectory.at(each) for each in times.tolist()])
+            positions_m = np.array([payload.trajectory.at(time) for time in times.tolist()])
             places = seen.place_deg
             if payload.beyond == "limb":  # whose scene is the disk below the camera
                 places = np.concatenate((places, np.stack(geographic(positions_m)[:2], axis=-1)))

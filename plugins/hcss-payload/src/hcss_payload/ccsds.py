@@ -125,7 +125,7 @@ def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | 
         impossible.
     """
     segments = _read(Path(path), _OEM)
-    tables = [_positions(each, start, orientation or EarthOrientation()) for each in segments]
+    tables = [_positions(segment, start, orientation or EarthOrientation()) for segment in segments]
     return _spans("trajectory", segments, tables, start)
 
 
@@ -218,7 +218,7 @@ def read_aem(path: str | Path, start: datetime) -> Spans[AttitudeTable]:
         If the file is not such a message of one object.
     """
     segments = _read(Path(path), _AEM)
-    return _spans("attitude", segments, [_quaternions(each, start) for each in segments], start)
+    return _spans("attitude", segments, [_quaternions(segment, start) for segment in segments], start)
 
 
 def _quaternions(segment: _Segment, start: datetime) -> AttitudeTable:
@@ -290,9 +290,9 @@ def _read(path: Path, version: str) -> list[_Segment]:
         raise PayloadError(f"{path}: no {version}; allowed: a message of this kind in text form (KVN)")
     if header[version] not in _VERSIONS[version]:
         raise PayloadError(f"{path}: {version} {header[version]}; allowed: {', '.join(_VERSIONS[version])}")
-    for each in segments:
-        each.one_of("TIME_SYSTEM", "UTC", "UTC")
-    short = next((each for each in segments if len(each.times) < 2), None)
+    for segment in segments:
+        segment.one_of("TIME_SYSTEM", "UTC", "UTC")
+    short = next((segment for segment in segments if len(segment.times) < 2), None)
     if short is not None or not segments:
         where = path if short is None else short.where
         raise PayloadError(f"{where}: {0 if short is None else len(short.times)} states; allowed: two or more")

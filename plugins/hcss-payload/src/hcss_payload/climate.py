@@ -75,7 +75,10 @@ class ZonalClimate:
         """Return the profile at a latitude."""
         latitude = min(max(latitude_deg, -FARTHEST_DEG), FARTHEST_DEG)
         weights = np.array(
-            [np.prod([(latitude - other) / (own - other) for other in ZONES_DEG if other != own]) for own in ZONES_DEG]
+            [
+                np.prod([(latitude - other) / (zone_deg - other) for other in ZONES_DEG if other != zone_deg])
+                for zone_deg in ZONES_DEG
+            ]
         )
         return replace(_mixed(self._zones, weights), name=f"model atmospheres at latitude {latitude:.4g}")
 

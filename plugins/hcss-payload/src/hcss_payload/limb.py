@@ -77,7 +77,7 @@ class Limb:
         grazing = shells.straight_m(0.0) - _BELOW_M[::-1]
         ends = grazing, assembly.sea_temperature_K
         below = ground_radiance(assembly.transmittance, shells, *spectral, *ends)
-        self._heights_m = np.concatenate((grazing, [shells.straight_m(each) for each in _NODES_M]))
+        self._heights_m = np.concatenate((grazing, [shells.straight_m(node_m) for node_m in _NODES_M]))
         self._radiance = np.concatenate((below, above))
 
     @property

@@ -48,7 +48,7 @@ def textures() -> NDArray[np.int16]:
     for turn in math.pi / DIRECTIONS * np.arange(DIRECTIONS):
         off = 1.0 - ((np.cos(turn) * kx + np.sin(turn) * ky) / k) ** 2
         fields.append(np.fft.irfft2(spectra[1] * octave * np.exp(-0.5 * off / _SPREAD**2)))
-    scaled = np.stack([np.rint(_UNIT / each.std() * each) for each in fields])
+    scaled = np.stack([np.rint(_UNIT / field.std() * field) for field in fields])
     return np.pad(scaled, ((0, 0), (0, 0), (0, _PADDED - SIDE)), mode="wrap").astype(np.int16)
 
 

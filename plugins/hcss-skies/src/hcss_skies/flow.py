@@ -71,7 +71,7 @@ def flow_nodes(
     time_s : float
         Time; NaN: the first one, at which nothing changes.
     """
-    used = [each for each in octaves if each.rms_m >= _LEAST_PIXELS * pixel * example_pixel_m]
+    used = [octave for octave in octaves if octave.rms_m >= _LEAST_PIXELS * pixel * example_pixel_m]
     windows = []
     for each in used:
         distance = each.wavelength_m / 3.0 / example_pixel_m

@@ -264,10 +264,10 @@ class ExampleClouds:
     def _body(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> Array:
         """Return thickness that is interpolated between the pixels of the example, in a part of a frame."""
         edges = self._edges(shape, time_s, row, column)
-        first = [math.floor(each[0]) - MARGIN for each in edges]
-        y, x = (np.arange(low, math.ceil(each[-1]) + MARGIN) + 0.5 for low, each in zip(first, edges, strict=True))
+        first = [math.floor(edge[0]) - MARGIN for edge in edges]
+        y, x = (np.arange(low, math.ceil(edge[-1]) + MARGIN) + 0.5 for low, edge in zip(first, edges, strict=True))
         cells = sharpened(self._blended(time_s, y, x, 0)[..., 0].astype(np.float64))
-        y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
+        y, x = (0.5 * (edge[1:] + edge[:-1]) - 0.5 for edge in edges)
         return between_cells(cells, y, x, first)
 
     def _thickness_of(self, opaque_m: Array) -> Array:
@@ -327,7 +327,7 @@ class ExampleClouds:
             for j in range(0, out.shape[1], _TILE):
                 tile = out[i : i + _TILE, j : j + _TILE]
                 edges = self._edges(tile.shape, time_s, rows.start + i, columns.start + j)
-                y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
+                y, x = (edge[:-1] + 0.5 * self._pixel for edge in edges)
                 tile[...] = self._blended(time_s, y, x)
         self._in_layer(out[..., 0])
         self._last = key, out
@@ -345,7 +345,7 @@ class ExampleClouds:
         """Write a part of a frame that begins at ``row`` and ``column``."""
         edges = self._edges(out.shape, time_s, row, column)
         if not self._halvings:
-            y, x = (each[:-1] + 0.5 * self._pixel for each in edges)
+            y, x = (edge[:-1] + 0.5 * self._pixel for edge in edges)
             out[...] = self._blended(time_s, y, x, which)[..., which]
             return
         low, high = self._regions(edges)[0]
@@ -353,19 +353,19 @@ class ExampleClouds:
         y, x = (np.arange(*ends, dtype=np.float64) + 0.5 for ends in zip(low, high, strict=True))
         cells = self._blended(time_s, y, x, which)[..., which]
         if which and self._hanging is not None:
-            y, x = (0.5 * (each[1:] + each[:-1]) - 0.5 for each in edges)
+            y, x = (0.5 * (edge[1:] + edge[:-1]) - 0.5 for edge in edges)
             out[...] = between_cells(cells.astype(np.float64), y, x, first)
             return
         if which:
             at = [
-                np.floor(0.5 * (each[1:] + each[:-1])).astype(np.int64) - low
-                for each, low in zip(edges, first, strict=True)
+                np.floor(0.5 * (edge[1:] + edge[:-1])).astype(np.int64) - low
+                for edge, low in zip(edges, first, strict=True)
             ]
             out[...] = cells[np.ix_(*at)]
             return
         cells, first = self._detailed(cells, first, edges, time_s)
         scale = 2.0**self._halvings
-        out[...] = average(cells, *(each * scale - low for each, low in zip(edges, first, strict=True)))
+        out[...] = average(cells, *(edge * scale - low for edge, low in zip(edges, first, strict=True)))
 
     def _edges(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> list[Array]:
         """Return the edges of pixels along y and x, in pixels of the example."""
@@ -390,10 +390,11 @@ class ExampleClouds:
             )
             parts = 2 ** len(halvings)
             finer = np.empty(tuple(parts * (each - 2 * MARGIN) for each in part.shape), np.float32)
-            law = np.array([deviation_of(self._detail.exponent, each) for each in halvings])
-            cell_m = [self.example.pixel_size_m / 2.0 ** (each + 1) for each in halvings]
+            law = np.array([deviation_of(self._detail.exponent, halving) for halving in halvings])
+            cell_m = [self.example.pixel_size_m / 2.0 ** (halving + 1) for halving in halvings]
             moments = moments_of(
-                [self._key(each) for each in halvings], [time_s * self._rate / lifetime_s(each) for each in cell_m]
+                [self._key(halving) for halving in halvings],
+                [time_s * self._rate / lifetime_s(each) for each in cell_m],
             )
             refine(
                 finer, part, np.array(low), self._detail.strength, law, most, self._visible_m, self._textures,
@@ -405,8 +406,8 @@ class ExampleClouds:
     def _regions(self, edges: list[Array]) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
         """Return the first and last cell (y, x) that each stage of the detail needs, MARGIN cells around."""
         scale = 2.0 ** ((self._halvings - 1) // STAGE * STAGE)
-        low = tuple(math.floor(each[0] * scale) - MARGIN for each in edges)
-        high = tuple(math.ceil(each[-1] * scale) + MARGIN for each in edges)
+        low = tuple(math.floor(edge[0] * scale) - MARGIN for edge in edges)
+        high = tuple(math.ceil(edge[-1] * scale) + MARGIN for edge in edges)
         regions = [(low, high)]
         for _ in range((self._halvings - 1) // STAGE):
             low = tuple((each >> STAGE) - MARGIN for each in low)

@@ -151,10 +151,10 @@ def _coordinate(dataset: Any, name: str, dimensions: tuple[str, ...], index: lis
     if place is None or place.dimensions[-2:] != dimensions[-2:]:
         return None
     chosen = dict(zip(dimensions[:-2], index, strict=True))
-    if any(each not in chosen for each in place.dimensions[:-2]):
+    if any(dimension not in chosen for dimension in place.dimensions[:-2]):
         return None
     return np.ma.filled(
-        np.ma.asarray(place[tuple(chosen[each] for each in place.dimensions[:-2])]).astype(np.float64), np.nan
+        np.ma.asarray(place[tuple(chosen[dimension] for dimension in place.dimensions[:-2])]).astype(np.float64), np.nan
     )
 
 

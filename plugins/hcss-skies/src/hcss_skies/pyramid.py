@@ -131,7 +131,7 @@ def _usage(shape: tuple[int, ...], spacing: float, span: tuple[float, float]) ->
     ]
     share = _hat(y, x) ** 4 / np.maximum(np.sum(hats, axis=0), 1e-12)
     centres = [np.arange(side) + 0.5 - 0.5 * side for side in shape]
-    box = [np.clip(0.5 * length + 0.5 - np.abs(each), 0.0, 1.0) for each, length in zip(centres, span, strict=True)]
+    box = [np.clip(0.5 * length + 0.5 - np.abs(centre), 0.0, 1.0) for centre, length in zip(centres, span, strict=True)]
     usage = np.maximum(fftconvolve(np.outer(*box), share, mode="same"), 0.0)
     result: Array = np.maximum(usage, 1e-4 * usage.max())
     return result

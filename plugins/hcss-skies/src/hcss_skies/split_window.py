@@ -46,7 +46,7 @@ def height_above_opaque_m(first_K: Array, second_K: Array, clear_K: float, lapse
     lapse_K_m : float
         Lapse rate of the air.
     """
-    one, two = (1e4 / each for each in WAVELENGTHS_UM)
+    one, two = (1e4 / wavelength_um for wavelength_um in WAVELENGTHS_UM)
     clear = first_K > clear_K - 1.0
     second_clear = float(np.median(second_K[clear])) if clear.any() else clear_K
     sea, second_sea = _black(one, clear_K), _black(two, second_clear)

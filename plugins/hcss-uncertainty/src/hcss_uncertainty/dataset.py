@@ -83,7 +83,7 @@ def drawn_dataset(
     meaning = "value of an input in the draws, SI; instants in seconds since 1970"
     add("input_value", ("draw", "input"), inputs, meaning)
     add("scene_seed", ("sample", "draw"), sample.seeds, "seed of the scene, of the draws and with other seeds")
-    keys = {each.key for each in sample.keys}
+    keys = {key.key for key in sample.keys}
     kinds = ["key" if name in keys else "posterior" for name in sample.inputs]
     coords = {
         "mixture": ("mixture", mixtures, {"long_name": "which inputs come from the second sample"}),
@@ -119,7 +119,7 @@ def with_summary(drawn: xr.Dataset) -> xr.Dataset:
 def sample_attributes(sample: JointSample) -> dict[str, Any]:
     """Return file attributes on the source of the draws."""
     attributes: dict[str, Any] = {
-        "uncertain": json.dumps({each.key: dict(each.distribution) for each in sample.keys}, default=str),
+        "uncertain": json.dumps({key.key: dict(key.distribution) for key in sample.keys}, default=str),
         "independence": "inputs are drawn independently of each other; the parameters of a posterior together",
     }
     posterior = sample.posterior

@@ -163,9 +163,9 @@ def _moments(
     """Mean and standard deviation of values (band, pixel) over the pixels of each class, (band, class)."""
     mean, spread = np.full((2, values.shape[0], pixels.size), np.nan)
     known = pixels > 0
-    for band, each in enumerate(values):
-        level = float(each.mean(dtype=np.float64))  # deviations from the mean avoid cancellation
-        off = each.astype(np.float64) - level
+    for band, value in enumerate(values):
+        level = float(value.mean(dtype=np.float64))  # deviations from the mean avoid cancellation
+        off = value.astype(np.float64) - level
         first, second = (np.bincount(kind, power, minlength=number) for power in (off, off * off))
         sums = np.stack([np.append(np.sum(power), power) for power in (first, second)])
         one, two = sums[:, known] / pixels[known]

@@ -203,8 +203,8 @@ def numbers_of(sample: JointSample, scenarios: Sequence[Scenario]) -> Array:
     Numbers are in SI units, dates and times in seconds since 1970.
     """
     columns = [sample.rows[A].T[: len(sample.inputs) - len(sample.keys)]]
-    for each in sample.keys:
-        values = [value_at(json.loads(scenario.to_json()), each.key) for scenario in scenarios]
+    for key in sample.keys:
+        values = [value_at(json.loads(scenario.to_json()), key.key) for scenario in scenarios]
         columns.append(np.array([list(map(_number, values))]))
     return np.concatenate(columns).T
 

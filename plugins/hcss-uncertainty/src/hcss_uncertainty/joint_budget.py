@@ -90,7 +90,7 @@ def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow
         )
         cell = _of_class(kind, band, stated)
         models = _model_errors(cell)
-        known = [each for each in models.values() if math.isfinite(each.kelvin)]
+        known = [model for model in models.values() if math.isfinite(model.kelvin)]
         total = UNKNOWN
         if known and math.isfinite(kelvin):
             total = ErrorSize(

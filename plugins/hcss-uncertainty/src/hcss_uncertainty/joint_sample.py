@@ -215,7 +215,7 @@ class JointSample:
     def inputs(self) -> tuple[str, ...]:
         """Names of the individual inputs: parameters of the posterior, then keys."""
         names = () if self.posterior is None else self.posterior.names
-        return (*names, *(each.key for each in self.keys))
+        return (*names, *(key.key for key in self.keys))
 
     def overrides(self, mixture: Mixture, draw: int) -> dict[str, Any]:
         """Return the scenario keys of one draw with their values."""
@@ -223,8 +223,8 @@ class JointSample:
         if self.posterior is not None:
             row = self.rows[mixture.source(POSTERIOR), draw]
             keys.update(self.posterior.overrides(self.layer, row))
-        for each in self.keys:
-            keys[each.key] = self.values[each.key][mixture.source(each.key) * self.count + draw]
+        for key in self.keys:
+            keys[key.key] = self.values[key.key][mixture.source(key.key) * self.count + draw]
         keys[SEED] = int(self.seeds[mixture.source(SEED), draw])
         return keys
 
@@ -248,12 +248,12 @@ def joint_sample(
         rows = np.stack([posterior.rows(count, source) for source in _sources(seed, "posterior")])
     seeds = np.stack([np.random.default_rng(each).integers(2**63 - 1, size=count) for each in _sources(seed, "scene")])
     # Independent inputs, without the seed.
-    groups = (*((POSTERIOR,) if posterior is not None else ()), *(each.key for each in keys))
+    groups = (*((POSTERIOR,) if posterior is not None else ()), *(key.key for key in keys))
     mixtures = [Mixture(DRAWS, frozenset()), Mixture(OTHER_SEED, frozenset({SEED}))]
     if pick_freeze:
         mixtures.append(Mixture(ALL_OTHERS, frozenset({SEED, *groups})))
         mixtures += [Mixture(f"other {name}", frozenset({name})) for name in groups]
-    values = {each.key: each.values(2 * count, seed) for each in keys}
+    values = {key.key: key.values(2 * count, seed) for key in keys}
     return JointSample(posterior, layer, rows, tuple(keys), values, seeds, tuple(mixtures))
 
 

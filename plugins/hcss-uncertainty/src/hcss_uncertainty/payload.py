@@ -95,6 +95,6 @@ def _reseeded(sensor: BuiltSensor) -> BuiltSensor:
     """Return the same sensor with other seeds in all stages."""
     base = sensor.stages[0].seed
     seed = int(np.random.SeedSequence(base, spawn_key=(_FAMILY,)).generate_state(1, np.uint64)[0] >> np.uint64(1))
-    stages = tuple(each.model_copy(update={"seed": None}) for each in sensor.section.stages)
+    stages = tuple(stage.model_copy(update={"seed": None}) for stage in sensor.section.stages)
     section = sensor.section.model_copy(update={"seed": seed, "stages": stages})
     return replace(sensor, stages=make_sensor(section, sensor.inputs).stages)

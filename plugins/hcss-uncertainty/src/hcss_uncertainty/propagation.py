@@ -154,7 +154,7 @@ def propagate(
         raise PropagationOptionError(message)
     part = "clouds" if drawn is None else layer_of(scenario, layer, uncertain_scenario.origin)
     posterior_keys = () if drawn is None else drawn.keys(part)
-    problems = list(overlap_problems(uncertain_scenario, [each.key for each in keys], posterior_keys))
+    problems = list(overlap_problems(uncertain_scenario, [key.key for key in keys], posterior_keys))
     if problems:
         raise ScenarioError(problems, uncertain_scenario.origin)
     sample = joint_sample(drawn, part, keys, draws, scenario.seed, pick_freeze=shares == "pick-freeze")
@@ -162,9 +162,9 @@ def propagate(
     notes = [] if drawn is None else list(notes_of(drawn, scenario, part, draws))
     if draws < FEW_DRAWS:
         notes.append(f"{draws} draws give inaccurate shares of the variance: use {FEW_DRAWS} or more")
-    if any(each.key.partition(".")[0] == "image" for each in keys) and maps:
+    if any(key.key.partition(".")[0] == "image" for key in keys) and maps:
         raise PropagationOptionError("maps: the image varies between draws; allowed: maps of one grid of pixels")
-    of_draws = list(zip(*(scenarios[each.name] for each in sample.mixtures), strict=True))
+    of_draws = list(zip(*(scenarios[mixture.name] for mixture in sample.mixtures), strict=True))
     groups = sea_groups([scenario for each in of_draws for scenario in each], certified=False)
     with announce_compilation(logging.getLogger(__name__).warning):
         try:
@@ -216,7 +216,7 @@ class _Collected:
 
     def __init__(self, sample: JointSample) -> None:
         self._sample = sample
-        self._statistics: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
+        self._statistics: dict[str, list[DrawStatistics]] = {mixture.name: [] for mixture in sample.mixtures}
         self._names: set[tuple[tuple[str, ...], tuple[str, ...]]] = set()
         self._keys: set[str] = set()
         self.tables = TableCount()

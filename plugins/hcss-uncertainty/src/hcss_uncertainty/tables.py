@@ -60,7 +60,7 @@ class PropagationContents:
 
     def labels(self, dimension: str) -> list[str]:
         """Return the labels of ``band``, ``class``, ``source``, ``input`` or ``metric_name``."""
-        return [str(each) for each in self.dataset[dimension].values]
+        return [str(value) for value in self.dataset[dimension].values]
 
     def orders(self, source: int) -> list[str]:
         """Return which shares of a source are estimated: ``first_order``, ``total``, both or none."""
@@ -178,13 +178,13 @@ def budget(contents: PropagationContents, band: int, stated: Stated | None = Non
         stated = json_attribute(contents.dataset.attrs, MODEL_ERRORS, {})
     name = contents.labels("band")[band]
     found = joint_budget(contents.dataset, name, stated)
-    models = list(dict.fromkeys(each for row in found for each in row.models))
+    models = list(dict.fromkeys(model for row in found for model in row.models))
     rows = [
         [
             row.kind,
             _size(row.parameters, "-"),
             _size(row.seed, "-"),
-            *(_size(row.models.get(each, UNKNOWN)) for each in models or ("models",)),
+            *(_size(row.models.get(model, UNKNOWN)) for model in models or ("models",)),
             ("at least " if row.is_least and math.isfinite(row.total.kelvin) else "") + _size(row.total),
         ]
         for row in found
@@ -208,8 +208,8 @@ def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
         means = (with_error(*contents.pair(f"{name}_quantile", (each, band, place))) for each in places)
         rows.append([kind, "mean of a class", *means])
         pixels = contents.dataset[f"{name}_pixel_quantile"].values[:, band, place]
-        rows.append([kind, "pixel", *(number(float(each), 5) for each in pixels)])
-    header = ["class", "of", *(f"{100 * each:g} %" for each in QUANTILES)]
+        rows.append([kind, "pixel", *(number(float(pixel), 5) for pixel in pixels)])
+    header = ["class", "of", *(f"{100 * quantile:g} %" for quantile in QUANTILES)]
     caption = f"{contents.labels('band')[band]}: quantiles of {contents.label(name)}."
     return Table(header, rows, caption, text_columns=2)
 

@@ -200,7 +200,7 @@ def evaluate_command(
 
     choices = (_choice("real", method, options), _choice("sim", method, options))
     for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
-        if options[name] is not None and needs not in {each.method for each in choices}:
+        if options[name] is not None and needs not in {choice.method for choice in choices}:
             raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
     shown = partial(progress, context.ensure_object(Stop), label="measuring")
     if sim is None:

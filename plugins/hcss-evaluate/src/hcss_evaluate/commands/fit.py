@@ -153,7 +153,7 @@ def fit_command(
         fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
         p_lines = [f"{name}: posterior predictive p = {p:.2g}" for name, p in p_values]
         octave_lines = [f"last octave, draws: {', '.join(f'{last} {part:.0%}' for last, part in octaves.items())}"]
-        doubt_lines = [f"doubt: {each['image']}: {each['reason']}" for each in posterior.doubts]
+        doubt_lines = [f"doubt: {doubt['image']}: {doubt['reason']}" for doubt in posterior.doubts]
         click.echo(
             "\n".join([*notes, *_table(summary), *fixed_lines, *octave_lines, *p_lines, *doubt_lines, str(output)])
         )
@@ -216,7 +216,7 @@ def _last_octaves(found: Posterior) -> dict[int, float]:
 
     drawn = found.attributes["octaves"][1:] if found.last_octave is None else found.last_octave
     values, counts = np.unique(np.asarray(drawn), return_counts=True)
-    return {int(value): float(each) / counts.sum() for value, each in zip(values, counts, strict=True)}
+    return {int(value): float(count) / counts.sum() for value, count in zip(values, counts, strict=True)}
 
 
 def _table(summary: dict[str, dict[str, Any]]) -> list[str]:

@@ -117,9 +117,9 @@ def worded_for_options() -> Iterator[None]:
         yield
     except ScenarioError as error:
         problems = []
-        for each in error.problems:
-            message = each.message
+        for problem in error.problems:
+            message = problem.message
             for words, ours in _WORDS.items():
                 message = message.replace(words, ours)
-            problems.append(Problem(_OPTIONS.get(each.field, each.field), message))
+            problems.append(Problem(_OPTIONS.get(problem.field, problem.field), message))
         raise ScenarioError(problems, error.origin) from error

@@ -139,12 +139,12 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
         "simulations": found.simulations,
         "quantities": [
             {
-                "name": each.name,
-                "meaning": each.meaning,
-                **{name: json_number(getattr(each, name)) for name in ("image", "simulated", "spread", "error")},
-                "matched": each.is_matched,
+                "name": quantity.name,
+                "meaning": quantity.meaning,
+                **{name: json_number(getattr(quantity, name)) for name in ("image", "simulated", "spread", "error")},
+                "matched": quantity.is_matched,
             }
-            for each in found.quantities
+            for quantity in found.quantities
         ],
         "likeness": {**asdict(found.likeness), "ratio": found.likeness.ratio},
         "unmatched": found.unmatched,
@@ -159,10 +159,13 @@ def _match_text(found: Match) -> list[str]:
         f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}  "
         "(of the simulation: % of the image's value, or the difference)",
     ]
-    for each in found.quantities:
-        error = f"{each.error:+.1%}" if each.is_ratio else f"{each.error:+.3f}"
-        mark = "" if each.is_matched else "  not matched"
-        lines.append(f"{each.name:<11} {each.image:>9.4g} {each.simulated:>9.4g} {each.spread:>8.2g} {error:>8}{mark}")
+    for quantity in found.quantities:
+        error = f"{quantity.error:+.1%}" if quantity.is_ratio else f"{quantity.error:+.3f}"
+        mark = "" if quantity.is_matched else "  not matched"
+        lines.append(
+            f"{quantity.name:<11} {quantity.image:>9.4g} {quantity.simulated:>9.4g} {quantity.spread:>8.2g} "
+            f"{error:>8}{mark}"
+        )
     start = sum(found.start_rmse) / len(found.start_rmse)
     lines.append(
         f"RMSE (eq 24) {found.mean_rmse:.1%}, {min(found.rmse):.1%} to {max(found.rmse):.1%} over {len(found.rmse)} "

@@ -148,7 +148,7 @@ def errors_of_frames(
 
 def _mean_morphology(shapes: Sequence[Morphology]) -> Morphology:
     names = Morphology.__dataclass_fields__
-    return Morphology(**{name: float(np.mean([getattr(each, name) for each in shapes])) for name in names})
+    return Morphology(**{name: float(np.mean([getattr(shape, name) for shape in shapes])) for name in names})
 
 
 def distances_of_frames(
@@ -168,5 +168,5 @@ def typical_frame(errors: Sequence[MorphologyErrors], count: int) -> int:
     """Return the simulated frame with the (lower) median RMSE; the first frame if there is no RMSE."""
     if not errors:
         return 0
-    order = np.argsort([each.rmse for each in errors], kind="stable")
+    order = np.argsort([error.rmse for error in errors], kind="stable")
     return int(order[(count - 1) // 2])

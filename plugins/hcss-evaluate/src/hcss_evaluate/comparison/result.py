@@ -116,7 +116,7 @@ def side_document(side: Side) -> dict[str, Any]:
         "compared_columns": side.part[1],
         "cloud_is": "bright" if side.bright_is_cloud else "dark",
         "notes": list(side.notes),
-        "frames": [_frame(each) for each in side.frames],
+        "frames": [_frame(frame) for frame in side.frames],
         "frames_left_out": [{"frame": label, "reason": why} for label, why in side.left_out],
         "histogram": json_list(side.histogram),
         "spectrum": None
@@ -258,24 +258,24 @@ class Evaluation:
 
         Raises KeyError if there is none.
         """
-        for each in self.metrics:
-            if each.name == name:
-                return each
+        for metric in self.metrics:
+            if metric.name == name:
+                return metric
         raise KeyError(name)
 
     def rmse(self, mode: Mode) -> float:
         """Return the mean over frames of eq 24's RMSE, as a fraction; NaN if undefined."""
         errors = self.errors[mode]
-        return float(np.mean([each.rmse for each in errors])) if errors else math.nan
+        return float(np.mean([error.rmse for error in errors])) if errors else math.nan
 
     def rmse_compares(self, mode: Mode) -> bool:
         """Whether all terms of eq 24's RMSE are comparable between the sides."""
         names = TERMS[mode].values()
-        return all(each.comparable for each in self.metrics if each.name in names)
+        return all(metric.comparable for metric in self.metrics if metric.name in names)
 
     def distance(self, name: str) -> float:
         """Return the mean over frames of a distance between distributions, selected by attribute name."""
-        return float(np.mean([getattr(each, name) for each in self.distributions]))
+        return float(np.mean([getattr(distribution, name) for distribution in self.distributions]))
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything but the pictures, for JSON; undefined numbers are None."""
@@ -285,15 +285,16 @@ class Evaluation:
             "pairing": self.pairing,
             "notes": list(self.notes),
             "definitions": {
-                each.name: {"as-printed": each.as_printed, "corrected": each.corrected} for each in DEFINITIONS
+                definition.name: {"as-printed": definition.as_printed, "corrected": definition.corrected}
+                for definition in DEFINITIONS
             },
             "eq24": {mode: self._eq_24(mode) for mode in self.errors},
             "metrics": [
                 {
-                    **{key: getattr(each, key) for key in _OF_A_METRIC},
-                    **{key: json_number(getattr(each, key)) for key in _NUMBERS_OF_A_METRIC},
+                    **{key: getattr(metric, key) for key in _OF_A_METRIC},
+                    **{key: json_number(getattr(metric, key)) for key in _NUMBERS_OF_A_METRIC},
                 }
-                for each in self.metrics
+                for metric in self.metrics
             ],
             "distributions": {
                 key: json_number(self.distance(key)) for key in DistributionDistance.__dataclass_fields__
@@ -309,11 +310,11 @@ class Evaluation:
         names = {"EV": "entropy", "Den": "density", "DP": "diagonal_peak", "FD": "fractal_dimension", "RMSE": "rmse"}
         return {
             **{
-                name: json_number(float(np.mean([getattr(each, field) for each in errors]))) if errors else None
+                name: json_number(float(np.mean([getattr(error, field) for error in errors]))) if errors else None
                 for name, field in names.items()
             },
-            "RMSE_spread": float(np.std([each.rmse for each in errors])) if errors else None,
-            "RMSE_of_frames": [each.rmse for each in errors],
+            "RMSE_spread": float(np.std([error.rmse for error in errors])) if errors else None,
+            "RMSE_of_frames": [error.rmse for error in errors],
         }
 
 

@@ -138,7 +138,7 @@ def dimensions(
 ) -> Array:
     """Return the dimension (N,) of a simulation for each seed."""
     images = (simulate_image(parameters, coverage, like, seed) for seed in seeds)
-    return np.array([getattr(each.morphology(), f"{dimension}_dimension") for each in images])
+    return np.array([getattr(image.morphology(), f"{dimension}_dimension") for image in images])
 
 
 def _bisect(function: Callable[[float], float], level: float, left: float, right: float, value: float) -> float:

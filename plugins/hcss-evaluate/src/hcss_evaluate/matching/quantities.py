@@ -107,7 +107,7 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Match
     Raises ImageError if an image has too little measurable cloud.
     """
     measured = image.morphology()
-    shapes = [each.morphology() for each in simulations]
+    shapes = [simulation.morphology() for simulation in simulations]
     rows = (
         ("EV", "entropy of neighbouring grey levels, bits", "entropy", CLOSE, True),
         ("Den", "mean of 1 / (1 + difference of neighbours)", "density", CLOSE, True),
@@ -121,10 +121,10 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Match
     )  # fmt: skip
     quantities = []
     for name, meaning, field, close, is_ratio in rows:
-        values = [getattr(each, field) for each in shapes]
+        values = [getattr(shape, field) for shape in shapes]
         mean, spread = float(np.mean(values)), float(np.std(values))
         quantities.append(MatchedQuantity(name, meaning, getattr(measured, field), mean, spread, close, is_ratio))
-    levels = [each.mean_level for each in simulations]
+    levels = [simulation.mean_level for simulation in simulations]
     mean, spread = float(np.mean(levels)), float(np.std(levels))
     meaning = "mean grey level of cloud"
     quantities.append(MatchedQuantity("level", meaning, image.mean_level, mean, spread, _CLOSE_RATIO))
@@ -132,7 +132,7 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Match
         ("oblique", "ratio of differences along the two diagonals", obliqueness),
         ("uneven", "scatter of the coverage of the four quarters", unevenness),
     ):
-        values = [measure(each) for each in simulations]
+        values = [measure(simulation) for simulation in simulations]
         mean, spread = float(np.mean(values)), float(np.std(values))
         limit = _FAR_OUTSIDE * spread
         quantities.append(MatchedQuantity(name, meaning, measure(image), mean, spread, limit, False, True))
@@ -144,14 +144,14 @@ def describe_unmatched(
 ) -> tuple[str, ...]:
     """Describe the quantities that differ, with the reason if it is known."""
     lines = []
-    for each in quantities:
-        if each.is_matched:
+    for quantity in quantities:
+        if quantity.is_matched:
             continue
-        size = f"{each.error:+.1%}" if each.is_ratio else f"{each.error:+.3g}"
-        why = _WHY.get(each.name, "")
+        size = f"{quantity.error:+.1%}" if quantity.is_ratio else f"{quantity.error:+.3g}"
+        why = _WHY.get(quantity.name, "")
         lines.append(
-            f"{each.name} ({each.meaning}): image {each.image:.4g}, simulated {each.simulated:.4g} +- "
-            f"{each.spread:.2g} ({size}){'; ' + why if why else ''}"
+            f"{quantity.name} ({quantity.meaning}): image {quantity.image:.4g}, simulated {quantity.simulated:.4g} +- "
+            f"{quantity.spread:.2g} ({size}){'; ' + why if why else ''}"
         )
     for axis in ("x", "y"):
         ratio = np.log(getattr(simulated, f"along_{axis}") / getattr(image, f"along_{axis}"))
@@ -214,7 +214,7 @@ def likeness(image: CloudImage, realisations: Sequence[CloudImage]) -> Likeness:
 
     One group of measures are kurtosis and skewness at all lags, the other kurtosis at 1 pixel and alignment.
     """
-    found, of_image = np.stack([_organisation(each) for each in realisations]), _organisation(image)
+    found, of_image = np.stack([_organisation(realisation) for realisation in realisations]), _organisation(image)
     groups = []
     for measures in (slice(0, 2 * len(_LAGS)), [0, 2 * len(_LAGS)]):
         own = found[:, measures]

@@ -180,13 +180,13 @@ class _Search:
         self.simulations += len(images)
         if self._progress is not None:
             self._progress(len(images))
-        shapes = [each.morphology() for each in images]
-        errors = [morphology_errors(self._measured, each).rmse for each in shapes]
-        mean = mean_structure([image_structure(each.level, self._structure.lags.tolist()) for each in images])
+        shapes = [image.morphology() for image in images]
+        errors = [morphology_errors(self._measured, shape).rmse for shape in shapes]
+        mean = mean_structure([image_structure(image.level, self._structure.lags.tolist()) for image in images])
         variogram = float(np.mean((mean.logarithm - self._structure.logarithm) ** 2))
-        anisotropy = _log_ratio([each.anisotropy for each in shapes], self._measured.anisotropy)
-        level = _log_ratio([each.mean_level for each in images], self._image.mean_level)
-        surface = float(np.mean([each.surface_dimension for each in shapes])) - self._measured.surface_dimension
+        anisotropy = _log_ratio([shape.anisotropy for shape in shapes], self._measured.anisotropy)
+        level = _log_ratio([image.mean_level for image in images], self._image.mean_level)
+        surface = float(np.mean([shape.surface_dimension for shape in shapes])) - self._measured.surface_dimension
         structure = variogram + anisotropy**2 + level**2 + (SURFACE_WEIGHT * surface) ** 2
         objective = math.sqrt(float(np.mean(np.square(errors))) + STRUCTURE_WEIGHT**2 * structure)
         if objective < self.objective:

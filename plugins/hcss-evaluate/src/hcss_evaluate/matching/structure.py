@@ -57,8 +57,8 @@ def mean_structure(structures: Sequence[Structure]) -> Structure:
     """Return the mean over several images."""
     return Structure(
         structures[0].lags,
-        np.mean([each.along_x for each in structures], axis=0),
-        np.mean([each.along_y for each in structures], axis=0),
+        np.mean([structure.along_x for structure in structures], axis=0),
+        np.mean([structure.along_y for structure in structures], axis=0),
     )
 
 

@@ -115,19 +115,21 @@ def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
 
     Anisotropies are averaged as vectors of twice the direction, so that random directions cancel.
     """
-    if not spectra or any(each.wavenumber.size != spectra[0].wavenumber.size for each in spectra):
+    if not spectra or any(spectrum.wavenumber.size != spectra[0].wavenumber.size for spectrum in spectra):
         return None
-    waves = np.mean([each.waves for each in spectra], axis=0)
+    waves = np.mean([spectrum.waves for spectrum in spectra], axis=0)
     if not np.array_equal(waves, spectra[0].waves):
         return None
-    twice = [np.radians(2.0 * (each.long_axis_deg - 90.0)) for each in spectra]
-    vector = complex(np.mean([each.degree * np.exp(1j * angle) for each, angle in zip(spectra, twice, strict=True)]))
+    twice = [np.radians(2.0 * (spectrum.long_axis_deg - 90.0)) for spectrum in spectra]
+    vector = complex(
+        np.mean([spectrum.degree * np.exp(1j * angle) for spectrum, angle in zip(spectra, twice, strict=True)])
+    )
     return PowerSpectrum(
         wavenumber=spectra[0].wavenumber,
-        power=np.mean([each.power for each in spectra], axis=0),
+        power=np.mean([spectrum.power for spectrum in spectra], axis=0),
         waves=waves,
         direction_deg=spectra[0].direction_deg,
-        by_direction=np.mean([each.by_direction for each in spectra], axis=0),
+        by_direction=np.mean([spectrum.by_direction for spectrum in spectra], axis=0),
         degree=abs(vector),
         degree_noise=spectra[0].degree_noise,
         long_axis_deg=(math.degrees(0.5 * math.atan2(vector.imag, vector.real)) + 90.0) % 180.0,

@@ -43,7 +43,9 @@ def draw_match(match: Match, path: Path) -> None:
     """
     seed = match.typical_seed
     rmse = match.rmse[match.seeds.index(seed)]
-    values = ", ".join(f"{each.name} {each.image:.4g} / {each.simulated:.4g}" for each in match.quantities[:_IN_TITLE])
+    values = ", ".join(
+        f"{quantity.name} {quantity.image:.4g} / {quantity.simulated:.4g}" for quantity in match.quantities[:_IN_TITLE]
+    )
     _draw(
         [
             (match.target.source, match.target.image),

@@ -197,16 +197,16 @@ def draw_frames(evaluation: Evaluation) -> Iterator[tuple[str, Figure]]:
         ("coverage", "coverage"),
     )
     sequences = [side.frames for side in (evaluation.real, evaluation.sim) if len(side.frames) > 1]
-    timed = not any(math.isnan(each.seconds) for frames in sequences for each in frames)
+    timed = not any(math.isnan(frame.seconds) for frames in sequences for frame in frames)
     for name, field in measures:
         figure = new_figure(5.4, 2.5)
         axes = figure.subplots()
         for (label, colour, style), side in zip(_STYLES, (evaluation.real, evaluation.sim), strict=True):
-            values = [getattr(each.measures.morphology, field) for each in side.frames]
+            values = [getattr(frame.measures.morphology, field) for frame in side.frames]
             if len(values) == 1:
                 axes.axhline(values[0], color=colour, lw=1.2, label=label)
                 continue
-            at = [each.seconds for each in side.frames] if timed else range(len(values))
+            at = [frame.seconds for frame in side.frames] if timed else range(len(values))
             axes.plot(at, values, style, color=colour, ms=4, lw=1.2, label=label)
         axes.set_ylabel(name, fontsize=_SMALL)
         axes.ticklabel_format(axis="y", useOffset=False)

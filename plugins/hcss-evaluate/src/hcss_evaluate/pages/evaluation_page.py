@@ -62,7 +62,7 @@ def _summary(evaluation: Evaluation) -> list[Block]:
     content: list[Block] = [beside(*(_eq_24(evaluation, mode) for mode in MODES))]
     if not all(evaluation.rmse_compares(mode) for mode in MODES):
         content.append(paragraph(NOT_COMPARABLE))
-    if any(len(each) > 1 for each in evaluation.errors.values()):
+    if any(len(error) > 1 for error in evaluation.errors.values()):
         printed, corrected = (rmse_text(evaluation, mode) for mode in ("as-printed", "corrected"))
         content.append(paragraph(f"RMSE as printed {printed}; corrected {corrected}."))
     texts = (_PRINTED_RMSE, _largest(evaluation), _in_values(evaluation))
@@ -75,7 +75,7 @@ def _eq_24(evaluation: Evaluation, mode: Mode) -> Table:
     rows = []
     for name, field in _ERRORS:
         metric = evaluation.metric(TERMS[mode][name])
-        mean = sum(getattr(each, field) for each in errors) / len(errors) if errors else math.nan
+        mean = sum(getattr(error, field) for error in errors) / len(errors) if errors else math.nan
         rows.append([marked(name, metric.comparable), number(metric.real), number(metric.sim), _share(mean)])
     rows.append([marked("RMSE", evaluation.rmse_compares(mode)), "", "", _share(evaluation.rmse(mode))])
     over = "simulated" if mode == "as-printed" else "real"
@@ -90,9 +90,12 @@ def _share(value: float) -> str:
 def _largest(evaluation: Evaluation) -> str:
     """Describe the largest relative differences of comparable metrics."""
     known = [
-        each
-        for each in evaluation.metrics
-        if each.comparable and not math.isnan(each.relative) and each.relative and each.definition != "as-printed"
+        metric
+        for metric in evaluation.metrics
+        if metric.comparable
+        and not math.isnan(metric.relative)
+        and metric.relative
+        and metric.definition != "as-printed"
     ]
     if not known:
         return "No comparable measure differs."
@@ -206,17 +209,20 @@ def _over_time(evaluation: Evaluation) -> list[Block]:
 
 def _all_metrics(evaluation: Evaluation) -> list[Block]:
     content: list[Block] = []
-    if any(each.real_spread > 0.0 or each.sim_spread > 0.0 for each in evaluation.metrics):
+    if any(metric.real_spread > 0.0 or metric.sim_spread > 0.0 for metric in evaluation.metrics):
         content.append(paragraph("Means and standard deviations over frames."))
-    if not all(each.comparable for each in evaluation.metrics):
+    if not all(metric.comparable for metric in evaluation.metrics):
         content.append(paragraph(NOT_COMPARABLE))
     header = ["", "real", "simulated", "difference", "relative"]
     content += [Table(header, metric_rows(evaluation, group), group) for group in metric_groups(evaluation)]
-    return [*content, folded("What each measure is", facts((each.name, each.meaning) for each in evaluation.metrics))]
+    return [
+        *content,
+        folded("What each measure is", facts((metric.name, metric.meaning) for metric in evaluation.metrics)),
+    ]
 
 
 def _definitions() -> list[Block]:
-    rows = [[each.name, each.as_printed, each.corrected] for each in DEFINITIONS]
+    rows = [[definition.name, definition.as_printed, definition.corrected] for definition in DEFINITIONS]
     return [
         Table(["", "as printed", "corrected"], rows, text_columns=3),
         paragraph(

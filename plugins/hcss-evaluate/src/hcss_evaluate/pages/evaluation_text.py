@@ -43,7 +43,7 @@ def _lines(evaluation: Evaluation) -> Iterator[str]:
     yield f"Distributions of {evaluation.quantity}"
     spectra = [number(evaluation.spectral_distance_db), "dB", "rms difference of the spectra"]
     yield from aligned([[row[1], row[2], row[0]] for row in distances(evaluation).rows] + [spectra], 3)
-    if not all(each.comparable for each in evaluation.metrics):
+    if not all(metric.comparable for metric in evaluation.metrics):
         yield NOT_COMPARABLE
     notes = (("", evaluation.notes), ("real: ", evaluation.real.notes), ("simulated: ", evaluation.sim.notes))
     yield from (f"note: {title}{each}" for title, listed in notes for each in listed)
@@ -72,21 +72,21 @@ def cloud_text(side: Side) -> str:
 
 def metric_groups(evaluation: Evaluation) -> list[str]:
     """Return the headings of the metrics in order."""
-    return list(dict.fromkeys(each.group for each in evaluation.metrics))
+    return list(dict.fromkeys(metric.group for metric in evaluation.metrics))
 
 
 def metric_rows(evaluation: Evaluation, group: str) -> list[list[str]]:
     """Return name, both values, difference and relative difference of each metric in a group."""
     return [
         [
-            marked(each.name, each.comparable) + (f" ({each.unit})" if each.unit not in ("", "1") else ""),
-            _value(each, each.real, each.real_spread),
-            _value(each, each.sim, each.sim_spread),
-            signed(each.difference),
-            percent(each.relative),
+            marked(metric.name, metric.comparable) + (f" ({metric.unit})" if metric.unit not in ("", "1") else ""),
+            _value(metric, metric.real, metric.real_spread),
+            _value(metric, metric.sim, metric.sim_spread),
+            signed(metric.difference),
+            percent(metric.relative),
         ]
-        for each in evaluation.metrics
-        if each.group == group
+        for metric in evaluation.metrics
+        if metric.group == group
     ]
 
 
@@ -118,7 +118,7 @@ def rmse_text(evaluation: Evaluation, mode: str) -> str:
     errors = next(each for name, each in evaluation.errors.items() if name == mode)
     if not errors:
         return "none: a divisor is 0"
-    values = [100 * each.rmse for each in errors]
+    values = [100 * error.rmse for error in errors]
     several = f", {min(values):.2f} to {max(values):.2f} % over {len(values)} frames" if len(values) > 1 else ""
     over = "simulated" if mode == "as-printed" else "real"
     return f"{sum(values) / len(values):.2f} %, relative to the {over} values{several}"

@@ -87,7 +87,7 @@ def _texts(variable: Any) -> list[str]:
     values = np.asarray(variable[...])
     if values.dtype.kind == "S" and values.ndim > 1 and values.dtype.itemsize == 1:
         return [b"".join(row).decode() for row in values]
-    return [each.decode() if isinstance(each, bytes) else str(each) for each in values]
+    return [value.decode() if isinstance(value, bytes) else str(value) for value in values]
 
 
 def _traces(file: Any) -> dict[str, Array]:
@@ -147,7 +147,7 @@ def _parameters(contents: PosteriorContents) -> Table:
 def _doubts(contents: PosteriorContents) -> Iterator[Block]:
     doubts = contents.posterior.doubts
     if doubts:
-        rows = [[str(each["image"]), ", ".join(each["parameters"]), str(each["reason"])] for each in doubts]
+        rows = [[str(doubt["image"]), ", ".join(doubt["parameters"]), str(doubt["reason"])] for doubt in doubts]
         caption = "Reasons to doubt the intervals of these parameters."
         yield Table(["image", "doubtful", "reason"], rows, caption, text_columns=3)
     last = contents.posterior.last_octave

@@ -75,7 +75,7 @@ def fit(
     """
     chosen = FitOptions(**options).of_type()
     chosen.check()
-    paths = [Path(images)] if isinstance(images, str | os.PathLike) else [Path(each) for each in images]
+    paths = [Path(images)] if isinstance(images, str | os.PathLike) else [Path(image) for image in images]
     if not paths:
         raise PosteriorError("images: none given, allowed: one or more")
     # Check options before reading the images, which is slow and may fail for other reasons.

@@ -296,7 +296,7 @@ class FitRun:
         Raises PosteriorError if they have not converged.
         """
         options = self._options
-        noises = tuple(each.noise for each in likelihoods if each.noise is not None)
+        noises = tuple(likelihood.noise for likelihood in likelihoods if likelihood.noise is not None)
         chains = self._start(model, pilots) if state is None else state.chains
 
         def after_block(chains: MarkovChains, convergence: Convergence | None) -> None:

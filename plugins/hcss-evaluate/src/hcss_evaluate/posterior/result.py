@@ -163,7 +163,7 @@ def _last_octaves(
     """Return the draws of unknown last octaves (chain, draw) or (chain, draw, image)."""
     if likelihoods[0].variogram.octaves.known:
         return None
-    each = np.stack([own.reshape(shape) for own in lasts], axis=-1)
+    each = np.stack([last.reshape(shape) for last in lasts], axis=-1)
     return each if len(lasts) > 1 else each[..., 0]
 
 

@@ -66,9 +66,9 @@ class BlindTest:
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything for JSON; nan is None."""
-        differences = [asdict(each) for each in self.differences]
-        for each in differences:
-            each["sd_K"] = None if np.isnan(each["sd_K"]) else each["sd_K"]
+        differences = [asdict(difference) for difference in self.differences]
+        for difference in differences:
+            difference["sd_K"] = None if np.isnan(difference["sd_K"]) else difference["sd_K"]
         spots = [
             {**asdict(spot), "time": spot.time.isoformat(), "simulated_K": kelvin}
             for spot, kelvin in zip(self.spots, self.simulated_K, strict=True)

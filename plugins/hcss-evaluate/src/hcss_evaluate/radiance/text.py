@@ -17,15 +17,15 @@ def blind_table(test: BlindTest) -> Table:
     """Return the differences by kind and channel."""
     rows = [
         [
-            each.kind,
-            each.channel,
-            f"{test.limits_um[each.channel][0]:g}-{test.limits_um[each.channel][1]:g}",
-            str(each.spots),
-            f"{each.measured_K:.2f}",
-            f"{each.mean_K:+.2f}",
-            "-" if each.spots < 2 else f"{each.sd_K:.2f}",
+            difference.kind,
+            difference.channel,
+            f"{test.limits_um[difference.channel][0]:g}-{test.limits_um[difference.channel][1]:g}",
+            str(difference.spots),
+            f"{difference.measured_K:.2f}",
+            f"{difference.mean_K:+.2f}",
+            "-" if difference.spots < 2 else f"{difference.sd_K:.2f}",
         ]
-        for each in test.differences
+        for difference in test.differences
     ]
     return Table(
         ["spots of", "channel", "um", "number", "measured, K", "simulated less measured, K", "sd, K"],

@@ -51,7 +51,7 @@ def correlation_by_band(first: Array, second: Array, wavelengths: Sequence[float
     # Waves that are stored without their opposites count twice.
     count = np.where((rfftfreq(columns) > 0.0) & (rfftfreq(columns) < 0.5), 2.0, 1.0)
     cross = (waves[0] * np.conj(waves[1])).real * count
-    power = [np.abs(each) ** 2 * count for each in waves]
+    power = [np.abs(wave) ** 2 * count for wave in waves]
     bands = [wavenumber > 0.0]
     bands += [(wavenumber * short < 1.0) & (wavenumber * long >= 1.0) for short, long in pairwise(wavelengths)]
     return np.array([cross[band].sum() / np.sqrt(power[0][band].sum() * power[1][band].sum()) for band in bands])

@@ -167,4 +167,4 @@ def _stack(path: Path, variable: str | None) -> tuple[Array, Sequence[float] | N
             return values, None if timed else [0.0]
         times = item["time"].values
         seconds = (times - times[0]) / np.timedelta64(1, "s") if times.dtype.kind == "M" else times - times[0]
-        return values, [float(each) for each in seconds]
+        return values, [float(second) for second in seconds]

@@ -23,7 +23,9 @@ def gradient_features(patches: Array) -> dict[str, Array]:
     size = np.hypot(along_y, along_x).reshape(len(patches), -1)
     mean_square = np.sqrt(np.mean(size**2, axis=1, keepdims=True))
     percentiles = np.percentile(size, _PERCENTILES, axis=1)
-    found = {f"gradient, percentile {each}": row for each, row in zip(_PERCENTILES, percentiles, strict=True)}
+    found = {
+        f"gradient, percentile {percentile}": row for percentile, row in zip(_PERCENTILES, percentiles, strict=True)
+    }
     found["kurtosis of the gradient"] = standard_moment(np.stack((along_y, along_x), axis=1), 4)
     found["share of flat pixels"] = np.mean(size < _FLAT * mean_square, axis=1)
     return found

@@ -37,8 +37,8 @@ def realism_page(realism: Realism) -> Page:
 
 def _scores(realism: Realism) -> list[Block]:
     rows = [
-        [each.classifier, each.scale, f"{each.auc:.3f}", f"{each.low:.3f} to {each.high:.3f}"]
-        for each in realism.scores
+        [score.classifier, score.scale, f"{score.auc:.3f}", f"{score.low:.3f} to {score.high:.3f}"]
+        for score in realism.scores
     ]
     content: list[Block] = [
         paragraph(
@@ -65,8 +65,8 @@ def _scores(realism: Realism) -> list[Block]:
 
 def _features(realism: Realism) -> list[Block]:
     rows = [
-        [each.name, each.scale, f"{each.auc:.3f}", number(each.real), number(each.simulated)]
-        for each in realism.features[:_FEATURES]
+        [feature.name, feature.scale, f"{feature.auc:.3f}", number(feature.real), number(feature.simulated)]
+        for feature in realism.features[:_FEATURES]
     ]
     caption = "Share of pairs in which the simulated patch has the larger value (0.5: no difference), and medians"
     return [Table(["feature", "patches", "share", "measured", "simulated"], rows, caption, text_columns=2)]

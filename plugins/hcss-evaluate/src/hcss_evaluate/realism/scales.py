@@ -26,8 +26,8 @@ def band_features(patches: Array) -> dict[str, Array]:
     found = {f"kurtosis of band {name}": standard_moment(band, 4) for name, band in zip(names, bands, strict=True)}
     sizes = [np.abs(band).reshape(len(patches), -1) for band in bands]
     for index in range(len(sizes) - 1):
-        deviations = [each - each.mean(axis=1, keepdims=True) for each in sizes[index : index + 2]]
-        spread = np.prod([np.sqrt(np.mean(each**2, axis=1)) for each in deviations], axis=0)
+        deviations = [size - size.mean(axis=1, keepdims=True) for size in sizes[index : index + 2]]
+        spread = np.prod([np.sqrt(np.mean(deviation**2, axis=1)) for deviation in deviations], axis=0)
         product = np.mean(deviations[0] * deviations[1], axis=1)
         found[f"correlation of bands {names[index]}, {names[index + 1]}"] = product / np.where(spread > 0, spread, 1.0)
     return found
@@ -50,7 +50,7 @@ def autocorrelation_length(patches: Array, axis: int, level: float) -> Array:
     variance = np.mean(deviation**2, axis=(1, 2))
     lags = range(1, deviation.shape[2] // 2 + 1)
     products = [np.mean(deviation[:, :, lag:] * deviation[:, :, :-lag], axis=(1, 2)) for lag in lags]
-    curve = np.stack([np.ones(len(patches)), *(each / variance for each in products)], axis=1)
+    curve = np.stack([np.ones(len(patches)), *(product / variance for product in products)], axis=1)
     below = curve < level
     first = np.where(below.any(axis=1), below.argmax(axis=1), len(lags))
     rows = np.arange(len(patches))

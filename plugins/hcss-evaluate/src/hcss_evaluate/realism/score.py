@@ -222,7 +222,7 @@ def compare(
             interval = auc_interval(probability, label, scene, resamples=resamples, seed=seed)
             scores.append(Score(name, scale, auc(probability, label), *interval))
         # Most features do not depend on the unit.
-        known = {(each.name, each.auc) for each in differences}
+        known = {(difference.name, difference.auc) for difference in differences}
         found = _differences(names, values, label, scale)
         differences += [each for each in found if (each.name, each.auc) not in known]
     differences.sort(key=lambda each: -abs(each.auc - 0.5))

@@ -30,16 +30,16 @@ def _lines(realism: Realism) -> Iterator[str]:
     yield ""
     yield "AUC of a classifier (0.5: cannot tell, 1: always tells) and 95 % interval"
     rows = [
-        [each.classifier, each.scale, f"{each.auc:.3f}", f"{each.low:.3f} to {each.high:.3f}"]
-        for each in realism.scores
+        [score.classifier, score.scale, f"{score.auc:.3f}", f"{score.low:.3f} to {score.high:.3f}"]
+        for score in realism.scores
     ]
     yield from aligned(rows, 2)
     yield "Features that tell most (share of pairs in which the simulated patch has the larger value; medians)"
     yield from aligned(
         [["feature", "patches", "share", *_SIDES]]
         + [
-            [each.name, each.scale, f"{each.auc:.3f}", number(each.real), number(each.simulated)]
-            for each in realism.features[:_FEATURES]
+            [feature.name, feature.scale, f"{feature.auc:.3f}", number(feature.real), number(feature.simulated)]
+            for feature in realism.features[:_FEATURES]
         ],
         2,
     )
@@ -63,7 +63,7 @@ def _lines(realism: Realism) -> Iterator[str]:
                 [["s", "whole", *bands]]
                 + [[number(lag), *(f"{each:.3f}" for each in found)] for lag, found in realism.coherence[side].items()]
             )
-    yield from (f"note: {each}" for each in realism.notes)
+    yield from (f"note: {note}" for note in realism.notes)
 
 
 def _curve(axis: str, curve: Curve) -> Iterator[str]:

@@ -126,7 +126,7 @@ class LiveClient:
         bands = self._ring.shape.bands
         require_within("targets", len(targets), 0, MOST_TARGETS)
         require_within("bands of targets", bands, 1, MOST_BANDS)
-        values = np.array([each.values(bands) for each in targets]).reshape(len(targets), TARGET_VALUES + bands)
+        values = np.array([target.values(bands) for target in targets]).reshape(len(targets), TARGET_VALUES + bands)
         return self._ring.post(pose, values)
 
     def latest(self, out: NDArray[np.float32] | NDArray[np.uint16] | None = None) -> ServedFrame | None:

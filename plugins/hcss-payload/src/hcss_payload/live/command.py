@@ -56,7 +56,7 @@ def serve(
     bands, rows, columns = live.shape
     kind = "digital numbers" if live.has_numbers else "radiance"
     text = f"{name}: {bands} x {rows} x {columns} {kind}, times {live.start_s:g} to {live.end_s:g} s"
-    omitted = [f"omitted: {each.what}: {each.why}" for each in live.omissions]
+    omitted = [f"omitted: {omission.what}: {omission.why}" for omission in live.omissions]
     server.serve(lambda: click.echo("\n".join((text, *omitted))))
 
 

@@ -140,7 +140,7 @@ class SeenOctaves:
     def kept_covariance(self, lag_m: Array) -> float:
         """Return the covariance of the interpolated field of tiles at a lag (2,)."""
         x, y = np.abs(lag_m) / self.point_m
-        return sum(each.variance * between(each.x.step, x) * between(each.y.step, y) for each in self.octaves)
+        return sum(octave.variance * between(octave.x.step, x) * between(octave.y.step, y) for octave in self.octaves)
 
 
 def seen_octaves(shape: FractalParameters, motion: Motion, point_m: float, footprint: Array) -> SeenOctaves:
@@ -182,10 +182,10 @@ def seen_octaves(shape: FractalParameters, motion: Motion, point_m: float, footp
 def blended(before: SeenOctaves, after: SeenOctaves, later: float) -> SeenOctaves:
     """Return the octaves between two keyframes, whose fields are added with the weights 1 - ``later`` and ``later``."""
     amplitudes = [
-        {each.k: weight * np.sqrt(each.variance) for each in seen.octaves}
+        {octave.k: weight * np.sqrt(octave.variance) for octave in seen.octaves}
         for weight, seen in ((1.0 - later, before), (later, after))
     ]
-    sums = {each.k: sum(own.get(each.k, 0.0) for own in amplitudes) for each in before.every}
+    sums = {each.k: sum(amplitude.get(each.k, 0.0) for amplitude in amplitudes) for each in before.every}
     octaves = tuple(replace(each, variance=sums[each.k] ** 2) for each in before.every if sums[each.k] > 0.0)
     footprint = before.footprint + later * (after.footprint - before.footprint)
     seen = replace(before, octaves=octaves, footprint=footprint)

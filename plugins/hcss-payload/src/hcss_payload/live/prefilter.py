@@ -81,7 +81,7 @@ def sharpness(radiance: Callable[[Array], Array], edge: float, seen: SeenOctaves
             values: Array = np.interp(np.sqrt(1.0 - np.clip(covariance, 0.0, 1.0)), _BLUR, own) + falling
             return values
 
-        same, *others = (float(g(each) @ weight) for each in pairs)
+        same, *others = (float(g(pair) @ weight) for pair in pairs)
         share = 1.0 - (1.0 - 0.5 * kept) * np.linspace(1.0, 0.0, 257) ** 2
         shown = g(share) - 0.5 * sum(g(share * each / kept) for each in beside)
         result.append(float(np.interp(same - 0.5 * sum(others), np.maximum.accumulate(shown), share)))

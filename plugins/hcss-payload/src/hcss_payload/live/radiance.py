@@ -87,8 +87,8 @@ class FieldRadiance:
         if end_s > start_s:
             moments.append(self._moment(end_s))
             moments = self._refined(moments, tolerance)
-        self._times = np.array([each.time_s for each in moments])
-        self._tables = [each.radiance for each in moments]
+        self._times = np.array([moment.time_s for moment in moments])
+        self._tables = [moment.radiance for moment in moments]
         self._now = np.empty_like(self._tables[0])
         self._part = np.empty_like(self._tables[0])
 

@@ -13,7 +13,7 @@ def require_supported(plan: Plan) -> None:
     unsupported = {
         "clouds: not one layer": len(plan.layers) != 1,
         "clouds: no coverage": not any(plan.assembly.cloudy_layers),
-        "clouds.generator other than 'fractal'": any(not hasattr(each, "octaves") for each in generators),
+        "clouds.generator other than 'fractal'": any(not hasattr(generator, "octaves") for generator in generators),
         "clouds.coverage_mode = 'frame', which has no meaning for a moving camera": any(
             layer.coverage_mode != "field" for layer in plan.layers
         ),

@@ -231,7 +231,7 @@ class TargetLight:
         air = paths.air(altitude, zenith_deg)
         heights = paths.heights_above([thickness], altitude)
         clouds = [paths.through_cloud(heights[:, n : n + 1], zenith_deg) for n in range(thickness.size)]
-        arriving = [air, *(air * each for each in clouds)]
+        arriving = [air, *(air * cloud for cloud in clouds)]
         return np.stack([paths.band_mean(each, temperature_K) for each in arriving])
 
     def _is_hidden(self, pose: Pose, ray: Array, distance: float) -> bool:

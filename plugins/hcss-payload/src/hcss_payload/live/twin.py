@@ -198,7 +198,7 @@ class PreparedPass:
         self._radiance = FieldRadiance(plan, self._view, self._seen.of_frame, start_s, end_s, plan.accuracy.relative)
         self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
         self._targets = targets
-        views = [(float(each), self._view(float(each))) for each in self._radiance.times_s]
+        views = [(float(time_s), self._view(float(time_s))) for time_s in self._radiance.times_s]
         self._light = TargetLight(plan, camera, views, self._radiance.edge)
         for target in targets:
             self._light.prepare(target)
@@ -212,7 +212,8 @@ class PreparedPass:
         self._corners = np.ascontiguousarray(self._sight.directions[[0, -1]][:, [0, -1]])
         # Those of a frame, of two keyframes and moved by what is seen ahead.
         capacity = 16 + 3 * max(
-            (each.end_row - each.row + 2) * (each.end_column - each.column + 2) for each in footprints
+            (footprint.end_row - footprint.row + 2) * (footprint.end_column - footprint.column + 2)
+            for footprint in footprints
         )
         self.sky = Sky(layer_seed(plan.scenario.seed, 0), self._seen.of_tiles, self.interval_s, capacity, self._ahead)
         self.sky.require(footprints[0])
@@ -319,10 +320,10 @@ class PreparedPass:
         ends = max(time_s - _RATE_S, self.start_s), min(time_s + _RATE_S, self.end_s)
         rates = np.zeros((len(seen), 2))
         if ends[1] > ends[0]:
-            before, after = (pose_at(each, self.trajectory, self.attitude) for each in ends)
-            for own, (target, _) in zip(rates, seen, strict=True):
+            before, after = (pose_at(end, self.trajectory, self.attitude) for end in ends)
+            for rate, (target, _) in zip(rates, seen, strict=True):
                 places = [self._light.place(target, pose.time_s, pose) for pose in (before, after)]
-                own[:] = np.subtract(places[1], places[0]) / (ends[1] - ends[0])
+                rate[:] = np.subtract(places[1], places[0]) / (ends[1] - ends[0])
         place = np.array([(each.row + 0.5, each.column + 0.5) for _, each in seen])
         light = np.stack([each.light for _, each in seen], axis=1)
         return Points(place[:, 0], place[:, 1], rates[:, 0], rates[:, 1], light)
