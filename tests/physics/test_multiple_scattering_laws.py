@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from hcss_twin.physics.geometry import scattering_cosine
-from hcss_twin.physics.multiple_scattering.forward_peak import once_through
+from hcss_twin.physics.multiple_scattering.directions import gauss_streams
+from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m, henyey_greenstein
+from hcss_twin.physics.multiple_scattering.second_order import twice_back
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
@@ -131,7 +133,8 @@ def test_the_mean_over_azimuth_of_sunlight_is_the_kernel() -> None:
     moments, views = henyey_greenstein_moments([0.3]), np.array([0.2, 0.6, 1.0])
     azimuth = np.pi * (np.arange(32) + 0.5) / 32
     arguments = ([[0.1], [3.0]], [0.9], moments)
-    brdf, btdf = solve_sun(*arguments, np.repeat(views, 32), 0.5, np.tile(azimuth, 3), 12, 24, None, 0.0)
+    where = np.repeat(views, 32), 0.5, np.tile(azimuth, 3), 12, 24
+    brdf, btdf = solve_sun(*arguments, *where, None, 0.0, exact_orders=1)
     layer = solve_layers(*arguments, [0.5, *views], 12)
     for found, kernel in ((brdf, layer.reflection), (btdf, layer.transmission)):
         mean = found.reshape(2, 1, 3, 32).mean(axis=-1)
@@ -193,3 +196,31 @@ def test_light_towards_the_sun_is_the_series_of_small_angles(g, thickness) -> No
     turned = np.array([scattering_cosine(-mu, mu, each) for each in azimuth])
     series = np.polynomial.legendre.legval(turned, (2 * degree + 1) * missing)
     np.testing.assert_allclose(btdf[0, 0], series / (4.0 * np.pi * mu), rtol=1e-6)
+
+
+def test_light_scattered_twice_is_the_second_order_in_albedo_of_all_light() -> None:
+    # A phase function whose moments all are kept, so that nothing is scaled: brdf = a w + b w^2 + c w^3 + ...
+    moments = np.zeros((36, 1))
+    moments[:16, 0] = 0.6 ** np.arange(16) * np.linspace(1.0, 0.3, 16)
+    depth, mu, sun, azimuth = np.array([[0.3], [3.0], [10.0]]), np.array([0.8]), 0.5, np.array([1.0])
+
+    def more_than_once(albedo: float) -> np.ndarray:
+        scaled = delta_m(depth, np.array([albedo]), moments, 16)
+        once = once_back(scaled, np.array([albedo]), moments, mu, sun, azimuth)
+        return solve_sun(depth, [albedo], moments, mu, sun, azimuth, 8, 16, None, 0.0, exact_orders=1)[0] - once
+
+    small = 1e-3
+    expected = (8.0 * more_than_once(small) - more_than_once(2.0 * small)) / (4.0 * small**2)
+    found = twice_back(depth, np.ones(1), moments[:16], 8, 16, mu, sun, azimuth)
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("along", ["view", "sun"])
+def test_a_direction_that_is_one_of_the_streams_is_no_special_one(along) -> None:
+    moments, stream = henyey_greenstein_moments([0.8]), float(gauss_streams(64).mu[40])
+
+    def brdf(mu: float) -> np.ndarray:
+        view, sun = (mu, 0.6) if along == "view" else (0.6, mu)
+        return solve_sun([[0.1], [5.0]], [0.9], moments, [view], sun, [1.0], 8, 12, kept_moments=12)[0]
+
+    np.testing.assert_allclose(brdf(stream), brdf(stream + 1e-7), rtol=1e-5)

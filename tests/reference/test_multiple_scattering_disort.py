@@ -102,7 +102,9 @@ def test_as_many_streams_give_the_same_radiances() -> None:
         layer = solve_layers([[tau]], [albedo], given, mu, HALF)
         np.testing.assert_allclose(layer.emissivity[0, 0, : mu.size], exact.emissivity[12:], atol=1e-9)
         views, azimuth = np.repeat(mu, 7), np.tile(AZIMUTH, mu.size)
-        brdf, btdf = solve_sun([[tau]], [albedo], given, views, mu_sun, azimuth, HALF, STREAMS, None, 0.0)
+        brdf, btdf = solve_sun(
+            [[tau]], [albedo], given, views, mu_sun, azimuth, HALF, STREAMS, None, 0.0, exact_orders=1
+        )
         largest = exact.brdf.max()
         np.testing.assert_allclose(brdf[0, 0].reshape(-1, 7), exact.brdf[12:], atol=1e-8 * largest)
         # The forward peak beyond 64 moments, of which the reference corrects the second order only.
@@ -250,9 +252,34 @@ def test_where_the_peak_is_not_resolved_n_streams_with_n_moments_are_nearer_the_
         mu = exact.mu[seen]
         views, azimuth = np.repeat(mu, AZIMUTH.size), np.tile(AZIMUTH, mu.size)
         for streams, kept in ((8, 16), (8, 8), (16, 32), (16, 16), (64, 64)):
-            brdf, _ = solve_sun([[5.0]], [albedo], given, views, 0.91, azimuth, streams, kept, kept_moments=kept)
+            where = views, 0.91, azimuth, streams, kept
+            brdf, _ = solve_sun([[5.0]], [albedo], given, *where, kept_moments=kept, exact_orders=1)
             away = np.abs(brdf[0, 0].reshape(mu.size, -1) - exact.brdf[seen])
             found[wavelength_um, streams, kept] = float(np.median(away / exact.brdf[seen]))
     for streams in (8, 16):  # 0.015 and 0.012, against 0.046 and 0.037
         assert found[2.87, streams, streams] < 0.5 * found[2.87, streams, 2 * streams]
     assert found[3.7, 64, 64] < 1e-6
+
+
+@pytest.mark.long
+@warned
+@pytest.mark.parametrize(
+    ("wavelength_um", "median", "largest"), [(2.87, (3e-3, 2e-3, 1.5e-3), 0.03), (3.7, (1.5e-3, 4e-4, 1e-4), 0.01)]
+)
+def test_light_scattered_twice_in_closed_form_makes_few_streams_as_good_as_many(wavelength_um, median, largest) -> None:
+    """Droplets of stratus in all directions, glory and cloudbow among them; 128 ordinates resolve all their moments."""
+    albedo, _, every = scattering("mie stratus", wavelength_um)
+    exact = reference(5.0, albedo, every, 0.91, 128)
+    seen = exact.mu >= 0.3
+    views, azimuth = np.repeat(exact.mu[seen], AZIMUTH.size), np.tile(AZIMUTH, np.count_nonzero(seen))
+
+    def errors_of(streams: int, kept: int, exact_orders: int) -> np.ndarray:
+        where = views, 0.91, azimuth, streams, kept
+        brdf, _ = solve_sun([[5.0]], [albedo], every[:, None], *where, kept_moments=kept, exact_orders=exact_orders)
+        return np.abs(brdf[0, 0] / exact.brdf[seen].ravel() - 1.0)
+
+    for streams, allowed in zip((8, 16, 24), median, strict=True):
+        once, twice = errors_of(streams, streams, 1), errors_of(streams, 3 * streams // 2, 2)
+        assert np.median(twice) < allowed  # with light scattered once alone 2 to 12 times as much
+        assert np.median(twice) < 0.65 * np.median(once)
+        assert np.max(twice) < min(largest, 0.7 * np.max(once))

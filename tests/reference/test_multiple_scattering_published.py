@@ -40,7 +40,7 @@ RADIANCES = [
 @pytest.mark.parametrize(("tau", "albedo", "moments", "sun", "irradiance", "views", "printed", "tolerance"), RADIANCES)
 def test_radiances_equal_published_ones(tau, albedo, moments, sun, irradiance, views, printed, tolerance) -> None:
     chi = np.array(moments)[:, np.newaxis]
-    found = solve_sun([[tau]], [albedo], chi, views, sun, [np.pi] * 3, 8, 16)
+    found = solve_sun([[tau]], [albedo], chi, views, sun, [np.pi] * 3, 8, 16, exact_orders=1)
     face = found[0] if irradiance > 0 else found[1]
     np.testing.assert_allclose(face[0, 0] * sun * abs(irradiance), printed, rtol=tolerance)
 

@@ -25,6 +25,7 @@ from hcss_twin.physics.multiple_scattering.layer import (
     mean_over_azimuth,
 )
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, delta_m
+from hcss_twin.physics.multiple_scattering.second_order import missing_second_order
 
 LEAST_ORDER, ORDER_PER_OSCILLATION = 7, 1.0
 """Order of a polynomial over zenith angles: the second times half their range times the moments is added."""
@@ -42,13 +43,15 @@ def solve_sun(
     threads: int | None = None,
     mode_tolerance: float = 1e-5,
     kept_moments: int | None = None,
+    exact_orders: int = 2,
 ) -> tuple[Array, Array]:
     """Bidirectional reflectance and transmittance, sr-1: radiance over mu_sun times the sun's irradiance.
 
-    Light scattered more than once comes from delta-M scaled adding-doubling in ``modes`` terms of the
-    Fourier series over azimuth. Reflected light scattered once is exact, with the full phase function;
-    transmitted light includes the whole forward peak (:mod:`hcss_twin.physics.multiple_scattering.forward_peak`), so
-    direct light is exp(-tau / mu_sun) with the unscaled thickness.
+    Light scattered more than twice comes from delta-M scaled adding-doubling in ``modes`` terms of the Fourier series
+    over azimuth. Reflected light scattered once or twice is exact, with the full phase function
+    (:mod:`hcss_twin.physics.multiple_scattering.second_order`); transmitted light includes the whole forward peak
+    (:mod:`hcss_twin.physics.multiple_scattering.forward_peak`), so direct light is exp(-tau / mu_sun) with the unscaled
+    thickness.
 
     Layers of one wavenumber whose thicknesses differ by powers of 2 cost little more than one, as in
     :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`. With ``mode_tolerance`` 0 the other layers change
@@ -73,6 +76,9 @@ def solve_sun(
         ``modes``. The error is a few times this share (docs/development/radiance.md).
     kept_moments : int, optional
         Moments of the phase function that delta-M keeps, at least ``modes``; default: twice the streams.
+    exact_orders : int
+        Orders of scattering of reflected light, 1 or 2, that do not depend on the streams; 1 for comparison with
+        other codes of the same streams.
 
     Returns
     -------
@@ -89,7 +95,10 @@ def solve_sun(
     scaled = delta_m(thickness, w, chi, 2 * streams if kept_moments is None else kept_moments)
     toward, shares = _few_directions(mu, scaled.moments.shape[0])
     flat = (thickness.size, mu.size)
-    brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
+    brdf = once_back(scaled, w, chi, mu, sun, azimuth)
+    if exact_orders > 1:
+        brdf += missing_second_order(scaled, w, chi, streams, modes, mu, sun, azimuth)
+    brdf = brdf.reshape(flat)
     btdf = once_through(scaled, w, chi, mu, sun, azimuth).reshape(flat)
     where = directions(np.array([sun]), gauss_streams(streams), toward)
     series = AzimuthSeries(scaled.thickness)
@@ -215,7 +224,9 @@ def solve_sunlit_layers(
         raise ValueError(f"beam_modes {beam_modes}: allowed 1 to {modes}, those of the sun")
     where = directions(np.array([view[0], sun]), gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
-    brdf = once_back(scaled, w, chi, view, sun, azimuth).ravel()
+    brdf = once_back(scaled, w, chi, view, sun, azimuth)
+    brdf += missing_second_order(scaled, w, chi, streams, modes, view, sun, azimuth)
+    brdf = brdf.ravel()
     btdf = once_through(scaled, w, chi, view, sun, azimuth).ravel()
     beams = np.zeros((beam_modes - 1, thickness.size, streams, 2))
     series = AzimuthSeries(scaled.thickness)

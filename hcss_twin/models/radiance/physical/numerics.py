@@ -65,14 +65,14 @@ class Numerics:
 # is steep, two of them leave .3 % of the radiance, four .03 %, and such errors have other spectra than the radiance.
 # Where it is not steep, two are within 5e-5 for light that is scattered afterwards, which takes most of the time.
 LEVELS = (
-    Numerics(4, 6, 6, 6, 8, 0.015, 4, 2, 1e-4),
-    Numerics(6, 8, 8, 8, 12, 0.01, 6, 2, 1e-4),
-    Numerics(8, 12, 12, 12, 16, 0.005, 6, 2, 1e-4),
-    Numerics(10, 16, 16, 16, 20, 0.004, 6, 2, 1e-4),
-    Numerics(12, 24, 24, 24, 24, 0.001, 8, 4),
-    Numerics(16, 32, 32, 32, 32, 0.0005, 8, 4),
-    Numerics(20, 48, 48, 48, 40, 0.0002, 8, 6),
-    Numerics(24, 64, 64, 64, 48, 0.0, 12, 8),
+    Numerics(4, 6, 9, 9, 8, 0.015, 4, 2, 1e-4),
+    Numerics(6, 8, 12, 12, 12, 0.01, 6, 2, 1e-4),
+    Numerics(8, 12, 18, 18, 16, 0.005, 6, 2, 1e-4),
+    Numerics(10, 16, 24, 24, 20, 0.004, 6, 2, 1e-4),
+    Numerics(12, 24, 36, 36, 24, 0.001, 8, 4),
+    Numerics(16, 32, 48, 48, 32, 0.0005, 8, 4),
+    Numerics(20, 48, 72, 72, 40, 0.0002, 8, 6),
+    Numerics(24, 64, 96, 96, 48, 0.0, 12, 8),
 )
 
 

@@ -26,7 +26,7 @@ from hcss_twin.physics.multiple_scattering.phase_function import extended_moment
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
-FEW_STREAMS = 16
+FEW_STREAMS, FEW_MOMENTS = 16, 24
 """Streams for sunlight that are solved at every thickness of the grid."""
 
 PEAK_DEGREE = 16
@@ -237,9 +237,9 @@ class SlabOperators:
         most = numerics.sun_streams, numerics.sun_moments, numerics.azimuth_modes
         if numerics.sun_streams < 2 * FEW_STREAMS or depth.shape[0] <= WINDOW:
             return solve(depth, *most)
-        few = solve(depth, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
+        few = solve(depth, FEW_STREAMS, FEW_MOMENTS, FEW_MOMENTS)
         coarse = coarse_thickness(depth, numerics.per_octave)
-        more = solve(coarse, *most) - solve(coarse, FEW_STREAMS, FEW_STREAMS, FEW_STREAMS)
+        more = solve(coarse, *most) - solve(coarse, FEW_STREAMS, FEW_MOMENTS, FEW_MOMENTS)
         result: Array = few + np.einsum("ts,mnsv->mntv", from_coarse(depth.shape[0], numerics.per_octave), more)
         return result
 

@@ -1,0 +1,228 @@
+"""Reflected sunlight scattered twice, in closed form: what few streams and moments miss of it.
+
+Few streams suffice for light scattered many times. What remains of their error is nearly all in the second order, in
+which a sharp phase function (glory, cloudbow, forward peak) acts twice on a beam. Its exact value over a homogeneous
+layer takes two exponentials for each intermediate direction: light that enters along mu_0, is scattered at depth t
+toward mu_i downward, and then at t' > t back toward mu, has the path
+
+    int_0^tau exp(-t'/mu) int_0^t' exp(-t/mu_0 - (t' - t)/mu_i) dt dt'
+      = [B(1/mu + 1/mu_0) - B(1/mu + 1/mu_i)] / (1/mu_i - 1/mu_0),     B(r) = (1 - exp(-tau r)) / r,
+
+and light that is scattered back first has the same with mu and mu_0 exchanged. So twice-scattered light of the
+truncated phase function is replaced by that of the full one, as forward_peak.py does for light scattered once.
+
+The scaled problem (delta-M) counts a share f of scattering as none. Of the full phase function, what lies within an
+angle of ``PEAK`` over the number of kept moments is weakened by a common factor, so that the whole has the weight
+1 - f: the peak keeps its shape. What even the moments of this calculation do not resolve counts as not scattered.
+
+Light that is scattered back once, and forward any number of times, keeps exp(-t r (1 - K_l)) of the moment of degree l
+of the backward part of the phase function, with r = 1/mu + 1/mu_0 and the strength K_l of forward scattering, which is
+negative from the degree on that scaling removed. Without these orders above the second a glory would shine through
+scattering that scaling counts as none (H. C. van de Hulst, "Multiple Light Scattering", 1980, section 14.1.2).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geometry import scattering_cosine
+from hcss_twin.physics.multiple_scattering.directions import gauss_streams
+from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, extended_moments, phase_function
+
+FEWEST_MOMENTS, TIMES_MOMENTS, MOST_MOMENTS = 96, 5, 360
+"""Moments for twice-scattered light: so many times those of the solution, between these limits."""
+
+MOMENTS_PER_STREAM = 1.5
+"""With twice as many moments as streams, products of two phase functions would be integrated wrongly."""
+
+PEAK = 1.5
+"""Angle within which the phase function is weakened, times the kept moments."""
+
+BACKWARD_DEG = 70.0, 110.0
+"""Between these angles the backward part of the phase function begins."""
+
+ANGLES = 1440
+"""Angles at which the phase function is integrated."""
+
+LEAST_SHARE = 1e-7
+"""Azimuth modes end after two in succession below this share of the largest one."""
+
+_CLOSEST = 1e-6
+"""Least difference of inverse cosines that is divided by; it changes the path by as much."""
+
+
+def missing_second_order(
+    scaled: ScaledScattering,
+    albedo: Array,
+    moments: Array,
+    streams: int,
+    modes: int,
+    mu: Array,
+    sun: float,
+    azimuth: Array,
+) -> Array:
+    """Brdf (T, V, P) that a solution with few streams lacks.
+
+    Parameters
+    ----------
+    scaled : ScaledScattering
+        The layer as it is solved.
+    albedo, moments : ndarray (V,), (K, V)
+        Those of the layer, unscaled, as for :func:`extended_moments`.
+    streams, modes : int
+        Of the solution.
+    mu, azimuth : ndarray (P,)
+        Cosines of the views' zenith angles, and azimuths relative to the sun, radians; pi is glint.
+    sun : float
+        Cosine of the sun's zenith angle.
+    """
+    kept = scaled.moments.shape[0]
+    count = max(FEWEST_MOMENTS, min(TIMES_MOMENTS * kept, MOST_MOMENTS), kept)
+    known = extended_moments(moments, count + 1)
+    full, sharpest = known[:-1], known[-1]
+    angle, weight = _quadrature(ANGLES)
+    values = phase_function(np.cos(angle), moments) * (0.5 * weight)
+    legendre = np.polynomial.legendre.legvander(np.cos(angle), count - 1)
+    outside = legendre.T @ (values * -(np.expm1(-((angle * (kept / PEAK)) ** 2)) ** 3)).T
+    backward = legendre.T @ (values * _rising(angle, *np.radians(BACKWARD_DEG))).T
+    inside = 1.0 - outside[0] - sharpest
+    there = np.abs(inside) > LEAST_SHARE
+    weakened = np.divide(1.0 - scaled.peak - outside[0], inside, out=np.ones_like(inside), where=there)
+    exact, strength = outside + weakened * (full - sharpest - outside), albedo / (1.0 - albedo * scaled.peak)
+    more = round(count / MOMENTS_PER_STREAM)
+    result = twice_back(scaled.thickness, strength, exact, more, count, mu, sun, azimuth)
+    result -= twice_back(scaled.thickness, scaled.albedo, scaled.moments, streams, modes, mu, sun, azimuth)
+    onward, once_more = strength * (full - backward - scaled.peak), strength * (exact - backward)
+    for p, (m, a) in enumerate(zip(mu, azimuth, strict=True)):
+        above = _above_second(scaled.thickness, 1.0 / m + 1.0 / sun, onward[kept:], once_more[kept:])
+        cosine = np.array([scattering_cosine(m, sun, a)])
+        series = np.polynomial.legendre.legvander(cosine, count - 1)[0] * (2.0 * np.arange(count) + 1.0)
+        strengths = (series[:, None] * backward)[kept:] * (strength / (4.0 * np.pi * m * sun))
+        result[..., p] += np.einsum("ltv,lv->tv", above, strengths)
+    return result
+
+
+def _above_second(thickness: Array, rate: float, onward: Array, once_more: Array) -> Array:
+    """Path (L, T, V) of light scattered back once and forward at least twice.
+
+    Parameters
+    ----------
+    onward, once_more : ndarray (L, V)
+        Strength of forward scattering, and the one with which light scattered twice is known already.
+    """
+    straight = _integral(rate, thickness)
+    twice = straight - thickness * np.exp(-rate * thickness)
+    result: Array = _integral((1.0 - onward[:, None]) * rate, thickness) - straight - once_more[:, None] * twice
+    return result
+
+
+def twice_back(
+    thickness: Array, strength: Array, moments: Array, streams: int, modes: int, mu: Array, sun: float, azimuth: Array
+) -> Array:
+    """Brdf (T, V, P) of light that a layer scatters twice, over Gauss streams as intermediate directions.
+
+    Parameters
+    ----------
+    thickness : ndarray (T, V)
+    strength : ndarray (V,)
+        Single-scattering albedo.
+    moments : ndarray (L, V)
+        Of the phase function.
+    modes : int
+        Most azimuth modes.
+    """
+    between, views = gauss_streams(streams), mu.size
+    series = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
+    values = _legendre_of_modes(np.concatenate((between.mu, [sun], mu)), moments.shape[0], modes)
+    # Light that is scattered down first, and back first.
+    shape = streams, views, strength.size
+    down, back = np.zeros(shape), np.zeros(shape)
+    largest, small = 0.0, False
+    for mode in range(min(modes, moments.shape[0])):
+        value = values[mode]
+        along, ends = value[:, :streams, None], value[:, None, streams:]
+        same, other = _kernels((along * ends).reshape(moments.shape[0], -1), series, mode)
+        same, other = same.reshape(streams, 1 + views, -1), other.reshape(streams, 1 + views, -1)
+        # The sunbeam travels away from the sun: its relative azimuth is the supplement.
+        term = ((1.0 if mode == 0 else 2.0) * np.cos(mode * (np.pi - azimuth)))[:, None]
+        parts = other[:, 1:] * same[:, :1], same[:, 1:] * other[:, :1]
+        down += parts[0] * term
+        back += parts[1] * term
+        size = max(float(np.max(np.abs(part))) for part in parts)
+        largest = max(largest, size)
+        if small and size <= LEAST_SHARE * largest:
+            break
+        small = size <= LEAST_SHARE * largest
+    factor = 2.0 * np.pi * (between.weight / between.mu)[:, None, None] * (strength / (4.0 * np.pi)) ** 2
+    inverse, to_sun = 1.0 / between.mu, 1.0 / sun
+    beside_sun = _apart(inverse, to_sun)
+    down *= factor / (beside_sun - to_sun)[:, None, None]
+    from_streams = [_integral(to_sun + rate, thickness) for rate in inverse]
+    result = np.empty((*thickness.shape, views))
+    for p, to_view in enumerate(1.0 / mu):
+        beside_view = _apart(inverse, to_view)
+        backward = back[:, p] * factor[:, 0] / (beside_view - to_view)[:, None]
+        total = _integral(to_view + to_sun, thickness) * np.sum(down[:, p] + backward, axis=0)
+        for stream, known in enumerate(from_streams):
+            moved = beside_view[stream] != inverse[stream]
+            total -= down[stream, p] * _integral(to_view + beside_sun[stream], thickness)
+            total -= backward[stream] * (_integral(to_sun + beside_view[stream], thickness) if moved else known)
+        result[..., p] = total * (to_view * to_sun)
+    return result
+
+
+def _legendre_of_modes(mu: Array, degrees: int, modes: int) -> Array:
+    """Return :func:`normalised_legendre` of all modes, (modes, degrees, D), in one recurrence."""
+    order = np.arange(min(modes, degrees))[:, None]
+    result = np.zeros((order.size, degrees, mu.size))
+    sine = np.sqrt((1.0 - mu) * (1.0 + mu))
+    first = np.ones_like(mu)
+    for degree in range(degrees):
+        if degree < order.size:
+            first = first * (sine * np.sqrt((2 * degree - 1) / (2 * degree)) if degree else 1.0)
+            result[degree, degree] = first
+        lower = order[: min(degree + 1, order.size)]
+        if degree + 1 == degrees:
+            break
+        before = np.sqrt(degree * degree - lower * lower) * result[: lower.size, degree - 1]
+        after = ((2 * degree + 1) * mu * result[: lower.size, degree] - before) / np.sqrt((degree + 1) ** 2 - lower**2)
+        result[: lower.size, degree + 1] = after
+    return result
+
+
+def _kernels(product: Array, series: Array, mode: int) -> tuple[Array, Array]:
+    """Return scattering into the same and into the other hemisphere (N, V) from products (L, N)."""
+    even = product[mode::2].T @ series[mode::2]
+    odd = product[mode + 1 :: 2].T @ series[mode + 1 :: 2]
+    return even + odd, even - odd
+
+
+def _integral(rate: Array | float, thickness: Array) -> Array:
+    """Integral of exp(-rate t) over the layer."""
+    result: Array = -np.expm1(-rate * thickness) / rate
+    return result
+
+
+def _apart(inverse: Array, other: float) -> Array:
+    """Move inverse cosines of streams that equal another one a little: the path is a difference quotient there."""
+    return np.where(np.abs(inverse - other) < _CLOSEST, other + _CLOSEST, inverse)
+
+
+def _rising(angle: Array, low: float, high: float) -> Array:
+    """Return 0 below an angle and 1 above another one, with a smooth step between."""
+    place = np.clip((angle - low) / (high - low), 0.0, 1.0)
+    result: Array = place * place * (3.0 - 2.0 * place)
+    return result
+
+
+@cache
+def _quadrature(count: int) -> tuple[Array, Array]:
+    """Return angles and weights (count,) of Fejer's first rule for integrals over the cosine."""
+    angle = (np.arange(count) + 0.5) * np.pi / count
+    degree = np.arange(1, count // 2 + 1)
+    weight = (2.0 - 4.0 * np.cos(2.0 * angle[:, None] * degree) @ (1.0 / (4.0 * degree**2 - 1.0))) / count
+    angle.flags.writeable = weight.flags.writeable = False
+    return angle, weight
