@@ -67,7 +67,7 @@ class Truth(Stage):
         }
         for name in self._shapes:
             if name not in FILLED and name != ELEMENT and not name.startswith(f"{ELEMENT}_"):
-                raise ValueError(f"truth variable '{name}': the engine has no values for it (engine/truth.py)")
+                raise ValueError(f"truth variable '{name}': the engine has no values for it (engine/stages/truth.py)")
         self._missing = [spec.name for spec in plan.computed if spec.kind == "truth" and spec.may_be_missing]
         needs_optics = "cloud_optical_thickness" in self._shapes
         self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
