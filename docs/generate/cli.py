@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.group import OF_PLUGINS
 from hcss_twin.cli.main import cli
+from hcss_twin.core.own_packages import COMMANDS
 
 PAGE = "reference/cli.md"
 
@@ -45,7 +45,7 @@ def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> It
     members = dict(group.commands)
     if group is cli:
         plugins = cli.plugin_commands()[0].items()
-        members |= {name: command.load() for name, command in plugins if OF_PLUGINS.get(name) in LISTED}
+        members |= {name: command.load() for name, command in plugins if COMMANDS.get(name) in LISTED}
     for name, command in sorted(members.items()):
         if isinstance(command, click.Group):
             if command.invoke_without_command:
@@ -56,8 +56,8 @@ def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> It
 
 
 def _of_plugins() -> str:
-    packages = sorted(set(OF_PLUGINS.values()))
-    named = {each: [f"`hcss {name}`" for name, package in OF_PLUGINS.items() if package == each] for each in packages}
+    packages = sorted(set(COMMANDS.values()))
+    named = {each: [f"`hcss {name}`" for name, package in COMMANDS.items() if package == each] for each in packages}
     return ";\n".join(f"`{package}` has {', '.join(names)}" for package, names in named.items())
 
 

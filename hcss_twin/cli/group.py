@@ -20,24 +20,6 @@ TOPICS = {
 }
 """Headings of ``hcss --help`` and their commands, installed plugins' included; others go under "Other"."""
 
-OF_PLUGINS = {
-    "atmosphere import": "hcss-modtran",
-    "bench": "hcss-bench",
-    "check": "hcss-author",
-    "clouds": "hcss-evaluate",
-    "evaluate": "hcss-evaluate",
-    "fit": "hcss-evaluate",
-    "import": "hcss-evaluate",
-    "match": "hcss-evaluate",
-    "new-plugin": "hcss-author",
-    "propagate": "hcss-uncertainty",
-    "reference": "hcss-light",
-    "reproduce": "hcss-paper",
-    "serve": "hcss-payload",
-    "skies": "hcss-skies",
-}
-"""Commands of plugins that the repository of this package has in ``plugins/``."""
-
 
 class CommandGroup(click.Group):
     """Commands of the package and of plugins.
@@ -72,10 +54,10 @@ class CommandGroup(click.Group):
         if broken:
             listed = "; ".join(map(str, broken))
             ctx.fail(f"No such command '{name}'. It might come from an installed plugin that is broken: {listed}")
-        if name in OF_PLUGINS:
-            from hcss_twin.core.plugins import how_to_install
+        from hcss_twin.core.own_packages import COMMANDS, how_to_install
 
-            plugin = OF_PLUGINS[name]
+        if name in COMMANDS:
+            plugin = COMMANDS[name]
             ctx.fail(f"No such command '{name}'. It comes with the plugin {plugin}: {how_to_install(plugin)}")
         return None
 

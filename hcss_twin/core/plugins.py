@@ -18,11 +18,6 @@ FAILURES = (Exception, SystemExit)
 """Exceptions of a plugin that do not stop the program; a keyboard interrupt does."""
 
 
-def how_to_install(package: str) -> str:
-    """Return how to install a package of ``plugins/``, for messages where it is missing."""
-    return f"pip install ./plugins/{package} in a checkout of hcss_twin"
-
-
 @dataclass(frozen=True)
 class Origin:
     """Distribution of a plugin."""

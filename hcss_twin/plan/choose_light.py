@@ -11,7 +11,8 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, choose_from
-from hcss_twin.core.plugins import FAILURES, describe, how_to_install, installed
+from hcss_twin.core.own_packages import LIGHT, how_to_install
+from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
@@ -64,8 +65,9 @@ def with_light(plan: Plan) -> Plan:
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
         raise ScenarioError([Problem(_FIELD, message)])
     if name not in offered:
-        hint = "" if offered else f"; 'slant' and 'source' come with hcss-light: {how_to_install('hcss-light')}"
-        message = f"'{name}' is not installed{hint}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
+        package = LIGHT.get(name)
+        why = f"is not installed; it comes with {package}: {how_to_install(package)}" if package else "is unknown"
+        message = f"'{name}' {why}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
         raise ScenarioError([Problem(_FIELD, message)])
     if unsupported:
         message = f"cannot be computed with {_FIELD} = '{name}'; allowed:"

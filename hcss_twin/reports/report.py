@@ -14,7 +14,9 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, how_to_install, installed
+from hcss_twin.core.own_packages import PAGES as MARKED
+from hcss_twin.core.own_packages import how_to_install
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, installed
 from hcss_twin.core.reading import reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
@@ -33,9 +35,6 @@ PAGES = {
     FORMAT_ATTRIBUTE: "hcss_twin.reports.cube_page:cube_page",
 }
 """Page of each file type of this package by its marker attribute."""
-
-OF_PLUGINS = {"hcss_posterior_version": "hcss-evaluate", "hcss_propagation_version": "hcss-uncertainty"}
-"""Plugins of ``plugins/`` in the repository of this package, by the marker attribute of the files that they write."""
 
 
 @checked
@@ -106,12 +105,12 @@ def _page_of(path: Path) -> tuple[str, EntryPoint]:
     for origin, entry in installed(GROUP):
         if not isinstance(entry, BaseException) and entry.name in marks:
             return str(origin), entry
-    for mark, plugin in OF_PLUGINS.items():
+    for mark, plugin in MARKED.items():
         if mark in marks:
             raise HcssError(
                 f"cannot report on {path}: its page comes with the plugin {plugin}: {how_to_install(plugin)}"
             )
-    known = ", ".join((*PAGES, *OF_PLUGINS))
+    known = ", ".join((*PAGES, *MARKED))
     raise HcssError(f"cannot report on {path}: it is NetCDF without {known}; {ALLOWED}")
 
 

@@ -7,13 +7,10 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.errors import Problem
-from hcss_twin.core.plugins import how_to_install
+from hcss_twin.core.own_packages import SECTIONS, how_to_install
 from hcss_twin.core.sections import plugin_sections
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.problems import problems_from
-
-PACKAGES = dict.fromkeys(("camera", "orbit", "attitude", "jitter"), "hcss-payload")
-"""Packages of this project that own sections, for messages where they are not installed."""
 
 
 def take_owned(data: dict[str, Any]) -> tuple[dict[str, BaseModel], list[Problem]]:
@@ -28,7 +25,7 @@ def take_owned(data: dict[str, Any]) -> tuple[dict[str, BaseModel], list[Problem
                 sections[name] = model.model_validate(raw)
             except ValidationError as error:
                 problems += problems_from(error, model, prefix=name, raw=raw)
-        elif package := PACKAGES.get(name):
+        elif package := SECTIONS.get(name):
             del data[name]
             message = f"is a section of {package}, which is not installed: {how_to_install(package)}"
             problems.append(Problem(name, message))

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from
+from hcss_twin.core.own_packages import PROVIDERS, how_to_install
 from hcss_twin.core.plugins import (
     FAILURES,
     OWN_DISTRIBUTION,
@@ -18,7 +19,6 @@ from hcss_twin.core.plugins import (
     Origin,
     Remark,
     describe,
-    how_to_install,
     installed,
     normalised,
     slow_import,
@@ -36,14 +36,6 @@ if TYPE_CHECKING:
 
 
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
-
-PACKAGES = {
-    **dict.fromkeys(("example", "surrogate"), "hcss-skies"),
-    **dict.fromkeys(("bad-pixels", "detector-drift", "integration", "non-linearity", "stray-light"), "hcss-payload"),
-    "fractal-relief": "hcss-light",
-    "lowtran7": "hcss-lowtran7",
-}
-"""Packages of this project with providers, for messages where they are not installed."""
 
 
 class Registry:
@@ -194,7 +186,7 @@ class Registry:
         if ignored:
             text += f". It might come from a hook that is not used: {'; '.join(ignored)}"
         if not suspects and not ignored:
-            package = PACKAGES.get(plain)
+            package = PROVIDERS.get(plain)
             text += (
                 f". It comes with {package}: {how_to_install(package)}"
                 if package

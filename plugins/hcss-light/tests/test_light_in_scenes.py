@@ -88,7 +88,7 @@ def test_scenes_that_cannot_be_computed_are_refused_by_name(changes, message):
 
 
 def test_a_tier_that_is_not_installed_is_refused_with_the_command_that_installs_it(monkeypatch):
-    with pytest.raises(ScenarioError, match=r"'sorce' is not installed.*source"):
+    with pytest.raises(ScenarioError, match=r"'sorce' is unknown.*source"):
         make_plan(scene("sorce"))
     monkeypatch.setattr(choose_light, "installed", lambda group: iter(()))
     with pytest.raises(ScenarioError, match=r"pip install \./plugins/hcss-light"):

@@ -1,0 +1,45 @@
+"""What the packages in ``plugins/`` of this project bring, for messages where they are not installed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+COMMANDS: Mapping[str, str] = {
+    "atmosphere import": "hcss-modtran",
+    "bench": "hcss-bench",
+    "check": "hcss-author",
+    "clouds": "hcss-evaluate",
+    "evaluate": "hcss-evaluate",
+    "fit": "hcss-evaluate",
+    "import": "hcss-evaluate",
+    "match": "hcss-evaluate",
+    "new-plugin": "hcss-author",
+    "propagate": "hcss-uncertainty",
+    "reference": "hcss-light",
+    "reproduce": "hcss-paper",
+    "serve": "hcss-payload",
+    "skies": "hcss-skies",
+}
+"""Package of each command of ``hcss``."""
+
+PROVIDERS: Mapping[str, str] = {
+    **dict.fromkeys(("example", "surrogate"), "hcss-skies"),
+    **dict.fromkeys(("bad-pixels", "detector-drift", "integration", "non-linearity", "stray-light"), "hcss-payload"),
+    "fractal-relief": "hcss-light",
+    "lowtran7": "hcss-lowtran7",
+}
+"""Package of each provider."""
+
+LIGHT: Mapping[str, str] = dict.fromkeys(("reference", "slant", "source"), "hcss-light")
+"""Package of each value of ``radiance.light``."""
+
+SECTIONS: Mapping[str, str] = dict.fromkeys(("attitude", "camera", "jitter", "orbit"), "hcss-payload")
+"""Package of each section of a scenario."""
+
+PAGES: Mapping[str, str] = {"hcss_posterior_version": "hcss-evaluate", "hcss_propagation_version": "hcss-uncertainty"}
+"""Package of each page of ``hcss report``, by the global attribute that marks its files."""
+
+
+def how_to_install(package: str) -> str:
+    """Return how to install a package of ``plugins/``."""
+    return f"pip install ./plugins/{package} in a checkout of hcss_twin"
