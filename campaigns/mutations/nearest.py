@@ -35,14 +35,20 @@ CASES = 3
 Tests = dict[str, dict[str, Any]]
 
 
-def reach(bench: Bench, mutated: Mapping[int, Function], paths: Sequence[str]) -> Tests:
-    """Run the tests without a mutation, file by folder; what a work folder has of the same tree is taken from there."""
+def reach(bench: Bench, mutated: Mapping[int, Function], paths: Sequence[str], options: Sequence[str] = ()) -> Tests:
+    """Run the tests without a mutation, file by folder; what a work folder has of the same tree is taken from there.
+
+    Parameters
+    ----------
+    options : sequence of str
+        Of pytest, as ``--quick``.
+    """
     watched = {str(bench.tree / file): names for file, names in _watched(mutated, bench.functions).items()}
     tests: Tests = {}
     for folder, files in _folders(bench.tree, paths).items():
-        key = hashlib.sha256(f"{bench.fingerprint}{files}{json.dumps(watched)}".encode()).hexdigest()[:8]
+        key = hashlib.sha256(f"{bench.fingerprint}{files}{json.dumps(watched)}{options}".encode()).hexdigest()[:8]
         kept = bench.work / f"reach-{folder.replace('/', '-')}-{key}.json"
-        found = _watch(bench, files, watched, kept)
+        found = _watch(bench, [*files, *options], watched, kept)
         # On a busy machine a time limit of a test may have passed.
         failed = [name for name, each in found.items() if each["failed"]]
         again = _watch(bench, failed, watched, kept.with_suffix(".again.json")) if failed else {}

@@ -45,7 +45,8 @@ def main() -> None:
     for number in range(1, options.jobs):
         benches.put(Bench(ROOT, work, number))
     mutations = dict(enumerate(draw(first.functions, options.number, options.seed), 1))
-    tests = reach(first, {number: each.function for number, each in mutations.items()}, options.paths)
+    quick = ("--quick",) if options.tests == "quick" else ()
+    tests = reach(first, {number: each.function for number, each in mutations.items()}, options.paths, quick)
     failing = sorted(name for name, each in tests.items() if each["failed"])
     print(f"{len(tests)} tests, {len(failing)} fail without a mutation", flush=True)
     allowed = set(tests) - set(failing)
