@@ -35,21 +35,27 @@ from hcss_twin.cube.variables import (
 )
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.element_paths import ElementPaths
-from hcss_twin.engine.stages.placed_points import LARGEST_DRAWN, Piece, PlacedPoint, Share, higher_than, merged
+from hcss_twin.engine.stages.placed_points import (
+    LARGEST_DRAWN,
+    Piece,
+    Place,
+    PlacedPoint,
+    Share,
+    WindowPieces,
+    higher_than,
+    merged,
+    point_of,
+)
 from hcss_twin.engine.stages.stage import WITH_ELEMENTS, Frame, FramePart, PartWindow, Stage
-from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import instants_s
-from hcss_twin.plan.windows import Window, length, points_of
+from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import ElementPixels, ElementPoint, SightPath, Sun
 
 if TYPE_CHECKING:
     from hcss_twin.engine.tables.over_points import AnyLookUp
 
 Thickness = NDArray[np.float32]
-
-Place = tuple[float, float]
-"""Row and column in the image; pixel n extends from n to n + 1."""
 
 _SEED_KEY = 2**18
 """Distinguishes the seeds of elements from those of clouds, waves and the certificate."""
@@ -151,7 +157,7 @@ class InstantElements:
         parts = self._given(window)
         points = [each for _, each in parts if isinstance(each, PlacedPoint)]
         present = np.zeros((length(window[0]), length(window[1])), dtype=np.bool_)
-        small = _Small(window, place, thickness_m, radiance)
+        small = WindowPieces(window, place, thickness_m, radiance)
         for number, each in parts:
             if isinstance(each, PlacedPoint):
                 higher, samples = higher_than(each, points), self._plan.samples_per_pixel
@@ -250,12 +256,12 @@ class InstantElements:
         if place not in self._points_of_places:
             y, x = math.floor(row), math.floor(column)
             thickness = self._clouds.thickness_m((slice(y, y + 1), slice(x, x + 1)))
-            i, j = _point_of((row, column), (y, x), samples)
+            i, j = point_of((row, column), (y, x), samples)
             self._points_of_places[place] = [each[i : i + 1, j : j + 1] for each in thickness]
         return self._points_of_places[place]
 
     def _add_point(
-        self, placed: PlacedPoint, pixel: tuple[int, int], pieces: Sequence[Share], small: _Small
+        self, placed: PlacedPoint, pixel: tuple[int, int], pieces: Sequence[Share], small: WindowPieces
     ) -> dict[str, Any]:
         """Add the pieces of a small element in one pixel, and return their truth."""
         point, covers = placed.point, placed.area or 1.0
@@ -267,7 +273,7 @@ class InstantElements:
         samples = self._plan.samples_per_pixel
         points = small.points_of(pixel, samples)
         for piece in pieces:
-            i, j = _point_of((piece.row, piece.column), pixel, samples)
+            i, j = point_of((piece.row, piece.column), pixel, samples)
             behind = [each[i : i + 1, j : j + 1] for each in points]
             above = behind if placed.is_resolved else of_place
             key = tuple(float(each[0, 0]) for each in behind)
@@ -284,7 +290,7 @@ class InstantElements:
         pixel: tuple[int, int],
         above: Sequence[Thickness],
         behind: Sequence[Thickness],
-        small: _Small,
+        small: WindowPieces,
     ) -> tuple[Array, Array]:
         """Return the transmittance (B,) before a small element, and what it adds (B,) to a pixel that it fills.
 
@@ -312,7 +318,9 @@ class InstantElements:
         hidden = self._behind(pixel, heights, behind, small)
         return reach, own + direct * (paths.air_emission(altitude_m, zenith) - hidden)
 
-    def _behind(self, pixel: tuple[int, int], heights: Array, thickness_m: Sequence[Thickness], small: _Small) -> Array:
+    def _behind(
+        self, pixel: tuple[int, int], heights: Array, thickness_m: Sequence[Thickness], small: WindowPieces
+    ) -> Array:
         """Return the radiance (B,) of the column that a body hides in a pixel, without the layers above the body."""
         y, x = small.at(pixel)
         channels, all_points = small.radiance.shape[0], small.points_of(pixel, self._plan.samples_per_pixel)
@@ -328,7 +336,9 @@ class InstantElements:
         own, mean = (self._looked_up(each, channels, (y, x)) for each in (whole, all_points))
         return np.maximum(before + own - mean, 0.0)
 
-    def _draw(self, small: _Small, added: Mapping[str, NDArray[np.float32]], truth: Mapping[str, NDArray[Any]]) -> None:
+    def _draw(
+        self, small: WindowPieces, added: Mapping[str, NDArray[np.float32]], truth: Mapping[str, NDArray[Any]]
+    ) -> None:
         """Add the small elements of a window to its pixels, which have all else by now."""
         bands = len(self._plan.bands)
         for pixel in {**small.large, **small.drawn}:
@@ -363,7 +373,7 @@ class InstantElements:
         pixels: ElementPixels,
         n: int,
         pixel: tuple[int, int],
-        small: _Small,
+        small: WindowPieces,
         added: Mapping[str, NDArray[np.float32]],
     ) -> None:
         """Add the n-th pixel of an extended element."""
@@ -403,9 +413,8 @@ class InstantElements:
         """Return the radiance (B,) of one pixel of the part with other clouds."""
         look_up, pixel = self._look_up, np.empty((channels, 1, 1), dtype=np.float32)
         assert look_up is not None
-        if not isinstance(look_up, LookUp):
-            look_up = look_up.of_part((slice(at[0], at[0] + 1), slice(at[1], at[1] + 1)))
-        look_up.fill(pixel, thickness_m, self._plan.samples_per_pixel)
+        of_pixel = look_up.of_part((slice(at[0], at[0] + 1), slice(at[1], at[1] + 1)))
+        of_pixel.fill(pixel, thickness_m, self._plan.samples_per_pixel)
         return pixel[: len(self._plan.bands), 0, 0].astype(np.float64)
 
     def _area_m2(self, row: float, column: float, point: ElementPoint | None = None) -> float:
@@ -421,40 +430,6 @@ class InstantElements:
         """View zenith angle of a pixel, which may lie outside the image."""
         (view,) = self._plan.rays.views_of_pixels([row], [column], self._time_s)
         return view.zenith_deg
-
-
-class _Small:
-    """The window that small elements are added to, and those so far: what each adds to each pixel.
-
-    Attributes
-    ----------
-    drawn, large : dict of (int, int) to list of (PlacedPoint, Share, ndarray (B,))
-        Pieces that sensors draw, and those of squares that are too large for it.
-    """
-
-    def __init__(
-        self, window: Window, place: Window, thickness_m: Sequence[Thickness], radiance: NDArray[np.float32]
-    ) -> None:
-        self._window, self._place, self._thickness_m, self.radiance = window, place, thickness_m, radiance
-        self.drawn = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
-        self.large = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
-
-    def at(self, pixel: tuple[int, int]) -> tuple[int, int]:
-        """Return the row and column of a pixel of the image in the part."""
-        (rows, columns), (y, x) = self._window, self._place
-        return pixel[0] - rows.start + y.start, pixel[1] - columns.start + x.start
-
-    def points_of(self, pixel: tuple[int, int], samples: int) -> list[Thickness]:
-        """Return the thickness of each layer at the points of a pixel."""
-        corner = (at - pixels.start for at, pixels in zip(pixel, self._window, strict=True))
-        rows, columns = (points_of(slice(each, each + 1), samples) for each in corner)
-        return [each[rows, columns] for each in self._thickness_m]
-
-
-def _point_of(place: Place, pixel: tuple[int, int], samples: int) -> tuple[int, int]:
-    """Return row and column of the point of a pixel that a place is in."""
-    i, j = (min(int((at - first) * samples), samples - 1) for at, first in zip(place, pixel, strict=True))
-    return i, j
 
 
 def _below(thickness_m: Sequence[Thickness], heights: Array) -> list[Thickness]:

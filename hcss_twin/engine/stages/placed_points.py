@@ -12,8 +12,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.squares import Rectangle, segments, share_left
-from hcss_twin.plan.windows import Window
+from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import ElementPoint
+
+Thickness = NDArray[np.float32]
+
+Place = tuple[float, float]
+"""Row and column in the image; pixel n extends from n to n + 1."""
 
 LARGEST_DRAWN = 16.0
 """Side in pixels up to which sensors draw squares through their point spread; larger ones are blurred as the image."""
@@ -149,3 +154,37 @@ def merged(pieces: Sequence[Share | Piece], weights: Array) -> Array:
     places = np.array([(piece.row, piece.column) for piece in pieces])
     mean: Array = weights @ places / np.sum(weights)
     return mean
+
+
+class WindowPieces:
+    """The window that small elements are added to, and those so far: what each adds to each pixel.
+
+    Attributes
+    ----------
+    drawn, large : dict of (int, int) to list of (PlacedPoint, Share, ndarray (B,))
+        Pieces that sensors draw, and those of squares that are too large for it.
+    """
+
+    def __init__(
+        self, window: Window, place: Window, thickness_m: Sequence[Thickness], radiance: NDArray[np.float32]
+    ) -> None:
+        self._window, self._place, self._thickness_m, self.radiance = window, place, thickness_m, radiance
+        self.drawn = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
+        self.large = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
+
+    def at(self, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the row and column of a pixel of the image in the part."""
+        (rows, columns), (y, x) = self._window, self._place
+        return pixel[0] - rows.start + y.start, pixel[1] - columns.start + x.start
+
+    def points_of(self, pixel: tuple[int, int], samples: int) -> list[Thickness]:
+        """Return the thickness of each layer at the points of a pixel."""
+        corner = (at - pixels.start for at, pixels in zip(pixel, self._window, strict=True))
+        rows, columns = (points_of(slice(first, first + 1), samples) for first in corner)
+        return [thickness[rows, columns] for thickness in self._thickness_m]
+
+
+def point_of(place: Place, pixel: tuple[int, int], samples: int) -> tuple[int, int]:
+    """Return row and column of the point of a pixel that a place is in."""
+    i, j = (min(int((at - first) * samples), samples - 1) for at, first in zip(place, pixel, strict=True))
+    return i, j
