@@ -54,11 +54,10 @@ class CommandGroup(click.Group):
         if broken:
             listed = "; ".join(map(str, broken))
             ctx.fail(f"No such command '{name}'. It might come from an installed plugin that is broken: {listed}")
-        from hcss_twin.core.own_packages import COMMANDS, how_to_install
+        from hcss_twin.core.own_packages import COMMANDS, comes_with
 
-        if name in COMMANDS:
-            plugin = COMMANDS[name]
-            ctx.fail(f"No such command '{name}'. It comes with the plugin {plugin}: {how_to_install(plugin)}")
+        if package := comes_with(COMMANDS, name):
+            ctx.fail(f"No such command '{name}'. {package}")
         return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

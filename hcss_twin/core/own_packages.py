@@ -40,6 +40,12 @@ PAGES: Mapping[str, str] = {"hcss_posterior_version": "hcss-evaluate", "hcss_pro
 """Package of each page of ``hcss report``, by the global attribute that marks its files."""
 
 
+def comes_with(table: Mapping[str, str], name: str) -> str:
+    """Return which package of a table brings a name, and how to install it; an empty text if none does."""
+    package = table.get(name)
+    return f"It comes with {package}: {how_to_install(package)}" if package else ""
+
+
 def how_to_install(package: str) -> str:
     """Return how to install a package of ``plugins/``."""
     return f"pip install ./plugins/{package} in a checkout of hcss_twin"

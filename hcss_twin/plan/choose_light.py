@@ -65,9 +65,11 @@ def with_light(plan: Plan) -> Plan:
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
         raise ScenarioError([Problem(_FIELD, message)])
     if name not in offered:
-        package = LIGHT.get(name)
-        why = f"is not installed; it comes with {package}: {how_to_install(package)}" if package else "is unknown"
-        message = f"'{name}' {why}; {choose_from(name, [AUTO, COLUMNS, *offered])}"
+        known = name in LIGHT
+        message = f"'{name}' is {'not installed' if known else 'unknown'}; "
+        message += choose_from(name, [AUTO, COLUMNS, *offered])
+        for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
+            message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
     if unsupported:
         message = f"cannot be computed with {_FIELD} = '{name}'; allowed:"

@@ -9,6 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import ProviderNameError, choose_from
+from hcss_twin.core.own_packages import PROVIDERS, comes_with
 
 if TYPE_CHECKING:
     from hcss_twin.providers.registry.registry import Registry
@@ -97,7 +98,9 @@ def described(registry: Registry, name: str) -> list[dict[str, Any]]:
     entries = [entry for entry in registry.entries() if name in (entry.name, entry.qualified_name)]
     if not entries:
         names = sorted({entry.name for entry in registry.entries()})
-        raise ProviderNameError(f"no provider is named '{name}'; {choose_from(name, names)}")
+        text = f"no provider is named '{name}'; {choose_from(name, names)}"
+        package = comes_with(PROVIDERS, name.rpartition("/")[2])
+        raise ProviderNameError(f"{text}. {package}" if package else text)
     descriptions = []
     for entry in entries:
         model = registry.parameters_model(entry)

@@ -14,6 +14,7 @@ from pydantic import BaseModel, PrivateAttr, ValidationError
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
+from hcss_twin.core.own_packages import COMMANDS, how_to_install
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
@@ -42,8 +43,9 @@ _NOT_ONE_SCENE = (
 )
 
 _NOT_CERTAIN = (
-    "the file has uncertain keys, which `hcss propagate FILE` propagates (docs/how-to/uncertainty.md); "
-    "allowed here: a file without this section"
+    "the file has uncertain keys, which `hcss propagate FILE` propagates (docs/how-to/uncertainty.md); allowed here: "
+    f"a file without this section. The command comes with {COMMANDS['propagate']}: "
+    f"{how_to_install(COMMANDS['propagate'])}"
 )
 
 

@@ -161,7 +161,7 @@ def test_a_command_of_a_plugin_that_is_not_installed_names_the_plugin(monkeypatc
     for spec in plugin.hcss_commands():
         done = CliRunner().invoke(cli, spec.name.split())
         assert done.exit_code == 2
-        assert f"It comes with the plugin {folder}" in done.output
+        assert f"It comes with {folder}" in done.output
 
 
 @pytest.mark.parametrize("change", [{"name": "a b c"}, {"target": "a.b"}, {"summary": "two\nlines"}])

@@ -119,3 +119,8 @@ def test_every_shipped_provider_can_be_described():
 def test_an_unknown_name_is_refused_with_the_closest_one(registry):
     with pytest.raises(ProviderError, match=r"no provider is named 'fractl'; .*fractal"):
         described(registry, "fractl")
+
+
+def test_the_name_of_a_provider_that_is_not_installed_names_its_package(registry):
+    with pytest.raises(ProviderError, match=r"no provider is named 'surrogate'.*It comes with hcss-skies: pip install"):
+        described(registry, "surrogate")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from
-from hcss_twin.core.own_packages import PROVIDERS, how_to_install
+from hcss_twin.core.own_packages import PROVIDERS, comes_with
 from hcss_twin.core.plugins import (
     FAILURES,
     OWN_DISTRIBUTION,
@@ -186,11 +186,9 @@ class Registry:
         if ignored:
             text += f". It might come from a hook that is not used: {'; '.join(ignored)}"
         if not suspects and not ignored:
-            package = PROVIDERS.get(plain)
-            text += (
-                f". It comes with {package}: {how_to_install(package)}"
-                if package
-                else ". If it is part of a separate package, install that package into this environment "
+            text += ". " + (
+                comes_with(PROVIDERS, plain)
+                or "If it is part of a separate package, install that package into this environment "
                 "(pip install ...); `hcss plugins` shows what is installed"
             )
         error = ProviderError(text)

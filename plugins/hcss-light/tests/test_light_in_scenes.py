@@ -91,8 +91,9 @@ def test_a_tier_that_is_not_installed_is_refused_with_the_command_that_installs_
     with pytest.raises(ScenarioError, match=r"'sorce' is unknown.*source"):
         make_plan(scene("sorce"))
     monkeypatch.setattr(choose_light, "installed", lambda group: iter(()))
-    with pytest.raises(ScenarioError, match=r"pip install \./plugins/hcss-light"):
-        make_plan(scene("source"))
+    for name, what in {"source": "is not installed.*It comes", "sides": "is unknown.*Others come"}.items():
+        with pytest.raises(ScenarioError, match=rf"'{name}' {what} with hcss-light: pip install \./plugins/hcss-light"):
+            make_plan(scene(name))
 
 
 def test_a_profile_without_light_is_refused():
