@@ -37,7 +37,7 @@ class CommandGroup(click.Group):
             return {}, [], []
         from hcss_twin.core.commands import collect
 
-        groups = {name: each for name, each in self.commands.items() if isinstance(each, ExtensibleGroup)}
+        groups = {name: group for name, group in self.commands.items() if isinstance(group, ExtensibleGroup)}
         inner = (f"{name} {command}" for name, group in groups.items() for command in group.commands)
         return collect(plugins, {*self.commands, *inner}, groups)
 

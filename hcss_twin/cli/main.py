@@ -99,7 +99,8 @@ def run(
         run_plan(plan, output, shown, found.append, workers, scheduler, force)
     if as_json:
         told = {
-            "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,
+            "certificate": {name: value for certificate in found for name, value in certificate.as_dict().items()}
+            or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
         click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)}))
@@ -223,15 +224,17 @@ def plugins(name: str | None, as_json: bool) -> None:
                 for command in commands.values()
             ],
             "broken": [
-                {key: getattr(each, key) for key in ("entry_point", "distribution", "version", "error")}
-                for each in broken
+                {key: getattr(plugin, key) for key in ("entry_point", "distribution", "version", "error")}
+                for plugin in broken
             ],
-            "remarks": [{**vars(each.origin), "topic": each.topic, "remark": each.text} for each in remarks],
+            "remarks": [{**vars(remark.origin), "topic": remark.topic, "remark": remark.text} for remark in remarks],
         }
         click.echo(json.dumps(answer))
         return
     rows = [(f"{entry.kind.human}s", entry.name, entry.summary, entry.origin) for entry in entries]
-    rows += [("commands", each.spec.name, each.spec.summary, each.origin) for _, each in sorted(commands.items())]
+    rows += [
+        ("commands", command.spec.name, command.spec.summary, command.origin) for _, command in sorted(commands.items())
+    ]
     width = max(len(row[1]) for row in rows) + 2
     for heading, group in itertools.groupby(rows, key=lambda row: row[0]):
         click.echo(click.style(heading, bold=True))

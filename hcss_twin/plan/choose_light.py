@@ -43,7 +43,7 @@ def with_light(plan: Plan) -> Plan:
     section, name = plan.scenario.radiance, plan.scenario.radiance.light
     several = len(cloudy_layers(plan)) > 1
     of_one, offered = (
-        {each.name: (origin, each) for origin, each in installed(group) if not isinstance(each, BaseException)}
+        {entry.name: (origin, entry) for origin, entry in installed(group) if not isinstance(entry, BaseException)}
         for group in (GROUP, GROUP_OF_LAYERS if several else GROUP)
     )
     unsupported, cloudy = list(_unsupported(plan)), plan.needs_radiance and plan.assembly.has_cloud
@@ -61,7 +61,7 @@ def with_light(plan: Plan) -> Plan:
         notes = within if errors else _notes_of_columns(plan, section.light_accuracy)
         return replace(plan, notes=(*plan.notes, *notes))
     if name in of_one and name not in offered:
-        choice = "".join(f"'{each}', " for each in offered)
+        choice = "".join(f"'{light}', " for light in offered)
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
         raise ScenarioError([Problem(_FIELD, message)])
     if name not in offered:
@@ -83,7 +83,7 @@ def with_light(plan: Plan) -> Plan:
         notes.append(f"{_FIELD}: {note}")
     expected = _of_bands(plan, rms)
     light = replace(light, expected_rms=expected)
-    beyond = {each: error for each, error in expected.items() if error > (section.light_accuracy or math.inf)}
+    beyond = {band: error for band, error in expected.items() if error > (section.light_accuracy or math.inf)}
     if beyond:
         notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
     notes.append(
@@ -105,12 +105,12 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
 
 def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Sequence[float], str]:
     """Return the errors and the note of a transport for an image whose view varies."""
-    own, field = getattr(transport, "over_views", None), "platform.altitude"
-    if own is None:
+    over_views, field = getattr(transport, "over_views", None), "platform.altitude"
+    if over_views is None:
         message = f"'{name}' needs one view for all pixels; allowed: a smaller image, or {_FIELD} = '{COLUMNS}'"
         raise ScenarioError([Problem(field, message)])
     try:
-        errors, note = own(plan)
+        errors, note = over_views(plan)
     except HcssError as error:
         raise ScenarioError([Problem(field, str(error))]) from error
     return errors, note
@@ -148,10 +148,10 @@ def _notes_of_columns(plan: Plan, allowed: float | None) -> Iterator[str]:
     if allowed is None or not plan.needs_radiance:
         return
     beyond = {
-        f"{of} {band}": each.relative
-        for (of, band), own in error_budget(plan).contributions.items()
-        for each in own
-        if each.name == ERROR_OF_COLUMNS and each.relative is not None and each.relative > allowed
+        f"{of} {band}": error.relative
+        for (of, band), errors in error_budget(plan).contributions.items()
+        for error in errors
+        if error.name == ERROR_OF_COLUMNS and error.relative is not None and error.relative > allowed
     }
     if beyond:
         needs = f"{_FIELD} = 'source' of the plugin hcss-light computes clouds with sides"
@@ -167,7 +167,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     """Return the inputs of a light transport for a layer with cloud, by default the lowest, and for those above it."""
     assembly, numbers = plan.assembly, cloudy_layers(plan)
     number = numbers[0] if number is None else number
-    layer, higher = plan.layers[number], [each for each in numbers if each > number]
+    layer, higher = plan.layers[number], [above for above in numbers if above > number]
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
     def clear(sun: Sun | None, names: Collection[str] = assembly.model.terms) -> Array:

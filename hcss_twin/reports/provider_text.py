@@ -30,7 +30,7 @@ def stated_errors(provider: type) -> list[dict[str, Any]] | None:
         return []
     if not isinstance(method, staticmethod | classmethod):
         return None
-    return [asdict(each) | {"zenith_deg": list(each.zenith_deg)} for each in provider.model_errors()]  # type: ignore[attr-defined]
+    return [asdict(error) | {"zenith_deg": list(error.zenith_deg)} for error in provider.model_errors()]  # type: ignore[attr-defined]
 
 
 def stated_error_lines(errors: list[dict[str, Any]] | None) -> list[str]:
@@ -38,22 +38,22 @@ def stated_error_lines(errors: list[dict[str, Any]] | None) -> list[str]:
     if errors is None:
         return ["  stated error: depends on the scene, see hcss plan"]
     lines = ["  stated error:"] if errors else []
-    for (name, source, condition, command), own in groupby(
-        errors, lambda each: tuple(each[key] for key in ("name", "source", "condition", "command"))
+    for (name, source, condition, command), alike in groupby(
+        errors, lambda error: tuple(error[key] for key in ("name", "source", "condition", "command"))
     ):
         lines += [
             f"    {name}, against {source}",
             f"      {'; '.join(filter(None, (condition, command or 'from notes')))}",
         ]
-        for each in own:
-            sizes = [f"{100.0 * each['relative']:.3g} %"] if each["relative"] is not None else []
-            sizes += [f"{each['kelvin']:.3g} K"] if each["kelvin"] is not None else []
-            low, high = each["zenith_deg"]
-            path = "" if each["path"] == "up" else f"path {each['path']}"
+        for error in alike:
+            sizes = [f"{100.0 * error['relative']:.3g} %"] if error["relative"] is not None else []
+            sizes += [f"{error['kelvin']:.3g} K"] if error["kelvin"] is not None else []
+            low, high = error["zenith_deg"]
+            path = "" if error["path"] == "up" else f"path {error['path']}"
             view = "" if (low, high) == (0.0, 90.0) else f"zenith {low:g}-{high:g} deg"
-            of = ", ".join(filter(None, (path, each["column"], _SUNLIGHT[each["sunlight"]], view)))
-            um = f"{each['lower_um']:.3g}-{each['upper_um']:.3g} um"
-            lines.append(f"      {um:<14}{', '.join(sizes):<18}{each['statistic']:<16}{of}".rstrip())
+            of = ", ".join(filter(None, (path, error["column"], _SUNLIGHT[error["sunlight"]], view)))
+            um = f"{error['lower_um']:.3g}-{error['upper_um']:.3g} um"
+            lines.append(f"      {um:<14}{', '.join(sizes):<18}{error['statistic']:<16}{of}".rstrip())
     return lines
 
 
