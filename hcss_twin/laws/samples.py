@@ -1,39 +1,23 @@
-"""Analytic providers and sample inputs for testing any provider."""
+"""Analytic providers and sample inputs of the laws of radiance models."""
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
-from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import GASES, Profile
 from hcss_twin.providers import (
     Array,
     AtmosphereDeclaration,
-    AtmosphereInputs,
-    CloudInputs,
     CloudLayer,
-    Declaration,
-    ElementInputs,
-    Grid,
     Microphysics,
-    Motion,
     OpticsDeclaration,
-    OpticsInputs,
     RadianceInputs,
     SeaDeclaration,
-    SeaInputs,
-    SensorBand,
-    SensorInputs,
     SingleScattering,
-    SurfaceInputs,
     View,
 )
 
@@ -90,8 +74,6 @@ class PlainGas:
 
 _WELL_MIXED = {"co2": 4.2e-4, "n2o": 3.3e-7, "co": 1.5e-7, "ch4": 1.9e-6, "o2": 0.2095}
 """Mole fractions of gases that do not change with altitude here."""
-
-_USUAL_RANGE_CM1 = (500.0, 4000.0)
 
 
 def frozen(values: Any) -> Array:
@@ -173,50 +155,10 @@ def sample_high_layer(coverage: float = 0.5) -> CloudLayer:
     )
 
 
-def sample_grid() -> Grid:
-    """Return an image of 48 x 64 pixels of 200 m: not square, so that exchanged axes show."""
-    return Grid(rows=48, columns=64, pixel_size_m=200.0)
-
-
-def sample_motion() -> Motion:
-    """Return a moving platform, a wind and evolving shapes."""
-    return Motion(
-        platform_speed_m_s=100.0, cloud_velocity_m_s=(6.0, -3.0), evolution_time_s=1800.0, frame_interval_s=2.0
-    )
-
-
-def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) -> CloudInputs:
-    """Return inputs of a cloud generator; ``changes`` replace fields of ``CloudInputs``."""
-    inputs = CloudInputs(
-        layer=sample_layer(coverage), grid=sample_grid(), motion=sample_motion(), seed=seed, catalog=Catalog()
-    )
-    return dataclasses.replace(inputs, **changes)
-
-
-def still(inputs: CloudInputs) -> CloudInputs:
-    """Return the same inputs without motion and evolution."""
-    return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
-
-
-def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:
-    """Return a sea of 290 K under a westerly wind."""
-    return SeaInputs(wind_speed_m_s=wind_speed_m_s, wind_from_deg=270.0, temperature_K=290.0, catalog=Catalog())
-
-
-def sample_optics_inputs() -> OpticsInputs:
-    """Return inputs of an optics provider."""
-    return OpticsInputs(catalog=Catalog())
-
-
-def sample_atmosphere_inputs(profile: Profile | None = None) -> AtmosphereInputs:
-    """Return inputs of a transmittance provider, by default with :func:`sample_profile`."""
-    return AtmosphereInputs(profile=profile or sample_profile(), catalog=Catalog())
-
-
 def sample_radiance_inputs(
     profile: Profile | None = None, layers: tuple[CloudLayer, ...] | None = None
 ) -> RadianceInputs:
-    """Return inputs of a radiance model from the plain providers of this kit.
+    """Return inputs of a radiance model from these plain providers.
 
     Parameters
     ----------
@@ -238,109 +180,6 @@ def sample_radiance_inputs(
     )
 
 
-def sample_element_inputs(bands: int = 2) -> ElementInputs:
-    """Return inputs of an element provider over :func:`sample_grid`; bodies radiate at the bands' peaks, 1 um wide."""
-    sensor = sample_sensor_inputs().bands[:bands]
-    peaks = frozen([1e4 / band.wavelength_um[np.argmax(band.response)] for band in sensor])
-    return ElementInputs(
-        bands=sensor,
-        grid=sample_grid(),
-        view=View(zenith_deg=30.0, azimuth_deg=90.0),
-        black_body=lambda temperature_K: planck(peaks, temperature_K) * peaks**2 / 1e4,
-        catalog=Catalog(),
-    )
-
-
-class StillScene:
-    """``SensorInputs.scene_at`` of the kit: the measured frame at all times, or one that brightens with time.
-
-    Attributes
-    ----------
-    calls : list of (float, slice, slice)
-        Time, rows and columns of each call since the frame began.
-    change_per_s : float
-        Relative change of the radiance.
-    time_s : float
-        Of the frame that is measured.
-    """
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[float, slice, slice]] = []
-        self.change_per_s, self.time_s = 0.0, 0.0
-        self._radiance = frozen([])
-
-    def begin(self, radiance: Array, time_s: float) -> None:
-        """Take the frame that is measured, and its time."""
-        self._radiance, self.time_s, self.calls = radiance, time_s, []
-
-    @contextlib.contextmanager
-    def brightening(self, change_per_s: float) -> Iterator[None]:
-        """Let the scene brighten with time for a while."""
-        self.change_per_s = change_per_s
-        try:
-            yield
-        finally:
-            self.change_per_s = 0.0
-
-    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
-        """Return a window of the frame at a time."""
-        self.calls.append((time_s, rows, columns))
-        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self.time_s)))
-
-
-def sample_surface_inputs(points_per_s: int = 0) -> SurfaceInputs:
-    """Return inputs of a surface provider over :func:`sample_grid` around 35 N 150 E, moving so many points east."""
-    grid = sample_grid()
-
-    def ground(time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
-        x = (
-            np.arange(columns.start, columns.stop) + 0.5 - 0.5 * grid.columns + points_per_s * time_s
-        ) * grid.pixel_size_m
-        y = (np.arange(rows.start, rows.stop) + 0.5 - 0.5 * grid.rows) * grid.pixel_size_m
-        east, north = np.meshgrid(x, y)
-        return 35.0 + north / 111e3, 150.0 + east / 91e3
-
-    return SurfaceInputs(grid, ground, sea_temperature_K=290.0, air_temperature_K=288.0, catalog=Catalog())
-
-
-def sample_sensor_inputs(seed: int = 1, **changes: Any) -> SensorInputs:
-    """Return inputs of a sensor: two bands over :func:`sample_grid`; ``changes`` replace fields of ``SensorInputs``."""
-    motion = sample_motion()
-    inputs = SensorInputs(
-        bands=(
-            SensorBand("mid", frozen([3.5, 4.0, 4.5]), frozen([0.0, 1.0, 0.0])),
-            SensorBand("long", frozen([8.0, 12.0]), frozen([1.0, 1.0])),
-        ),
-        grid=sample_grid(),
-        platform_speed_m_s=motion.platform_speed_m_s,
-        frame_interval_s=motion.frame_interval_s,
-        seed=seed,
-        catalog=Catalog(),
-        scene_at=StillScene(),
-    )
-    return dataclasses.replace(inputs, **changes)
-
-
 def flat_sun(wavenumber_cm1: Array) -> Array:
     """Return the same solar irradiance at all wavenumbers, 0.01 W m-2 (cm-1)-1 at 1 au."""
     return np.full(wavenumber_cm1.shape, 0.01)
-
-
-def sample_wavenumbers(declares: Declaration, count: int = 12) -> Array:
-    """Return up to ``count`` wavenumbers in the range of a provider, within 500 to 4000 cm-1 if it can.
-
-    Nodes of its native grid if it has one, otherwise evenly spaced wavenumbers within its declared range.
-    """
-    low, high, grid = _spectrum(declares, _USUAL_RANGE_CM1)
-    inner = max(low, _USUAL_RANGE_CM1[0]), min(high, _USUAL_RANGE_CM1[1])
-    low, high = inner if inner[0] < inner[1] else (low, high)
-    if grid is None:
-        return frozen(np.linspace(low, high, count))
-    inside = grid[(grid >= low) & (grid <= high)]
-    return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])
-
-
-def _spectrum(declares: Declaration, otherwise: tuple[float, float]) -> tuple[float, float, Array | None]:
-    """Return the range of wavenumbers, and the native grid, of a kind that can declare them."""
-    valid: Mapping[str, tuple[float, float]] = getattr(declares, "valid", {})
-    return *valid.get("wavenumber_cm1", otherwise), getattr(declares, "native_grid_cm1", None)

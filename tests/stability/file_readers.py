@@ -4,6 +4,7 @@ import os
 from dataclasses import replace
 
 import numpy as np
+from hcss_author import sample_surface_inputs
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.fit import fit
 from hcss_evaluate.posterior.posterior_file import read_posterior
@@ -18,7 +19,6 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.verification import verify_cube
-from hcss_twin.laws.samples import sample_surface_inputs
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.models.clouds.database import read_entry, read_facts

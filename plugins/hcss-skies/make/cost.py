@@ -14,12 +14,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from hcss_author import sample_cloud_inputs
 from hcss_skies import library
 from hcss_skies.generator import MEASURED_S, ExampleClouds
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.providers import Grid, Motion
 
 SIDE, RUNS, FRAMES = 512, 5, 2

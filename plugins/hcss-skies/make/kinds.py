@@ -22,6 +22,7 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+from hcss_author import sample_cloud_inputs
 from hcss_evaluate.realism import compare
 from hcss_skies import library
 from hcss_skies.example import read_example, write_example
@@ -30,7 +31,6 @@ from hcss_skies.importing import import_example
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.providers import Grid, Motion
 
 SIDE, SEEDS, CLEAR_K, LAPSE_K_M = 256, 2, 293.0, 6.5e-3

@@ -29,6 +29,7 @@ from pathlib import Path
 import kinds
 import netCDF4
 import numpy as np
+from hcss_author import sample_cloud_inputs
 from hcss_evaluate.realism.classifiers import auc, auc_interval, out_of_fold
 from hcss_evaluate.realism.features import all_features
 from hcss_evaluate.realism.patches import z_scored
@@ -40,7 +41,6 @@ from hcss_skies.parameters import ExampleParameters
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Grid
 

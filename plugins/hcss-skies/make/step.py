@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from hcss_author import sample_cloud_inputs
 from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.example import Detail, make_example, write_example
 from hcss_skies.generator import ExampleClouds
@@ -25,7 +26,6 @@ from hcss_skies.parameters import ExampleParameters
 from hcss_skies.planes import read_plane
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.laws.samples import sample_cloud_inputs
 from hcss_twin.providers import Grid, Motion
 
 SIDE, PARTS, BLOCKS = 512, 4, 22

@@ -13,6 +13,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from hcss_author import sample_cloud_inputs
 from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
 from hcss_skies.surrogate.template import periodic_component
@@ -22,7 +23,7 @@ from scipy.ndimage import gaussian_filter
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.laws.samples import sample_cloud_inputs, sample_layer
+from hcss_twin.laws.samples import sample_layer
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudInputs, Grid, Motion
 

@@ -298,7 +298,7 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
     assert result.exit_code == 0, result.output
     with open_propagation(tmp_path / "a.nc") as data:
         assert data["input"].values.tolist() == ["sea.temperature", "atmosphere.water_vapour_scale"]
-    with pytest.raises(HcssError, match="uncertain: the file has uncertain keys.*hcss-uncertainty"):
+    with pytest.raises(HcssError, match=r"uncertain: the file has uncertain keys.*hcss-uncertainty"):
         hcss_twin.Scenario.load(path)
 
 

@@ -23,6 +23,19 @@ if TYPE_CHECKING:
     from hcss_author.elements import ElementContract, KnownElement, PlainScene
     from hcss_author.optics import OpticsContract, TransmittanceContract
     from hcss_author.radiance import RadianceModelContract
+    from hcss_author.samples import (
+        StillScene,
+        sample_atmosphere_inputs,
+        sample_cloud_inputs,
+        sample_element_inputs,
+        sample_grid,
+        sample_motion,
+        sample_optics_inputs,
+        sample_sea_inputs,
+        sample_sensor_inputs,
+        sample_surface_inputs,
+        sample_wavenumbers,
+    )
     from hcss_author.sea import SeaModelContract
     from hcss_author.sensor import SensorContract
     from hcss_author.surfaces import KnownSurface, SurfaceContract
@@ -31,22 +44,11 @@ if TYPE_CHECKING:
         PlainGas,
         PlainOptics,
         PlainSea,
-        StillScene,
-        sample_atmosphere_inputs,
-        sample_cloud_inputs,
-        sample_element_inputs,
-        sample_grid,
         sample_high_layer,
         sample_layer,
         sample_microphysics,
-        sample_motion,
-        sample_optics_inputs,
         sample_profile,
         sample_radiance_inputs,
-        sample_sea_inputs,
-        sample_sensor_inputs,
-        sample_surface_inputs,
-        sample_wavenumbers,
     )
 
 __all__ = [
@@ -103,7 +105,15 @@ _HOME = {
     "sample_fields": "variables",
     "sample_variable_inputs": "variables",
 }
-"""Modules of the names that need pytest or a module of their own; all others are in ``hcss_twin.laws.samples``."""
+"""Modules of the names that need pytest."""
+
+_SHARED = frozenset(
+    (
+        *("PlainGas", "PlainOptics", "PlainSea", "sample_high_layer", "sample_layer", "sample_microphysics"),
+        *("sample_profile", "sample_radiance_inputs"),
+    )
+)
+"""Names of ``hcss_twin.laws.samples``; all others are in ``hcss_author.samples``."""
 
 _REWRITTEN = (*sorted(set(_HOME.values())), "sensor_laws")
 """Modules with classes that test files inherit; pytest is to show the values in their assert statements."""
@@ -113,8 +123,10 @@ def __getattr__(name: str) -> Any:
     """Import a name of the kit when it is first used: samples alone need no pytest."""
     if name not in __all__:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    if name not in _HOME:
+    if name in _SHARED:  # spelt out, because whatever imports a computed name depends on all that can be imported
         return getattr(importlib.import_module("hcss_twin.laws.samples"), name)
+    if name not in _HOME:
+        return getattr(importlib.import_module(f"{__name__}.samples"), name)
     import pytest
 
     modules = (f"{__name__}.{module}" for module in _REWRITTEN)

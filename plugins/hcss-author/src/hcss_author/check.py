@@ -20,8 +20,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
-from hcss_twin.core.errors import OptionError, ProviderError, ProviderNameError, choose_from
-from hcss_twin.providers.registry import Entry, Kind, Registry
+from hcss_twin.core.errors import OptionError, ProviderNameError
+from hcss_twin.providers import Kind, ProviderError, choose_from
+from hcss_twin.providers.registry import Entry, Registry
 
 Outcome = Literal["passed", "failed", "expected failure", "not applicable", "not run"]
 
@@ -119,10 +120,10 @@ def find(registry: Registry, name: str, kind: str | None = None) -> Entry:
     if kind is not None and kind not in list(Kind):
         raise OptionError(f"--kind is '{kind}'; {choose_from(kind, Kind)}")
     of_kind = registry.entries(kind)
-    kinds = sorted({str(each.kind) for each in of_kind if name in (each.name, each.qualified_name)})
+    kinds = sorted({str(entry.kind) for entry in of_kind if name in (entry.name, entry.qualified_name)})
     if not kinds:
-        of_kinds = sorted({each.name for each in of_kind})
-        broken = "".join(f"; broken: {each}" for each in registry.broken)
+        of_kinds = sorted({entry.name for entry in of_kind})
+        broken = "".join(f"; broken: {plugin}" for plugin in registry.broken)
         raise ProviderNameError(f"no {kind or 'provider'} is called '{name}'; {choose_from(name, of_kinds)}{broken}")
     if len(kinds) > 1:
         raise OptionError(f"'{name}' is the name of providers of several kinds; allowed: --kind {' or '.join(kinds)}")
@@ -229,7 +230,7 @@ class _Run:
             case {"error": text}:
                 self._error = text
             case {"laws": laws}:
-                self._laws = {each["id"]: Law(each["name"], each["meaning"]) for each in laws} | self._laws
+                self._laws = {law["id"]: Law(law["name"], law["meaning"]) for law in laws} | self._laws
                 self.check.laws = self.check.laws or list(self._laws.values())
             case {"begins": law}:
                 self.now = self._laws[law]
@@ -278,6 +279,7 @@ class _Run:
     def result(self) -> Check:
         """Return the check with the costs."""
         self.check.costs = [
-            Cost(member, len(each), statistics.median(each), max(each)) for member, each in self._seconds.items()
+            Cost(member, len(seconds), statistics.median(seconds), max(seconds))
+            for member, seconds in self._seconds.items()
         ]
         return self.check

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_author.contract import ProviderContract, holds
+from hcss_author.samples import sample_cloud_inputs, still
 from hcss_twin.laws import clouds as laws
 from hcss_twin.laws.clouds import own_coverage, possible, whole
-from hcss_twin.laws.samples import sample_cloud_inputs, still
 from hcss_twin.providers import CloudGenerator, CloudInputs, Motion
 
 
@@ -70,9 +70,9 @@ class CloudGeneratorContract(ProviderContract):
         """The mean over seeds is the layer's coverage, or ``image_coverage`` of a provider that has it."""
         for coverage in (0.3, 0.7):
             providers = [self.make_provider(self.make_inputs(coverage, seed)) for seed in range(self.seeds)]
-            own = own_coverage(providers[0])
+            declared = own_coverage(providers[0])
             fields = [whole(provider, self.make_inputs(coverage)) for provider in providers]
-            expected = coverage if own is None else own
+            expected = coverage if declared is None else declared
             laws.cloudy_fraction_is(expected, fields, self.coverage_tolerance)
 
     def test_field_does_not_depend_on_earlier_calls(self, inputs: CloudInputs) -> None:

@@ -9,15 +9,13 @@ from typing import Any, ClassVar, TypeVar
 
 import pytest
 
+from hcss_author.samples import sample_wavenumbers
 from hcss_twin import providers
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import choose_from
 from hcss_twin.laws.law import Inapplicable, Law
-from hcss_twin.laws.samples import sample_wavenumbers
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, Catalog, Kind, choose_from
 from hcss_twin.providers.common import check_options
 from hcss_twin.providers.declarations import check_declaration
-from hcss_twin.providers.registry import Entry, Kind, Registry
+from hcss_twin.providers.registry import Entry, Registry
 
 _Class = TypeVar("_Class", bound=type)
 
@@ -39,16 +37,18 @@ def holds(*laws: Law) -> Callable[[_Class], _Class]:
 
 def law_test(law: Law) -> Callable[..., None]:
     """Return a law as a test method, which skips a provider to which it does not apply."""
-    own = inspect.signature(law).parameters.values()
-    fixtures = [each.name for each in own if each.default is each.empty and each.name != "make"]
+    parameters = inspect.signature(law).parameters.values()
+    fixtures = [
+        parameter.name for parameter in parameters if parameter.default is parameter.empty and parameter.name != "make"
+    ]
 
     def test(self: Any, *arguments: Any, **keywords: Any) -> None:
         values = dict(zip(fixtures, arguments, strict=False)) | keywords
-        for each in own:
-            if each.name == "make":
+        for parameter in parameters:
+            if parameter.name == "make":
                 values["make"] = self.make_provider
-            elif each.default is not each.empty:
-                values[each.name] = getattr(self, each.name, each.default)
+            elif parameter.default is not parameter.empty:
+                values[parameter.name] = getattr(self, parameter.name, parameter.default)
         try:
             law(**values)
         except Inapplicable as why:
@@ -144,7 +144,7 @@ def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
         For further tests, for example with ``Registry.create``.
     """
     registry = Registry.discover()
-    broken = [str(each) for each in registry.broken if each.distribution == distribution]
+    broken = [str(plugin) for plugin in registry.broken if plugin.distribution == distribution]
     assert not broken, f"the plugin is broken: {broken}"
     remarks = [remark for remark in registry.remarks if remark.origin.distribution == distribution]
     unknown = [str(remark) for remark in remarks if remark.topic == "unknown hook"]

@@ -12,10 +12,19 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_author.contract import ProviderContract
-from hcss_twin.core.errors import HcssError
-from hcss_twin.laws.samples import frozen, sample_element_inputs
+from hcss_author.samples import sample_element_inputs
+from hcss_twin.laws.samples import frozen
 from hcss_twin.physics.squares import segments
-from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementPoint, ElementProvider, SightPath, Sun
+from hcss_twin.providers import (
+    Array,
+    ElementInputs,
+    ElementPixels,
+    ElementPoint,
+    ElementProvider,
+    HcssError,
+    SightPath,
+    Sun,
+)
 from hcss_twin.providers.common import FRACTION_TOLERANCE, check_element_variables
 
 Pixel = dict[tuple[int, int], list[tuple[float, ...]]]
@@ -122,8 +131,8 @@ class ElementContract(ProviderContract):
             assert given is not None
             assert given.shape[-1:] == (len(inputs.bands),)
             assert np.all(np.isfinite(given) & (given >= 0.0))
-            assert all(each.shape == part.rows.shape for each in part.truth.values())
-            assert all(np.all(np.isfinite(each)) for each in part.truth.values())
+            assert all(values.shape == part.rows.shape for values in part.truth.values())
+            assert all(np.all(np.isfinite(values)) for values in part.truth.values())
             assert part.intensity is None or np.sum(part.share) <= 1.0 + FRACTION_TOLERANCE
             assert set(part.truth) == set(provider.variables)
         assert found, "nothing appears in the image at times_s: choose parameters or times at which something does"
@@ -138,11 +147,11 @@ class ElementContract(ProviderContract):
                 (slice(-3, row), slice(row, row + 1), slice(row + 1, rows)),
                 (slice(0, column + 1), slice(column + 1, columns + 2)),
             )
-            for window in ((each, other) for each in cuts[0] for other in cuts[1]):
+            for window in ((row_cut, column_cut) for row_cut in cuts[0] for column_cut in cuts[1]):
                 found = _pixels(_given(provider, inputs, time, window, PlainScene(inputs)))
                 assert all(one.start <= n < one.stop for at in found for n, one in zip(at, window, strict=True))
                 pieces |= found
-            inside = {at: each for at, each in pieces.items() if 0 <= at[0] < rows and 0 <= at[1] < columns}
+            inside = {at: piece for at, piece in pieces.items() if 0 <= at[0] < rows and 0 <= at[1] < columns}
             assert inside == whole
 
     def test_times_may_come_in_any_order(self, provider: ElementProvider, inputs: ElementInputs) -> None:
@@ -155,9 +164,9 @@ class ElementContract(ProviderContract):
     def test_a_band_alone_is_as_among_others(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """A band has the same intensity or radiance with and without the others; a provider may need all bands."""
         among = _whole(provider, inputs, self.times_s[0])
-        for band, own in enumerate(inputs.bands):
+        for band, band_inputs in enumerate(inputs.bands):
             body = _one_of(inputs, band)
-            alone = dataclasses.replace(inputs, bands=(own,), black_body=body)
+            alone = dataclasses.replace(inputs, bands=(band_inputs,), black_body=body)
             try:
                 found = _whole(self.make_provider(alone), alone, self.times_s[0])
             except HcssError:
@@ -170,9 +179,9 @@ class ElementContract(ProviderContract):
     def test_an_element_is_where_the_scene_projects_it(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """An image moved by whole pixels shows the same pixels there."""
         for time in self.times_s:
-            before, after = (_pixels(_around(provider, inputs, time, shift=each)) for each in ((0.0, 0.0), SHIFT))
+            before, after = (_pixels(_around(provider, inputs, time, shift=shift)) for shift in ((0.0, 0.0), SHIFT))
             low, high = -AROUND + 4, min(inputs.grid.rows, inputs.grid.columns) + AROUND - 4
-            inside = {at for at in before if all(low <= each < high for each in at)}
+            inside = {at for at in before if all(low <= index < high for index in at)}
             assert {(row + SHIFT[0], column + SHIFT[1]) for row, column in inside} <= set(after)
 
     def test_the_altitude_of_an_element_is_that_of_its_place(
@@ -232,8 +241,8 @@ class ElementContract(ProviderContract):
             weight = np.array([np.sum(part.share) for part in parts])
             places = np.array([[*_centre(part), part.altitude_m] for part in parts])
             row, column, altitude_m = weight @ places / weight.sum()
-            place = known.y_m / grid.pixel_size_m + grid.rows / 2, known.x_m / grid.pixel_size_m + grid.columns / 2
-            np.testing.assert_allclose((row, column), place, atol=0.51, err_msg="row and column")
+            expected = known.y_m / grid.pixel_size_m + grid.rows / 2, known.x_m / grid.pixel_size_m + grid.columns / 2
+            np.testing.assert_allclose((row, column), expected, atol=0.51, err_msg="row and column")
             assert altitude_m == pytest.approx(known.altitude_m, rel=1e-6, abs=1e-6)
 
 
@@ -243,26 +252,26 @@ def in_pixels(
     """Return what a provider gives, with small elements in the pixels of a window that hold them, as in cubes."""
     area_m2 = inputs.grid.pixel_size_m**2 * math.cos(math.radians(inputs.view.zenith_deg))
     found = []
-    for each in given:
-        if isinstance(each, ElementPixels):
-            found.append(each)
+    for part in given:
+        if isinstance(part, ElementPixels):
+            found.append(part)
             continue
-        covers = 1.0 if each.area_m2 is None else each.area_m2 / area_m2
-        side = each.side_m / inputs.grid.pixel_size_m
-        if each.area_m2 is not None and covers > 1.0:
+        covers = 1.0 if part.area_m2 is None else part.area_m2 / area_m2
+        side = part.side_m / inputs.grid.pixel_size_m
+        if part.area_m2 is not None and covers > 1.0:
             side = max(side, math.sqrt(covers))
-        place = scene.project(*(np.array([value]) for value in (each.x_m, each.y_m, each.altitude_m)))
-        pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(place, (rows, columns), strict=True)]
+        position = scene.project(*(np.array([value]) for value in (part.x_m, part.y_m, part.altitude_m)))
+        pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(position, (rows, columns), strict=True)]
         (y, up), (x, along) = (
             _by_pixel(piece[0], (piece[3] - piece[2]) / side if side else np.ones(piece[0].size)) for piece in pieces
         )
         if not y.size or not x.size:
             continue
         at_y, at_x = (every.ravel() for every in np.meshgrid(y, x, indexing="ij"))
-        truth = {name: np.full(at_y.size, value) for name, value in each.truth.items()}
+        truth = {name: np.full(at_y.size, value) for name, value in part.truth.items()}
         share = covers * np.outer(up, along).ravel()
         found.append(
-            ElementPixels(at_y, at_x, share, each.altitude_m, each.radiance, each.intensity, each.temperature_K, truth)
+            ElementPixels(at_y, at_x, share, part.altitude_m, part.radiance, part.intensity, part.temperature_K, truth)
         )
     return found
 
@@ -299,7 +308,7 @@ def _around(
 
 def _reaches_the_end(part: ElementPixels, inputs: ElementInputs) -> bool:
     sizes = (part.rows, inputs.grid.rows), (part.columns, inputs.grid.columns)
-    return any(each.min() == -AROUND or each.max() == size + AROUND - 1 for each, size in sizes)
+    return any(indices.min() == -AROUND or indices.max() == size + AROUND - 1 for indices, size in sizes)
 
 
 def _one_of(inputs: ElementInputs, band: int) -> Callable[[float], Array]:
@@ -314,8 +323,8 @@ def _strength(part: ElementPixels) -> Array:
 
 def _total(part: ElementPixels) -> Array:
     """Sum (B,) over the pixels."""
-    each = np.broadcast_to(_strength(part), (part.rows.size, _strength(part).shape[-1]))
-    total: Array = part.share @ each
+    strengths = np.broadcast_to(_strength(part), (part.rows.size, _strength(part).shape[-1]))
+    total: Array = part.share @ strengths
     return total
 
 
@@ -333,6 +342,6 @@ def _pixels(parts: list[ElementPixels]) -> Pixel:
         given = frozen(part.intensity if part.radiance is None else part.radiance)
         values = np.broadcast_to(given, (part.rows.size, given.shape[-1]))
         for n, at in enumerate(zip(part.rows.tolist(), part.columns.tolist(), strict=True)):
-            own = (part.altitude_m, float(part.share[n]), *values[n].tolist())
-            found.setdefault(at, []).append((*own, *(float(each[n]) for each in part.truth.values())))
+            facts = (part.altitude_m, float(part.share[n]), *values[n].tolist())
+            found.setdefault(at, []).append((*facts, *(float(truth[n]) for truth in part.truth.values())))
     return found

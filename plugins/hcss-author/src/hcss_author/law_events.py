@@ -19,9 +19,8 @@ import pytest
 import hcss_author
 from hcss_author.contract import expect_failures
 from hcss_author.new_plugin.write import contract_name
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import HcssError
-from hcss_twin.providers.registry import Entry, Kind, Registry
+from hcss_twin.providers import Catalog, HcssError, Kind
+from hcss_twin.providers.registry import Entry, Registry
 
 USUAL_CLOUD_TYPE = "stratus"
 """Its shape is that of ``CloudInputs.type_parameters``: a scene always has a cloud type."""
@@ -81,7 +80,7 @@ def timed(function: Callable[..., Any], name: str, events: Events, number: int) 
         if name in events.blocked:
             raise NotRun(f"{name}() did not return in earlier laws")
         given = [_shape(argument) for argument in arguments] + [
-            f"{key}={_shape(each)}" for key, each in keywords.items()
+            f"{key}={_shape(value)}" for key, value in keywords.items()
         ]
         events.write(call=number, text=f"{name}({', '.join(given)})")
         start = time.perf_counter()
@@ -179,7 +178,7 @@ def _parameters(registry: Registry, entry: Entry, given: Mapping[str, Any]) -> A
     try:
         return model(**given)
     except ValidationError as error:
-        problems = (": ".join([*map(str, each["loc"]), each["msg"]]) for each in error.errors())
+        problems = (": ".join([*map(str, problem["loc"]), problem["msg"]]) for problem in error.errors())
         raise HcssError(f"parameters (--set KEY=VALUE): {'; '.join(problems)}") from error
 
 

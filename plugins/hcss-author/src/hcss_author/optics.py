@@ -11,18 +11,21 @@ import numpy as np
 import pytest
 
 from hcss_author.contract import SpectralContract, holds
+from hcss_author.samples import sample_atmosphere_inputs, sample_optics_inputs
 from hcss_twin.laws import atmosphere, particles
-from hcss_twin.laws.samples import sample_atmosphere_inputs, sample_microphysics, sample_optics_inputs
-from hcss_twin.physics.paths import Leg, Path, to_space
-from hcss_twin.physics.planck import planck
+from hcss_twin.laws.samples import sample_microphysics
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
+    Leg,
     Microphysics,
     Optics,
     OpticsDeclaration,
     OpticsInputs,
+    Path,
     TransmittanceProvider,
+    planck,
+    to_space,
 )
 from hcss_twin.providers.common import FRACTION_TOLERANCE
 

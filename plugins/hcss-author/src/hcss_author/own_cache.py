@@ -25,15 +25,15 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Keep computed results in a temporary folder, one for all workers, unless HCSS_CACHE_DIR names one."""
     with pytest.MonkeyPatch.context() as patch:
         if not os.environ.get("HCSS_CACHE_DIR"):
-            own = tmp_path_factory.getbasetemp()
-            folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "results"
+            base = tmp_path_factory.getbasetemp()
+            folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "results"
             folder.mkdir(exist_ok=True)
             patch.setenv("HCSS_CACHE_DIR", str(folder))
         shipped, of_all, parsed = catalog_root(), ResultCache(), ResultCache.parsed
 
         @functools.wraps(parsed)
-        def shipped_files_once(own: ResultCache, path: Path, *read: Any) -> Any:
-            return parsed(of_all if path.is_relative_to(shipped) else own, path, *read)
+        def shipped_files_once(results: ResultCache, path: Path, *read: Any) -> Any:
+            return parsed(of_all if path.is_relative_to(shipped) else results, path, *read)
 
         patch.setattr(ResultCache, "parsed", shipped_files_once)
         yield
@@ -45,18 +45,20 @@ def fresh_results(request: pytest.FixtureRequest) -> Iterator[None]:
     if "monkeypatch" not in request.fixturenames:
         yield
         return
-    test, own = request.getfixturevalue("monkeypatch"), f"references-{uuid.uuid4()}"
+    test, name = request.getfixturevalue("monkeypatch"), f"references-{uuid.uuid4()}"
 
-    def analysis(*each: Any) -> Any:
-        compute: Callable[[], Any] = each[3]
-        return compute() if test._setattr else recall_or_compute(*each)
+    def analysis(*arguments: Any) -> Any:
+        compute: Callable[[], Any] = arguments[3]
+        return compute() if test._setattr else recall_or_compute(*arguments)
 
     def references(kind: tuple[str, str], *others: Any) -> Any:
-        return recall_or_compute((own, kind[1]) if test._setattr else kind, *others)
+        return recall_or_compute((name, kind[1]) if test._setattr else kind, *others)
 
     once = ResultCache.parsed
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ResultCache, "parsed", lambda *each: (inspect.unwrap(once) if test._setattr else once)(*each))
+        patch.setattr(
+            ResultCache, "parsed", lambda *arguments: (inspect.unwrap(once) if test._setattr else once)(*arguments)
+        )
         patch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", analysis)
         patch.setattr("hcss_twin.engine.certificate.reference_columns.recall_or_compute", references)
         yield

@@ -12,10 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_author.contract import SpectralContract, holds
-from hcss_twin.core.errors import ProviderError
 from hcss_twin.laws import radiance
 from hcss_twin.laws.samples import frozen, sample_high_layer, sample_layer, sample_radiance_inputs
-from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
+from hcss_twin.providers import Array, CloudLayer, ProviderError, RadianceInputs, RadianceModel, Sun
 
 NODES = 33
 """Thicknesses, evenly spaced in the logarithm, for the search of bends."""
@@ -72,8 +71,8 @@ def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float,
     values, beside = terms[:NODES], terms[NODES:].reshape(-1, 3, *terms.shape[1:])
     jumps = [
         _jump(at, one, other)
-        for at, each in zip(suspected_m.tolist(), beside, strict=True)
-        for one, other in ((each[0], each[1]), (each[1], each[2]))
+        for at, triple in zip(suspected_m.tolist(), beside, strict=True)
+        for one, other in ((triple[0], triple[1]), (triple[1], triple[2]))
     ]
     bend = np.max(np.abs(np.diff(values, n=2, axis=0)) / _sum(values)[1:-1, None], axis=2)  # (NODES - 2, K)
     bend = np.concatenate((bend[:1], np.minimum(bend[:-1], bend[1:]), bend[-1:]))
@@ -87,7 +86,7 @@ def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float,
         left, right = np.where(lower, left, middle), np.where(lower, middle, right)
         at_left = np.where(lower[:, None, None], at_left, at_middle)
         at_right = np.where(lower[:, None, None], at_middle, at_right)
-    jumps += [_jump(*each) for each in zip(right.tolist(), at_left, at_right, strict=True)]
+    jumps += [_jump(*bracket) for bracket in zip(right.tolist(), at_left, at_right, strict=True)]
     return max(jumps, key=lambda jump: jump.share)
 
 
@@ -100,8 +99,8 @@ def _jump(thickness_m: float, one: Array, other: Array) -> Jump:
 
 def _change(one: Array, other: Array, term: NDArray[np.intp]) -> Array:
     """Largest difference (I,) over wavenumbers of one term of each column (I, K, V), as a share of the sum."""
-    each = np.arange(term.size), term
-    change: Array = np.max(np.abs(one[each] - other[each]) / np.maximum(_sum(one), _sum(other)), axis=1)
+    at_term = np.arange(term.size), term
+    change: Array = np.max(np.abs(one[at_term] - other[at_term]) / np.maximum(_sum(one), _sum(other)), axis=1)
     return change
 
 

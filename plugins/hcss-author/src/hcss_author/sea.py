@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from hcss_author.contract import SpectralContract, holds
+from hcss_author.samples import sample_sea_inputs
 from hcss_twin.laws import sea as sea_laws
-from hcss_twin.laws.samples import frozen, sample_sea_inputs
+from hcss_twin.laws.samples import frozen
 from hcss_twin.laws.sea import AZIMUTH, MU_IN, MU_OUT, hemispherical_integral
 from hcss_twin.providers import Array, SeaInputs, SeaModel
 from hcss_twin.providers.common import FRACTION_TOLERANCE
 
-_MU_OUT, _MU_IN, _AZIMUTH = (frozen(each) for each in (MU_OUT, MU_IN, AZIMUTH))
+_MU_OUT, _MU_IN, _AZIMUTH = (frozen(values) for values in (MU_OUT, MU_IN, AZIMUTH))
 
 
 @holds(*sea_laws.LAWS)
@@ -136,10 +137,10 @@ class SeaModelContract(SpectralContract):
         model: Any = provider
         nu, mu, nodes = wavenumber_cm1[:2], _MU_OUT[2:5:2], np.array([0.2, 0.5, 0.9])
         winds = np.arange(36) * (np.pi / 18.0)
-        brdf = [model.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH, np.full(_MU_OUT.size, each)) for each in winds]
+        brdf = [model.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH, np.full(_MU_OUT.size, wind)) for wind in winds]
         self._assert_mean(brdf, model.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH))
         # Reflection of the whole sky is smooth in the bearing: six bearings have the mean of all.
-        few = [np.full(mu.size, each) for each in winds[::6]]
+        few = [np.full(mu.size, wind) for wind in winds[::6]]
         left = 1.0 - np.array([model.emissivity(nu, mu, wind) for wind in few])
         self._assert_mean(left, 1.0 - model.emissivity(nu, mu))
         if not hasattr(model, "reflection_weights"):

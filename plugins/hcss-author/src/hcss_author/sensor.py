@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from hcss_author.contract import ProviderContract
+from hcss_author.samples import sample_sensor_inputs
 from hcss_author.sensor_laws import SensorLaws, measure
-from hcss_twin.laws.samples import frozen, sample_sensor_inputs
+from hcss_twin.laws.samples import frozen
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
 from hcss_twin.providers.common import MEASURED_LIMITS, check_measured
 
@@ -84,8 +85,8 @@ class SensorContract(SensorLaws, ProviderContract):
         """Other bands have no influence."""
         every = _measured(self.make_provider(inputs), inputs, scene)
         for index, band in enumerate(inputs.bands):
-            own = dataclasses.replace(inputs, bands=(band,))
-            alone = _measured(self.make_provider(own), own, scene[:, index : index + 1])
+            of_band = dataclasses.replace(inputs, bands=(band,))
+            alone = _measured(self.make_provider(of_band), of_band, scene[:, index : index + 1])
             for among, single in zip(every, alone, strict=True):
                 np.testing.assert_array_equal(single.radiance[0], among.radiance[index])
 

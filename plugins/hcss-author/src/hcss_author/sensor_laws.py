@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hcss_twin.laws.samples import StillScene, frozen
+from hcss_author.samples import StillScene
+from hcss_twin.laws.samples import frozen
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
 
 RADIANCE_TOLERANCE = 0.3
@@ -49,7 +50,7 @@ class SensorLaws:
         dark = np.full((len(inputs.bands), rows, columns), low)
         bright = dark.copy()
         bright[:, top : top + 5, left : left + 5] = high
-        one, other = (measure(self.make_provider(inputs), inputs, frozen(each)).radiance for each in (dark, bright))
+        one, other = (measure(self.make_provider(inputs), inputs, frozen(scene)).radiance for scene in (dark, bright))
         near = np.s_[:, top - 4 : top + 9, left - 4 : left + 9]
         change = np.maximum(other[near] - one[near], 0.0)
         assert np.all(change.sum(axis=(1, 2)) > 0.0)
@@ -99,14 +100,14 @@ class SensorLaws:
         scene = self._quarters(inputs)
         one = self.make_provider(inputs)
         frames = [measure(one, inputs, scene, frame) for frame in range(3)]
-        if one.declares.remembers or all(_same(frames[0], each) for each in frames[1:]):
+        if one.declares.remembers or all(_same(frames[0], frame) for frame in frames[1:]):
             pytest.skip("frames of one scene are equal, or depend on earlier ones")
         assert not _same(frames[0], frames[1]), "frames 0 and 1 have the same random numbers"
         usual = measure(self.make_provider(inputs), inputs, scene)
         changes: dict[str, Any] = {"seed": inputs.seed + 1, "corner": (inputs.corner[0] + 5, inputs.corner[1] + 9)}
         for name, value in changes.items():
-            own = dataclasses.replace(inputs, **{name: value})
-            other = measure(self.make_provider(own), own, scene)
+            changed = dataclasses.replace(inputs, **{name: value})
+            other = measure(self.make_provider(changed), changed, scene)
             assert not _same(usual, other), f"{name} has no influence on random numbers"
 
     def test_a_later_stage_takes_what_an_earlier_one_measured(self, inputs: SensorInputs) -> None:
@@ -164,12 +165,12 @@ class SensorLaws:
             pytest.skip("each pixel depends on a large part of the frame")
         grid = dataclasses.replace(inputs.grid, rows=rows, columns=columns)
         corner = inputs.corner[0] + top, inputs.corner[1] + left
-        own = dataclasses.replace(inputs, grid=grid, corner=corner)
+        cropped = dataclasses.replace(inputs, grid=grid, corner=corner)
         scene, part = self._quarters(inputs), np.s_[:, top : top + rows, left : left + columns]
         latest, still = max(map(abs, getattr(provider, "instants", (0.0, 0.0)))), inputs.scene_at
         with still.brightening(0.2 / latest) if isinstance(still, StillScene) and latest else contextlib.nullcontext():
             whole = measure(provider, inputs, scene).radiance[part]
-            alone = measure(self.make_provider(own), own, frozen(scene[part])).radiance
+            alone = measure(self.make_provider(cropped), cropped, frozen(scene[part])).radiance
         inner = np.s_[:, reach : rows - reach, reach : columns - reach]
         same = np.isclose(alone[inner], whole[inner], rtol=1e-6, atol=1e-9 * np.max(np.abs(whole)))
         assert np.mean(same) >= 0.99, f"{np.mean(~same):.0%} of the pixels differ with the corner {corner}"

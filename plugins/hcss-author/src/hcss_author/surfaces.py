@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from hcss_author.contract import ProviderContract
+from hcss_author.samples import sample_surface_inputs, sample_wavenumbers
 from hcss_author.sea import SeaModelContract
 from hcss_twin.laws import sea as sea_laws
-from hcss_twin.laws.samples import frozen, sample_surface_inputs, sample_wavenumbers
+from hcss_twin.laws.samples import frozen
 from hcss_twin.providers import Array, SeaModel, SurfaceInputs, SurfaceMap, SurfaceProvider
 from hcss_twin.providers.common import KELVIN_TOLERANCE, check_surface_classes
 
@@ -114,15 +115,17 @@ class SurfaceContract(ProviderContract):
             assert all(end is None or PLAUSIBLE_K[0] <= end <= PLAUSIBLE_K[1] for end in ends), class_.name
         for time in self.times_s:
             ground = _whole(provider, inputs, time)
-            for number, each in enumerate(provider.classes):
-                if isinstance(each.temperature_K, tuple):
+            for number, surface in enumerate(provider.classes):
+                if isinstance(surface.temperature_K, tuple):
                     assert ground.temperature_K is not None
                     assert ground.temperature_K.shape == ground.number.shape
                     assert ground.temperature_K.dtype.kind == "f"
-                    here = ground.temperature_K[ground.number == number]
-                    assert np.all(np.isfinite(here)), each.name
-                    low, high = each.temperature_K
-                    assert np.all((here >= low - KELVIN_TOLERANCE) & (here <= high + KELVIN_TOLERANCE)), each.name
+                    kelvin = ground.temperature_K[ground.number == number]
+                    assert np.all(np.isfinite(kelvin)), surface.name
+                    low, high = surface.temperature_K
+                    assert np.all((kelvin >= low - KELVIN_TOLERANCE) & (kelvin <= high + KELVIN_TOLERANCE)), (
+                        surface.name
+                    )
 
     def test_a_window_has_the_points_of_the_image(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
         """Windows, and rows outside the image, change no bit of a point."""
@@ -151,9 +154,11 @@ class SurfaceContract(ProviderContract):
         provider.surface(self.times_s[0], *window)
         if not asked:
             pytest.skip("the surface does not ask for places")
-        for name, own, seen in zip(("rows", "columns"), window, zip(*asked, strict=True), strict=True):
-            first, last = min(each.start for each in seen), max(each.stop for each in seen)
-            assert first <= own.start < own.stop <= last, f"{name} {first} to {last} for {own.start} to {own.stop}"
+        for name, given, seen in zip(("rows", "columns"), window, zip(*asked, strict=True), strict=True):
+            first, last = min(cut.start for cut in seen), max(cut.stop for cut in seen)
+            assert first <= given.start < given.stop <= last, (
+                f"{name} {first} to {last} for {given.start} to {given.stop}"
+            )
 
     def test_times_may_come_in_any_order(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
         """Results depend on time alone, not on earlier calls."""
@@ -173,22 +178,22 @@ class SurfaceContract(ProviderContract):
         """Class and temperature at each place of ``known``."""
         if not self.known:
             pytest.skip("set known = (KnownSurface(...), ...) to have classes and temperatures of places checked")
-        for place in self.known:
+        for known in self.known:
 
-            def ground(time_s: float, rows: slice, columns: slice, at: KnownSurface = place) -> tuple[Array, Array]:
+            def ground(time_s: float, rows: slice, columns: slice, at: KnownSurface = known) -> tuple[Array, Array]:
                 shape = rows.stop - rows.start, columns.stop - columns.start
                 return frozen(np.full(shape, at.latitude)), frozen(np.full(shape, at.longitude))
 
             provider = self.make_provider(replace(inputs, ground=ground))
-            found = provider.surface(place.time_s, slice(0, 1), slice(0, 1))
-            here = provider.classes[int(found.number[0, 0])]
-            assert here.name == place.name, f"'{here.name}' at {place}"
-            if place.temperature_K is not None:
-                kelvin = here.temperature_K
+            found = provider.surface(known.time_s, slice(0, 1), slice(0, 1))
+            surface = provider.classes[int(found.number[0, 0])]
+            assert surface.name == known.name, f"'{surface.name}' at {known}"
+            if known.temperature_K is not None:
+                kelvin = surface.temperature_K
                 if isinstance(kelvin, tuple):
                     assert found.temperature_K is not None
                     kelvin = float(found.temperature_K[0, 0])
-                assert kelvin == pytest.approx(place.temperature_K, abs=0.1), f"{kelvin} K at {place}"
+                assert kelvin == pytest.approx(known.temperature_K, abs=0.1), f"{kelvin} K at {known}"
 
     def test_the_map_moves_with_the_ground(self, provider: SurfaceProvider, inputs: SurfaceInputs) -> None:
         """As the platform moves by whole points, the map moves by as many, unless the surface changes with time."""
@@ -201,7 +206,7 @@ class SurfaceContract(ProviderContract):
 
         window = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
         beside = window[0], slice(3, inputs.grid.columns + 3)
-        one, other = (self.make_provider(each) for each in (inputs, replace(inputs, ground=moving)))
+        one, other = (self.make_provider(given) for given in (inputs, replace(inputs, ground=moving)))
         expected, seen = one.surface(0.0, *beside), other.surface(1.0, *window)
         np.testing.assert_array_equal(seen.number, expected.number)
         if expected.temperature_K is not None and seen.temperature_K is not None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_author.contract import ProviderContract
-from hcss_twin.laws.samples import sample_element_inputs
+from hcss_author.samples import sample_element_inputs
 from hcss_twin.providers import VariableInputs, VariableProvider
 from hcss_twin.providers.variables import GEOMETRY, check_output_variables
 
@@ -131,7 +131,7 @@ def _is_known(name: str) -> bool:
         name in _SYMBOLS
         or _PREFIXES.sub("", name, count=1) in _SYMBOLS - {"1", "%"}
         or bool({name, singular} & _WORDS)
-        or bool({_LONG_PREFIXES.sub("", each, count=1) for each in (name, singular)} & _WORDS)
+        or bool({_LONG_PREFIXES.sub("", form, count=1) for form in (name, singular)} & _WORDS)
     )
 
 
@@ -236,7 +236,7 @@ class VariableContract(ProviderContract):
         other = sample_fields(inputs, seed=2)
         for name in provider.needs:
             mixed = _of(provider, {**fields, name: other[name]}, self.times_s[0])
-            changed = any(not np.array_equal(mixed[each], whole[each], equal_nan=True) for each in whole)
+            changed = any(not np.array_equal(mixed[name], whole[name], equal_nan=True) for name in whole)
             assert changed, f"'{name}' in needs changes nothing"
 
     def test_calls_may_come_in_any_order(self, provider: VariableProvider, inputs: VariableInputs) -> None:

@@ -29,7 +29,9 @@ class Provider:
 
     def pixels(self, time_s: float, rows: slice, columns: slice, scene: ElementScene) -> Sequence[ElementPixels]:
         """Return the one pixel, if it is in the window."""
-        row, column = (np.floor(each).astype(np.intp) for each in scene.project(np.zeros(1), np.zeros(1), np.zeros(1)))
+        row, column = (
+            np.floor(position).astype(np.intp) for position in scene.project(np.zeros(1), np.zeros(1), np.zeros(1))
+        )
         if not (rows.start <= row[0] < rows.stop and columns.start <= column[0] < columns.stop):
             return []
         share = np.array([self._parameters.share])
