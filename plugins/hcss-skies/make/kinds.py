@@ -6,8 +6,8 @@
 Skies blended from each example (its clear sky's texture included, temperature linear in height) against the blocks
 that ``block-kinds.txt`` gives this kind: AUC of the forest, z-scored, folds by block. ``--measured`` puts measured
 blocks of the kind in the place of the shipped examples, one after the other, against the other blocks of the kind:
-what an example can reach that is none of these blocks. ``--side right`` takes the halves of blocks that ``tune.py`` did
-not see, ``--seed`` other skies. ``--pairs`` tells the examples of kinds from each other.
+what an example can reach that is none of these blocks. ``--side right`` takes the halves of blocks by which no
+parameter was chosen, ``--seed`` other skies. ``--pairs`` tells the examples of kinds from each other.
 """
 
 from __future__ import annotations

@@ -27,58 +27,6 @@ MECHANISMS = {
     "multi-layer": of.multi_layer,
 }
 
-# What all mechanisms have: how the wind draws clouds out, what the clear sea looks like.
-_COMMON = {"stretch": (1.0, 4.0), "pixels": (0.0, 30.0), "sea": (10.0, 90.0), "haze": (0.0, 300.0)}
-_LOW = {**_COMMON, "ragged": (0.2, 1.5), "veil": (0.02, 0.4), "height": (3000.0, 9000.0)}
-_CELLS = {
-    "sizes": (0.0, 0.8), "unequal": (0.0, 0.5), "patchiness": (0.1, 1.0), "front": (0.7, 4.0), "crack": (0.0, 2.0),
-    "rough": (0.05, 0.7), "width": (0.03, 0.6), "slope": (0.0, 0.3), "grain": (0.0, 0.06), **_LOW,
-}  # fmt: skip
-# Of closed cells and streets, so that they look like them: wide cells, little bent or drawn out, little cirrus.
-_LAYER = {
-    **_CELLS, "eddies": (1.5, 10.0), "small": (0.0, 150.0), "slope": (0.04, 0.3), "dome": (0.3, 1.5),
-    "relief": (0.0, 0.1), "stretch": (1.0, 1.6), "pixels": (2.0, 7.0), "haze": (0.0, 100.0), "veil": (0.01, 0.12),
-}  # fmt: skip
-_FIBRES = {
-    "length": (4.0, 24.0), "cover": (0.2, 0.95), "width": (0.3, 4.0), "power": (0.7, 3.0), "rough": (0.0, 0.6),
-    "sheet": (0.0, 3.0), "grouping": (0.2, 1.5),
-}  # fmt: skip
-
-LIMITS: dict[str, dict[str, tuple[float, float]]] = {
-    "open-cells": {
-        "cell": (5.0, 14.0), "regime": (0.1, 0.9), "lull": (0.0, 0.4), **_CELLS, "stretch": (1.0, 2.2),
-        "pixels": (3.0, 14.0), "veil": (0.01, 0.12),
-    },
-    "closed-cells": {"cell": (10.0, 18.0), "regime": (0.2, 1.6), **_LAYER, "sizes": (0.15, 0.8), "veil": (0.01, 0.06)},
-    "streets": {
-        "roll": (5.0, 14.0), "puff": (0.4, 1.2), "length": (1.5, 6.0), "rolls": (0.03, 0.5), "regime": (-0.6, 1.2),
-        **_LAYER, "grain": (0.0, 0.2), "sea": (10.0, 50.0),
-    },
-    "trade-cumulus": {
-        "clusters": (300.0, 6000.0), "clustering": (0.3, 2.5), "largest": (2.0, 7.0), "soft": (0.5, 1.5),
-        "halo": (0.0, 2.0), "rough": (0.1, 0.8), "least": (0.0, 1.0), "width": (0.3, 3.0),
-        "small": (0.0, 150.0), **_LOW,
-    },
-    "stratus-sheet": {
-        "cell": (5.0, 14.0), "cover": (0.5, 0.95), "width": (0.1, 2.0), "slope": (2.2, 3.4), "rough": (0.0, 0.6),
-        "activity": (0.0, 1.5), "cells": (0.0, 1.0), "relief": (5.0, 120.0), **_COMMON,
-    },
-    "cirrus-fibres": {**_FIBRES, "low": (0.0, 2500.0), **_COMMON},
-    "anvils": {
-        "towers": (10.0, 90.0), "shear": (0.0, 2.0), "outflow": (0.0, 2.0), "rough": (0.1, 1.0), "opacity": (0.2, 1.5),
-        "middle": (0.1, 0.9), "low": (0.0, 2500.0), "bumps": (0.0, 800.0), **_COMMON,
-    },
-    "altocumulus": {
-        "wave": (4.0, 10.0), "slope": (2.0, 3.4), "rough": (0.0, 0.6), "rows": (0.1, 0.8), "cover": (0.2, 0.9),
-        "width": (0.3, 3.0), **_COMMON,
-    },
-    "multi-layer": {
-        **_FIBRES, "rows": (0.0, 0.6), "crumbs": (0.0, 0.4), "middle": (0.05, 0.8), "soft": (0.4, 3.0),
-        "low": (300.0, 2500.0), "broken": (0.1, 0.8), "sheets": (0.1, 0.8), "thin": (0.05, 0.6), **_COMMON,
-    },
-}  # fmt: skip
-"""By kind: the parameters of its mechanism, and the range in which ``tune.py`` searches each."""
-
 SHAPES: dict[str, dict[str, float]] = {
     "open-cells": {
         "cell": 7.8, "sizes": 0.1, "regime": 0.9, "patchiness": 0.652, "front": 1.46, "crack": 0.0355, "rough": 0.0741,
@@ -124,8 +72,8 @@ SHAPES: dict[str, dict[str, float]] = {
         "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
     },
 }  # fmt: skip
-"""By kind: parameters that ``tune.py`` chose; those of open cells and some of altocumulus, trade cumulus and streets
-are by eye."""
+"""By kind: parameters that an evolution strategy chose (``scores.md``); those of open cells and some of altocumulus, trade
+cumulus and streets are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 """By example of a kind: the size of its organisation, its cover, and the direction of its wind."""
@@ -134,11 +82,11 @@ _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 def made(kind: str, number: int, shape: dict[str, float]) -> Example:
     """Return an example of a kind from parameters of its mechanism; numbers 1 to 3 differ in scale, cover and wind."""
     rng = np.random.default_rng(zlib.crc32(f"{kind}-{number}".encode()))
-    own = {**shape, "angle": _ANGLES[number - 1]}
+    of_number = {**shape, "angle": _ANGLES[number - 1]}
     for name in ("cell", "roll", "length", "wave"):
-        own[name] = own.get(name, 0.0) * _SCALES[number - 1]
-    own["cover"] = min(own.get("cover", 0.0) * _COVERS[number - 1], 0.99)
-    opaque, excess = MECHANISMS[kind](rng, **own)
+        of_number[name] = of_number.get(name, 0.0) * _SCALES[number - 1]
+    of_number["cover"] = min(of_number.get("cover", 0.0) * _COVERS[number - 1], 0.99)
+    opaque, excess = MECHANISMS[kind](rng, **of_number)
     return make_example(
         opaque,
         500.0 * np.round(excess / 500.0),

@@ -201,7 +201,7 @@ def divided(cells, strength, exponent, halvings, most=1e9, visible=100.0):
 
 
 def test_changes_over_the_sides_of_divided_cells_are_like_those_inside():
-    """Within a tenth: a measured image has 1.02 (``make/finer.py``)."""
+    """Within a tenth: a measured image has 1.02 (``make/scores.md``)."""
     step = np.diff(np.log(divided(1500.0 * np.exp(0.6 * rough_field(128, 2.9)), 0.44, 2.2, 2)), axis=1)
     over = np.arange(step.shape[1]) % 4 == 3
     assert step[:, over].std() / step[:, ~over].std() == pytest.approx(1.0, abs=0.1)

@@ -2,8 +2,8 @@
 
 Each halving of a pixel adds an octave with its own variance, so that the detail has a power spectrum k^-exponent along
 a line. The standard deviation of the logarithm of thickness is strength x sqrt(g + 0.02), where g is the relative
-change of thickness from one pixel to the next: smooth cloud stays smooth. ``make/finer.py`` compares the result with an
-image of 1 km.
+change of thickness from one pixel to the next: smooth cloud stays smooth. ``make/scores.md`` compares the result with
+an image of 1 km.
 """
 
 from __future__ import annotations
