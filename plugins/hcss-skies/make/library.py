@@ -72,8 +72,8 @@ SHAPES: dict[str, dict[str, float]] = {
         "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
     },
 }  # fmt: skip
-"""By kind: parameters that an evolution strategy chose (``scores.md``); those of open cells and some of altocumulus, trade
-cumulus and streets are by eye."""
+"""By kind: parameters that an evolution strategy chose (``scores.md``); those of open cells and some of altocumulus,
+trade cumulus and streets are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 """By example of a kind: the size of its organisation, its cover, and the direction of its wind."""
