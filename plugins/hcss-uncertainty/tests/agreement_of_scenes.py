@@ -3,9 +3,8 @@
 Moments and quantiles of many outputs (bands, classes, radiance and brightness temperature) follow a few numbers: how
 warm the drawn seas and how cloudy the drawn scenes happen to be. One such number that is off by chance moves them all,
 so that differences say little one by one. Both functions return the chance of a mean square of all differences, and
-of a
-largest one, as large as they are: :func:`by_bootstrap` resamples the draws of each side and takes the stated errors as
-they are; :func:`by_permutation` exchanges draws between the sides, which is exact and needs no errors.
+of a largest one, as large as they are: :func:`by_bootstrap` resamples the draws of each side and takes the stated
+errors as they are; :func:`by_permutation` exchanges draws between the sides, which is exact and needs no errors.
 """
 
 from dataclasses import dataclass
