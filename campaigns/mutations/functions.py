@@ -26,8 +26,9 @@ class Function:
 def functions(root: Path) -> list[Function]:
     """All functions of the package below ``root``."""
     texts = {path: path.read_text(encoding="utf-8") for path in sorted((root / PACKAGE).rglob("*.py"))}
-    # Decorators: kernel, and names that stand for it with options.
-    compilers = {"kernel", *(name for text in texts.values() for name in re.findall(r"^(\w+) = kernel\(", text, re.M))}
+    # Decorators: those of core/kernels.py, and names that stand for them with options.
+    named = (re.findall(r"^(\w+) = (?:kernel|inner)\(", text, re.M) for text in texts.values())
+    compilers = {"kernel", "inner", *(name for names in named for name in names)}
     found = []
     for path, text in texts.items():
         file, lines = path.relative_to(root).as_posix(), tuple(text.splitlines())

@@ -18,7 +18,7 @@ UNRELATED = re.compile(
     r"report|figure|fit_|propagat|bench|wheel|browser|documentation|tutorial|reproduc|posterior|plugin_installed|"
     r"start_up|sweep|evaluat|cluster|matching|committed|peak_memory"
 )
-"""Names of test files that are left out: they are about other packages, or take minutes."""
+"""Names of test files that are left out of folders: they are about other packages, or take minutes."""
 
 SCENES = 4
 """Whole scenes that each mutation is tried on that they reach, beside the nearest tests."""
@@ -35,20 +35,14 @@ CASES = 3
 Tests = dict[str, dict[str, Any]]
 
 
-def reach(bench: Bench, mutated: Mapping[int, Function], paths: Sequence[str], options: Sequence[str] = ()) -> Tests:
-    """Run the tests without a mutation, file by folder; what a work folder has of the same tree is taken from there.
-
-    Parameters
-    ----------
-    options : sequence of str
-        Of pytest, as ``--quick``.
-    """
+def reach(bench: Bench, mutated: Mapping[int, Function], paths: Sequence[str]) -> Tests:
+    """Run the tests without a mutation, file by folder; what a work folder has of the same tree is taken from there."""
     watched = {str(bench.tree / file): names for file, names in _watched(mutated, bench.functions).items()}
     tests: Tests = {}
     for folder, files in _folders(bench.tree, paths).items():
-        key = hashlib.sha256(f"{bench.fingerprint}{files}{json.dumps(watched)}{options}".encode()).hexdigest()[:8]
+        key = hashlib.sha256(f"{bench.fingerprint}{files}{json.dumps(watched)}".encode()).hexdigest()[:8]
         kept = bench.work / f"reach-{folder.replace('/', '-')}-{key}.json"
-        found = _watch(bench, [*files, *options], watched, kept)
+        found = _watch(bench, files, watched, kept)
         # On a busy machine a time limit of a test may have passed.
         failed = [name for name, each in found.items() if each["failed"]]
         again = _watch(bench, failed, watched, kept.with_suffix(".again.json")) if failed else {}
@@ -101,14 +95,12 @@ def _file(name: str) -> str:
 
 
 def _folders(tree: Path, paths: Sequence[str]) -> dict[str, list[str]]:
-    files = sorted(
-        {each for path in paths for each in [tree / path, *(tree / path).rglob("test_*.py")] if each.is_file()}
-    )
+    named = {tree / path for path in paths if (tree / path).is_file()}
+    found = {file for path in paths for file in (tree / path).rglob("test_*.py") if not UNRELATED.search(file.name)}
     folders: dict[str, list[str]] = defaultdict(list)
-    for each in files:
-        if not UNRELATED.search(each.name):
-            name = each.relative_to(tree)
-            folders["/".join(name.parts[:2])].append(name.as_posix())
+    for file in sorted(named | found):
+        name = file.relative_to(tree)
+        folders["/".join(name.parts[:2])].append(name.as_posix())
     return folders
 
 

@@ -2,19 +2,24 @@
 
     python campaigns/mutations/run.py --number 300 --seed 16            # hours
     python campaigns/mutations/run.py --tests quick                     # with the tests of the quick subset alone
+    python campaigns/mutations/run.py --common ../old                   # of lines that an old checkout has, too
+    python campaigns/mutations/run.py --common ../old --there           # the same ones, tried in the old checkout
 
 Works on copies of the tree in ``--work``. First all tests run once without a mutation: they must pass, and it is noted
 which of them run which mutated function. Then each mutation is tried on the tests that reach it, the most particular
-ones first, until one fails or ``--budget`` seconds of tests have passed. Rows go to ``rows.json`` after each mutation;
-a second call goes on with those that are missing, and one of other code, number or seed begins anew. ``table.csv``
-counts the mutations that no test detects. Survivors are printed: some change no result that could be asked for.
+ones first, until one fails or ``--budget`` seconds of tests have passed. Rows go to ``rows-*.json`` after each one; a
+second call goes on with those that are missing, and one of other code, number or seed begins anew. ``table.csv`` counts
+the mutations that no test detects. Survivors are printed: some change no result that could be asked for.
+With ``--common``, call this with the Python of an environment in which the tree that is tried is installed.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import queue
+import random
 import sys
 import tempfile
 import threading
@@ -26,34 +31,47 @@ from typing import Any
 
 from bench import Bench, quick_tests
 from draw import SHARES, Mutation, draw
+from functions import functions
 from nearest import nearest, reach
 
 sys.path.append(str(Path(__file__).parents[1]))
 
-from campaign_table import line, write_table
+from campaign_table import line, read_table, write_table
 
 HERE = Path(__file__).parent
-ROOT, ROWS = HERE.parents[1], HERE / "rows.json"
+ROOT = HERE.parents[1]
+KIND = ("number", "seed", "tests", "sample")
+"""Options by which rows are told apart, beside the code."""
 
 
 def main() -> None:
     options = _options()
     work = Path(options.work)
+    other = functions(Path(options.common)) if options.common else None
+    pairs = draw(functions(ROOT), options.number, options.seed, other)
+    mutations = {number: pair[options.there] for number, pair in enumerate(pairs, 1)}
+    if options.sample:
+        kept_numbers = random.Random(options.seed).sample(sorted(mutations), options.sample)
+        mutations = {number: mutations[number] for number in sorted(kept_numbers)}
     benches: queue.Queue[Bench] = queue.Queue()
-    first = Bench(ROOT, work, 0)
+    tree = Path(options.common) if options.there else ROOT
+    first = Bench(tree, work, 0)
     benches.put(first)
     for number in range(1, options.jobs):
-        benches.put(Bench(ROOT, work, number))
-    mutations = dict(enumerate(draw(first.functions, options.number, options.seed), 1))
-    quick = ("--quick",) if options.tests == "quick" else ()
-    tests = reach(first, {number: each.function for number, each in mutations.items()}, options.paths, quick)
-    failing = sorted(name for name, each in tests.items() if each["failed"])
-    print(f"{len(tests)} tests, {len(failing)} fail without a mutation", flush=True)
-    allowed = set(tests) - set(failing)
+        benches.put(Bench(tree, work, number))
+    paths = options.paths
     if options.tests == "quick":
-        allowed &= quick_tests(first, "--quick")
-    about = {"code": first.fingerprint, **{name: getattr(options, name) for name in ("number", "seed", "tests")}}
-    kept = json.loads(ROWS.read_text(encoding="utf-8")) if ROWS.exists() else {}
+        quick = quick_tests(first, "--quick")
+        paths = sorted({name.partition("::")[0] for name in quick})
+    tests = reach(first, {number: mutation.function for number, mutation in mutations.items()}, paths)
+    failing = sorted(name for name, each in tests.items() if each["failed"])
+    print(f"{len(tests)} tests, {len(failing)} fail without a mutation", *failing, sep="\n  ", flush=True)
+    allowed = set(tests) - set(failing)
+    drawn = json.dumps([(each.function.file, each.row, each.line) for each in mutations.values()])
+    lines = hashlib.sha256(drawn.encode()).hexdigest()
+    about = {"code": first.fingerprint, "lines": lines, **{name: getattr(options, name) for name in KIND}}
+    rows_file = HERE / f"rows-{options.tests}{'-there' * options.there}.json"
+    kept = json.loads(rows_file.read_text(encoding="utf-8")) if rows_file.exists() else {}
     rows: dict[str, dict[str, Any]] = kept.get("mutations", {}) if kept.get("about") == about else {}
     lock = threading.Lock()
 
@@ -65,7 +83,7 @@ def main() -> None:
             benches.put(bench)
         with lock:
             rows[str(number)] = row
-            ROWS.write_text(json.dumps({"about": about, "mutations": rows}, indent=1) + "\n", encoding="utf-8")
+            rows_file.write_text(json.dumps({"about": about, "mutations": rows}, indent=1) + "\n", encoding="utf-8")
             print(number, row["outcome"], row.get("by", ""), row["seconds"], flush=True)
 
     tried = {int(name) for name, row in rows.items() if row["outcome"] != "interrupted"}
@@ -76,7 +94,12 @@ def main() -> None:
         if rows[str(number)]["outcome"] not in ("killed", "timeout"):
             where = f"{mutation.function.file}:{mutation.row} {mutation.function.name}"
             print(f"{number} {rows[str(number)]['outcome']}: {where}\n  {mutation.line.strip()}")
-    write_table(HERE / "table.csv", table(rows, options.tests))
+    kind = options.tests + (", before" if options.there else "")
+    written = list(table(rows, kind))
+    names = {row["what"] for row in written}
+    write_table(
+        HERE / "table.csv", [*written, *(row for row in read_table(HERE / "table.csv") if row["what"] not in names)]
+    )
 
 
 def table(rows: dict[str, dict[str, Any]], tests: str) -> Iterator[dict[str, str]]:
@@ -117,6 +140,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which a mutation hangs")
     parser.add_argument("--budget", type=float, default=60.0, help="seconds of tests per mutation")
     parser.add_argument("--work", default=f"{tempfile.gettempdir()}/hcss-mutations", help="folder of copies and caches")
+    parser.add_argument("--common", default="", help="a checkout of another version: only lines that it has, too")
+    parser.add_argument("--there", action="store_true", help="try the mutations in that checkout")
+    parser.add_argument("--sample", type=int, default=0, help="so many of the mutations, drawn by the seed; 0: all")
     parser.add_argument("--paths", nargs="+", default=["tests"], help="folders or files of tests")
     return parser.parse_args()
 
