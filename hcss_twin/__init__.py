@@ -24,7 +24,6 @@ if TYPE_CHECKING:
         ScenarioError,
         SweepError,
     )
-    from hcss_twin.cube.export.cube_export import export_cube
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
     from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -54,7 +53,6 @@ __all__ = [
     "__version__",
     "brightness_temperature",
     "column_spectra",
-    "export_cube",
     "hookimpl",
     "make_plan",
     "open_cube",
@@ -80,7 +78,6 @@ def __getattr__(name: str) -> Any:
         "Twin": "engine.twin",
         "brightness_temperature": "engine.cube_temperature",
         "column_spectra": "engine.column_spectra",
-        "export_cube": "cube.export.cube_export",
         "hookimpl": "providers.registry.specs",
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",

@@ -7,10 +7,10 @@ import pytest
 import rasterio
 from astropy.io import fits
 from cheap import CHEAP
+from hcss_export import export_cube
 
 from hcss_twin import Scenario, make_plan, open_cube
 from hcss_twin.core.errors import CertificateWarning, CubeError, ScenarioError, SweepError
-from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.packing import FILL, LARGEST, packing_of, round_to_steps
 from hcss_twin.engine.sense import section_of, sense_file
 from hcss_twin.engine.simulate import run
