@@ -6,5 +6,5 @@ from hcss_twin.core.commands import CommandSpec, hookimpl
 @hookimpl
 def hcss_commands() -> list[CommandSpec]:
     """Return the command ``export``."""
-    summary = "Write a variable of CUBE as FITS, ENVI, GeoTIFF or 16-bit PNG."
+    summary = "Write CUBE as FITS, ENVI, GeoTIFF or PNG."
     return [CommandSpec("export", "hcss_export.command:export_command", summary)]
