@@ -286,9 +286,18 @@ class Assembly:
     def cloudy_layers(self) -> tuple[bool, ...]:
         """Whether any pixel can have cloud, for each layer; coverage from an image overrides a coverage of 0."""
         return tuple(
-            layer.coverage > 0.0 or getattr(generator, "image_coverage", None) is not None
-            for layer, generator in zip(self.layers, self.generators, strict=True)
+            layer.coverage > 0.0 or from_image for layer, from_image in zip(self.layers, self.from_images, strict=True)
         )
+
+    @property
+    def from_images(self) -> tuple[bool, ...]:
+        """Whether the clouds of each layer are those of an image, which decides their coverage."""
+        return tuple(getattr(generator, "image_coverage", None) is not None for generator in self.generators)
+
+    @property
+    def tops_vary(self) -> bool:
+        """Whether a generator gives tops of its own, rather than those of its layer."""
+        return any(getattr(generator, "cloud_top_range_m", None) is not None for generator in self.generators)
 
     @property
     def has_cloud(self) -> bool:
@@ -299,8 +308,8 @@ class Assembly:
     def has_clear_sky(self) -> bool:
         """Whether any pixel can be clear; full coverage leaves no gap, as the conformance kit checks."""
         return not any(
-            layer.coverage == 1.0 and getattr(generator, "image_coverage", None) is None
-            for layer, generator in zip(self.layers, self.generators, strict=True)
+            layer.coverage == 1.0 and not from_image
+            for layer, from_image in zip(self.layers, self.from_images, strict=True)
         )
 
     @property

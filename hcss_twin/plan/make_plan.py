@@ -122,7 +122,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
-        scenes, surfaces = _at_extreme_tops(scenario, assembly), None
+        scenes, surfaces = _at_extreme_tops(assembly), None
         each = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
         analysis = each[0] if len(each) == 1 else strictest(each[0], each)
     if assembly.surfaces is not None:
@@ -206,13 +206,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     return with_light(plan)
 
 
-def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
+def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:
     """Return the scene, or those with the highest and with the lowest cloud tops."""
-    if not any(getattr(generator, "cloud_top_range_m", None) is not None for generator in assembly.generators):
+    if not assembly.tops_vary:
         return [assembly]
     from hcss_twin.plan.cloud_tops import extreme_tops  # not for layers with tops of their own
 
-    return extreme_tops(scenario, assembly)
+    return extreme_tops(assembly)
 
 
 def _cloud_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, suns: SunFrames) -> CloudTops:

@@ -21,6 +21,7 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
@@ -237,7 +238,8 @@ def merged(
     ):
         why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
         if scenario.sea.waves == "resolved":
-            raise ScenarioError([Problem("sea.waves", f"'resolved': {why}; allowed: 'averaged'")])
+            sealess = Excluded("surfaces", True, f"a map of the ground ({why})", "one with sea")
+            require_none("sea.waves = 'resolved'", [sealess], "sea.waves = 'averaged'")
         waves, omissions[WAVES] = False, Omission(WAVES, why, None)
     strict = strictest(of_sea, each)
     return replace(

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, present, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.providers import Grid, RadianceModel, Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -171,14 +171,14 @@ def typical_texture_K(grid: Grid) -> float:
     return DEFAULT_K * math.sqrt(sum(share for _, share in cells_of(SEA_TEMPERATURE, grid)))
 
 
-def _excluding(assembly: Assembly) -> list[str]:
-    tops = any(getattr(generator, "cloud_top_range_m", None) is not None for generator in assembly.generators)
-    possible = {
-        "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
-        "an image that is no grid on the ground": assembly.directions is not None,
-        "cloud tops that vary with the generator": tops,
-    }
-    return [what for what, present in possible.items() if present]
+def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with texture of the sea or of vapour."""
+    of_map = "a map of the ground, which has temperatures of its own,"
+    return (
+        Excluded("surfaces", assembly.surfaces is not None, of_map, "sea everywhere"),
+        Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "no camera"),
+        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
+    )
 
 
 def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
@@ -187,11 +187,11 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     small = f"structures within the image vary by {typical_K:.1g} K (standard deviation)"
     if given is not None:
         return "sea.temperature_texture is 0" if given == 0.0 else "" if typical_K else small
-    if excluding := _excluding(assembly):
-        return f"the scene has {excluding[0]}"
+    if excluded := next(present(excluded_beside_texture(assembly)), None):
+        return f"the scene has {excluded.what.rstrip(',')}"
     if light.light not in ("auto", "columns") or light.light_accuracy is not None:
         return "light between columns is compared with a sea of one temperature"
-    if any(getattr(generator, "image_coverage", None) is not None for generator in assembly.generators):
+    if any(assembly.from_images):
         return "clear sky of the clouds' image has a texture of its own"
     return small if typical_K < LEAST_K else ""
 
@@ -205,14 +205,9 @@ def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
         If it is given and other keys exclude it.
     """
     given, vapour = scenario.sea.temperature_texture, scenario.atmosphere.water_vapour_texture
-    problems = [
-        Problem(field, f"{value:g} given with {what}; allowed: 0")
-        for field, value in {"sea.temperature_texture": given, "atmosphere.water_vapour_texture": vapour}.items()
-        for what in _excluding(assembly)
-        if value
-    ]
-    if problems:
-        raise ScenarioError(problems, scenario.origin)
+    for key, value in {"sea.temperature_texture": given, "atmosphere.water_vapour_texture": vapour}.items():
+        if value:
+            require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
     vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
     return Texture(kelvin, vapour) if kelvin or vapour else None

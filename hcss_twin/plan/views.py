@@ -20,6 +20,7 @@ from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly, expect_views
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
@@ -279,7 +280,7 @@ def choose_views(
         return None
     if x == y == 0 and not own:
         return None
-    _refuse_beside(scenario, assembly, tolerance)
+    _require_one_view(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     tolerance *= 1.0 if own or assembly.air_over_field is None else AIR_SHARE
     if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
@@ -339,22 +340,20 @@ def _what_varies(assembly: Assembly) -> str:
     return "view" if assembly.air_over_field is None else "air or the view"
 
 
-def _refuse_beside(scenario: Scenario, assembly: Assembly, tolerance: float) -> None:
-    """Reject options that support only one view for all pixels."""
-    beside = {
-        "slant.shadows": (scenario.slant.shadows, "false"),
-        "slant.parallax": (scenario.slant.parallax, "false"),
-        "sea.waves": (scenario.sea.waves != "averaged", "'averaged'"),
-    }
-    problems = [
-        Problem(
-            field,
-            f"supports one view only, but the pixels need individual views: the {_what_varies(assembly)} changes the "
-            f"radiance over the image by more than {tolerance:.1e}; allowed: {allowed}, a smaller image, a lower "
-            "accuracy, or no platform.altitude" + ("" if assembly.air_over_field is None else " and one profile"),
-        )
-        for field, (wanted, allowed) in beside.items()
-        if wanted
-    ]
-    if problems:
-        raise ScenarioError(problems)
+def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) -> None:
+    without = "no platform.altitude" + ("" if assembly.air_over_field is None else " and one profile")
+    why = f"the {_what_varies(assembly)} changes the radiance over the image by more than {tolerance:.1e}"
+    require_none(
+        f"a view of each pixel ({why})",
+        excluded_beside_views(scenario),
+        f"a smaller image, a lower accuracy, or {without}",
+    )
+
+
+def excluded_beside_views(scenario: Scenario) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with views that differ between the pixels of a grid."""
+    return (
+        Excluded("slant.shadows", scenario.slant.shadows, "shadows", "false"),
+        Excluded("slant.parallax", scenario.slant.parallax, "parallax", "false"),
+        Excluded("sea.waves", scenario.sea.waves != "averaged", "resolved waves", "'averaged'"),
+    )

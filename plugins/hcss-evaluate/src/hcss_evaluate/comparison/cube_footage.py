@@ -40,7 +40,7 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
         entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
     except (KeyError, ValidationError) as error:
         raise CubeError(f"{path}: its scenario has no bands that can be read") from error
-    bands = [each for each in (spectral_band(entry, catalog) for entry in entries) if each.name == band]
+    bands = [candidate for candidate in (spectral_band(entry, catalog) for entry in entries) if candidate.name == band]
     if not bands:
         raise CubeError(f"{path}: its scenario has no band '{band}'")
     temperature = BrightnessTemperature(dense_grid(bands, None), [band])
