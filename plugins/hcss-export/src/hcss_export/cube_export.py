@@ -11,7 +11,6 @@ from pathlib import Path
 
 from hcss_export.file_names import SUFFIXES, FileNames, file_names, unknown_format
 from hcss_export.projection import Projection, projection_of
-
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, require_not_read

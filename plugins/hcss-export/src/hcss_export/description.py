@@ -7,9 +7,9 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from hcss_export.projection import Projection
 from numpy.typing import NDArray
 
+from hcss_export.projection import Projection
 from hcss_twin import __version__
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame

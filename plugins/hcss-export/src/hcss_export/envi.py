@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from hcss_export.description import ascii_text, count_missing, description, headline, image_name, json_text
 from hcss_export.projection import Projection
-
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection
 
