@@ -206,7 +206,7 @@ class Assembly:
         return replace(self._with_model_inputs(sunlight_steps=steps), sunlight_steps=steps)
 
     def _with_model_inputs(self, **inputs: Any) -> Assembly:
-        model_of, exact_model_of = (partial(each, **inputs) for each in (self.model_of, self.exact_model_of))
+        model_of, exact_model_of = (partial(function, **inputs) for function in (self.model_of, self.exact_model_of))
         model = model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
         return replace(self, model=model, model_of=model_of, exact_model_of=exact_model_of)
 
@@ -319,5 +319,5 @@ class Assembly:
             (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
             for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
         ]
-        columns = [each for each in product(*choices) if any(each)]
+        columns = [column for column in product(*choices) if any(column)]
         return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))

@@ -71,9 +71,15 @@ class CloudTops(Effect):
         return parabola((top_m - low) / (high - low))
 
 
-def parabola(place: Array) -> Array:
-    """Return the weights (3, N) of values at 0, 1/2 and 1 in their parabola at places (N,)."""
-    return np.stack(((1.0 - place) * (1.0 - 2.0 * place), 4.0 * place * (1.0 - place), place * (2.0 * place - 1.0)))
+def parabola(position: Array) -> Array:
+    """Return the weights (3, N) of values at 0, 1/2 and 1 in their parabola at positions (N,)."""
+    return np.stack(
+        (
+            (1.0 - position) * (1.0 - 2.0 * position),
+            4.0 * position * (1.0 - position),
+            position * (2.0 * position - 1.0),
+        )
+    )
 
 
 def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
@@ -130,18 +136,18 @@ def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccurac
 
     def at(top_m: float) -> Array:
         if top_m not in known:
-            own = assembly.hanging_from(top_m)
-            thinner = np.minimum(thickness, own.layers[0].thickness_max_m)
-            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(own.model, sun)
+            hanging = assembly.hanging_from(top_m)
+            thinner = np.minimum(thickness, hanging.layers[0].thickness_max_m)
+            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(hanging.model, sun)
         return known[top_m]
 
     pending, nodes, worst = [(float(low), float(high))], [float(low)], 0.0
     while pending:
         bottom, top = pending.pop()
         middle = 0.5 * (bottom + top)
-        ends = np.stack([at(each) for each in (bottom, middle, top)])
+        ends = np.stack([at(altitude_m) for altitude_m in (bottom, middle, top)])
         guess = np.einsum("np,ncb->pcb", parabola(np.array(_BETWEEN)), ends)
-        exact = np.stack([at(bottom + place * (top - bottom)) for place in _BETWEEN])
+        exact = np.stack([at(bottom + position * (top - bottom)) for position in _BETWEEN])
         error = SAFETY_FACTOR * largest_change(guess, exact)
         if error <= SHARE * accuracy.relative:
             nodes += [middle, top]

@@ -123,12 +123,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
         scenes, surfaces = _at_extreme_tops(assembly), None
-        each = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
-        analysis = each[0] if len(each) == 1 else strictest(each[0], each)
+        analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
+        analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
     if assembly.surfaces is not None:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
-        states = [analyse_scene(scenario, assembly.over(each), catalog, suns) for each in extreme_states(assembly)]
+        states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(assembly)]
         analysis = merged(scenario, assembly, analysis, states)
         resolved = analysis.resolves_waves
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
@@ -240,7 +240,7 @@ def _on_land(share: float) -> tuple[str, ...]:
 
 def _first_clouds(assembly: Assembly) -> None:
     """Compute the clouds of a small image at time 0."""
-    points = tuple(slice(0, each) for each in (assembly.grid.rows, assembly.grid.columns))
+    points = tuple(slice(0, size) for size in (assembly.grid.rows, assembly.grid.columns))
     if assembly.grid.rows * assembly.grid.columns <= _SMALL_IMAGE:
         for generator in assembly.generators:
             generator.thickness_m(0.0, *points)

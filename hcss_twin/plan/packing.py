@@ -57,8 +57,8 @@ def widest(ranges: Iterable[RadianceRange | None]) -> RadianceRange | None:
     known = [range_ for range_ in ranges if range_ is not None]
     if not known:
         return None
-    darkest = np.min([each.darkest for each in known], axis=0)
-    brightest = np.max([each.brightest for each in known], axis=0)
+    darkest = np.min([range_.darkest for range_ in known], axis=0)
+    brightest = np.max([range_.brightest for range_ in known], axis=0)
     return RadianceRange(tuple(darkest.tolist()), tuple(brightest.tolist()))
 
 
@@ -103,7 +103,7 @@ def packing_lines(variables: tuple[VariableSpec, ...], bands: Sequence[str]) -> 
         elif spec.dtype == "float32":
             names.setdefault("not packed, as their range is not known", []).append(spec.name)
     packs = any(spec.packing is not None for spec in variables)
-    return tuple(f"{', '.join(each)}: {what}" for what, each in names.items()) if packs else ()
+    return tuple(f"{', '.join(variable_names)}: {what}" for what, variable_names in names.items()) if packs else ()
 
 
 class _Packings:

@@ -167,10 +167,10 @@ class Rays(ABC):
         frames, place = scenario.frames, scenario.place
         ends_s = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         seen = [self.points_m((slice(0, rows), slice(0, columns)), time_s, 0.0) for time_s in ends_s]
-        x_m, y_m = (np.concatenate([np.ravel(each) for each in axis]) for axis in zip(*seen, strict=True))
+        x_m, y_m = (np.concatenate([np.ravel(coordinates) for coordinates in axis]) for axis in zip(*seen, strict=True))
         met = ~np.isnan(x_m)
         latitude, longitude = to_geographic(x_m[met], y_m[met], place.latitude, place.longitude)
-        return ImageLayout(axes, *(float(end(each)) for each in (latitude, longitude) for end in (np.min, np.max)))
+        return ImageLayout(axes, *(float(end(angles)) for angles in (latitude, longitude) for end in (np.min, np.max)))
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Set what pixels without ground show to missing in a part of a frame, and add the coordinates of pixels."""

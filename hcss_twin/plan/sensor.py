@@ -238,7 +238,7 @@ def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, la
     of_frames = Excluded("slant.shadows", assembly.slant.shadows, "shadows, which are known at the frames,", "false")
     require_none(f"instants between them, as '{asks[0].entry.name}' needs", [of_frames])
     pixel = slice(0, 1), slice(0, 1)
-    for generator in (each for each in assembly.generators if each.declares.tileable):
+    for generator in (candidate for candidate in assembly.generators if candidate.declares.tileable):
         for time_s in (first_s + sensor.instants[0], last_s + sensor.instants[1]):
             with attribute_to_field(f"{asks[0].field}.model"):
                 generator.thickness_m(time_s, *pixel)

@@ -236,13 +236,13 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     if section.others == "profile":
         return profile
     year = scenario.time.astimezone(UTC).year
-    means = {gas: each for gas, each in means_of_year(year).items() if gas in profile.model_gases - set(given)}
+    means = {gas: mean for gas, mean in means_of_year(year).items() if gas in profile.model_gases - set(given)}
     if not means:
         return profile
-    factors = {gas: each / float(profile.mixing_ratio[gas][0]) for gas, each in means.items()}
+    factors = {gas: mean / float(profile.mixing_ratio[gas][0]) for gas, mean in means.items()}
     known = min(max(year, min(MEANS)), max(MEANS))
     why = f"global means of {known}" + ("" if known == year else f", the year closest to {year} with known means")
-    values = ", ".join(f"{gas.upper()} {1e6 * each:.4g}" for gas, each in means.items()) + " ppm"
+    values = ", ".join(f"{gas.upper()} {1e6 * mean:.4g}" for gas, mean in means.items()) + " ppm"
     filled.append(FilledIn(field, values, f"{why}, NOAA"))
     return with_factors(profile, factors)
 

@@ -75,7 +75,7 @@ class Texture(Effect):
 
     def perturbed(self, assembly: Assembly, state: State) -> Assembly:
         """Return the scene in a perturbed state everywhere."""
-        warmer_K, drier = (place * step for place, step in zip(state, self.steps, strict=True))
+        warmer_K, drier = (change * step for change, step in zip(state, self.steps, strict=True))
         return assembly.perturbed(warmer_K, 1.0 - drier)
 
 
@@ -98,15 +98,15 @@ class TextureFields:
         return warmer, drier
 
 
-def change_weights(places: Sequence[float], place: Array) -> Array:
-    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a place.
+def change_weights(places: Sequence[float], position: Array) -> Array:
+    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a position.
 
     The polynomial is that of degree N through these values and that of the scene, at 0.
     """
     weights = []
-    for own in places:
-        others = [0.0, *(each for each in places if each != own)]
-        weights.append(np.prod([(place - other) / (own - other) for other in others], axis=0))
+    for node in places:
+        others = [0.0, *(other for other in places if other != node)]
+        weights.append(np.prod([(position - other) / (node - other) for other in others], axis=0))
     return np.stack(weights)
 
 
@@ -141,14 +141,14 @@ class Expansion:
     @property
     def mixed(self) -> Array:
         """Change of ``warm`` (2, ...) with the vapour, linear and quadratic."""
-        dry, moist = (self.values[3 + place] - self.values[5 + place] - self.warm for place in (0, 1))
+        dry, moist = (self.values[3 + index] - self.values[5 + index] - self.warm for index in (0, 1))
         return np.stack((dry - moist, dry + moist)) / 2.0
 
     def __call__(self, warmer: Array, drier: Array, places: int = len(VAPOUR_PLACES)) -> Array:
         """Return the change at a perturbation, from some of the states of vapour only."""
         weights = change_weights(VAPOUR_PLACES[:places], drier)
         away = self.values[5 : 5 + places] - self.values[0]
-        of_vapour = np.sum([weight * each for weight, each in zip(weights, away, strict=True)], axis=0)
+        of_vapour = np.sum([weight * difference for weight, difference in zip(weights, away, strict=True)], axis=0)
         linear, square = self.mixed
         of_sea = warmer * (self.warm - self.square + linear * drier + square * drier**2) + warmer**2 * self.square
         change: Array = of_vapour + of_sea
@@ -160,7 +160,7 @@ def sea_factors(model: RadianceModel, warmer: RadianceModel, wavenumber_cm1: Arr
 
     At one wavenumber the emission of the sea has this factor under any cloud, and what it reflects to first order.
     """
-    spectra = (each.clear(wavenumber_cm1, sun) for each in (model, warmer))
+    spectra = (radiance_model.clear(wavenumber_cm1, sun) for radiance_model in (model, warmer))
     before, after = (np.stack([np.asarray(terms[name]) for name in model.terms]) for terms in spectra)
     factors: Array = np.divide(after, before, out=np.ones_like(before), where=before > 0.0)
     return factors

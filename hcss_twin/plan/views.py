@@ -110,7 +110,7 @@ class ImageViews:
             views = [View(zenith, azimuth) for zenith, azimuth in angles]
         if self.centre_deg is None:
             return views
-        places = zip(*(each.tolist() for each in to_geographic(east, north, *self.centre_deg)), strict=True)
+        places = zip(*(angles_deg.tolist() for angles_deg in to_geographic(east, north, *self.centre_deg)), strict=True)
         return [
             PlacedView(view.zenith_deg, view.azimuth_deg, *place) for view, place in zip(views, places, strict=True)
         ]
@@ -257,32 +257,32 @@ def choose_views(
         return None
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    own = assembly.directions is not None
+    has_directions = assembly.directions is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
-        if own:
+        if has_directions:
             message = f"allows view zeniths of {low:g} to {high:g} deg, and pixels have others; allowed: another one"
             raise ScenarioError([Problem("atmosphere.provider", message)])
         return None
-    if own:  # directions over a whole pass, through glint
+    if has_directions:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
     more = (1, 1) if assembly.own_suns is None else MORE_PLACES
     most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
-    each = 0.5 * tolerance / SAFETY_FACTOR
+    axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
     try:
         names = scenario.output.variables
         terms = assembly.own_suns is None or any(name.startswith(("terms", "all", TERM_PREFIX)) for name in names)
         values = _columns(assembly, views, suns, terms)
-        (x, x_error), (y, y_error) = (place_axis(values, along_x, each, most) for along_x in (True, False))
+        (x, x_error), (y, y_error) = (place_axis(values, along_x, axis_tolerance, most) for along_x in (True, False))
     except (ProviderError, ScenarioError):
-        if own:
+        if has_directions:
             raise
         return None
-    if x == y == 0 and not own:
+    if x == y == 0 and not has_directions:
         return None
     _require_one_view(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
-    tolerance *= 1.0 if own or assembly.air_over_field is None else AIR_SHARE
+    tolerance *= 1.0 if has_directions or assembly.air_over_field is None else AIR_SHARE
     if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
         tolerance *= KINKS_LEAVE
     if error > tolerance or nodes > largest:
@@ -314,9 +314,9 @@ def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None], terms
             if place not in known:
                 model = assembly.model_toward(toward[place])
                 expect_views(model, new)
-                own = suns if assembly.own_suns is None else assembly.own_suns(toward[place])
-                under = [columns.terms(model, sun) for sun in own]
-                all_terms = np.concatenate([np.stack(list(each.values()), axis=1) for each in under])
+                local_suns = suns if assembly.own_suns is None else assembly.own_suns(toward[place])
+                under = [columns.terms(model, sun) for sun in local_suns]
+                all_terms = np.concatenate([np.stack(list(spectra.values()), axis=1) for spectra in under])
                 known[place] = all_terms if terms else np.sum(all_terms, axis=1, keepdims=True)
         return [known[place] for place in places]
 

@@ -187,7 +187,9 @@ def choose_waves(
     estimate: float | None = None
     if suns and hasattr(sea, "mean_square_slope"):
         rms = sea.wave_slope_rms(assembly.grid.pixel_size_m)
-        bound, estimate = (wave_bound(assembly, rms, scenario.sea.wind_from, suns, each) for each in (True, False))
+        bound, estimate = (
+            wave_bound(assembly, rms, scenario.sea.wind_from, suns, any_pixel) for any_pixel in (True, False)
+        )
     needs = [] if able else ["sea.model = 'rough-sea'"]
     needs += ["slant.shadows = false"] if scenario.slant.shadows else []
     omission = Omission(
