@@ -13,6 +13,7 @@ from hcss_twin.providers import (
     Array,
     AtmosphereDeclaration,
     CloudLayer,
+    ColumnSetting,
     Microphysics,
     OpticsDeclaration,
     RadianceInputs,
@@ -168,16 +169,16 @@ def sample_radiance_inputs(
         From the lowest to the highest; by default :func:`sample_layer` alone.
     """
     profile = profile or sample_profile()
-    return RadianceInputs(
+    setting = ColumnSetting(
+        view=View(zenith_deg=30.0, azimuth_deg=90.0),
+        sun=None,
+        sea=PlainSea(),
+        sea_temperature_K=290.0,
         profile=profile,
         transmittance=PlainGas(profile),
-        sea=PlainSea(),
-        optics=PlainOptics(),
         layers=(sample_layer(),) if layers is None else layers,
-        sea_temperature_K=290.0,
-        view=View(zenith_deg=30.0, azimuth_deg=90.0),
-        solar_irradiance=flat_sun,
     )
+    return RadianceInputs(setting, PlainOptics(), flat_sun)
 
 
 def flat_sun(wavenumber_cm1: Array) -> Array:

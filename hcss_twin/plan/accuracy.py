@@ -16,7 +16,7 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.views import views_over_image
-from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
 
@@ -181,25 +181,26 @@ def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
 def extreme_radiances(assembly: Assembly, suns: Sequence[Sun | None]) -> tuple[Array, Array]:
     """Return the darkest and brightest radiance (B,) of a few columns under some suns, toward centre and corners."""
     columns = few_columns(assembly, WAVENUMBERS)
-    models = [assembly.model, *_models_toward_corners(assembly)]
-    totals = np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(suns) for model in models])
+    settings = [assembly.setting(), *_settings_toward_corners(assembly)]
+    lit = [setting.under(sun) for sun in dict.fromkeys(suns) for setting in settings]
+    totals = np.concatenate(columns.totals_in(assembly.model, lit))
     return np.min(totals, axis=0), np.max(totals, axis=0)
 
 
-def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
-    """Radiance models for the corners of the image, if view or air varies over the image."""
+def _settings_toward_corners(assembly: Assembly) -> list[ColumnSetting]:
+    """Settings of the corners of the image, if view or air varies over the image."""
     views = views_over_image(assembly)
     if views is None:
         return []
     corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
-    models = []
+    settings = []
     for view in views.at(corners):
         # A view that the providers do not support is skipped and listed under the omissions.
         with suppress(ProviderError, ScenarioError):
             if low <= view.zenith_deg <= high:
-                models.append(assembly.model_toward(view))
-    return models
+                settings.append(assembly.setting(view=view))
+    return settings
 
 
 def relative_slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:

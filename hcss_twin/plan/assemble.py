@@ -29,7 +29,7 @@ from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import Surroundings
-from hcss_twin.providers import CloudLayer, Grid, Motion, RadianceInputs, RadianceModel, SeaInputs, SeaModel, View
+from hcss_twin.providers import ColumnSetting, Grid, Motion, RadianceInputs, RadianceModel, SeaInputs, SeaModel, View
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.bands import sensor_bands, spectral_band
@@ -37,14 +37,10 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import selected
 
 if TYPE_CHECKING:
-    from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.surface_classes import SceneSurfaces
 
 MODELS = 8
-"""Radiance models of one scene that are kept."""
-
-MODELS_TOWARD_OTHERS = 3
-"""Those for other views: there can be hundreds, each is used once, and its arrays can take 100 MB."""
+"""Radiance models of one scene that are kept, one for each numerical level."""
 
 CELL_LIFETIME_S_PER_M = 0.33
 """Time cell of a lattice per size of its cells, with which bands of 8 to 96 km wavelength have the coherence after 15
@@ -52,11 +48,6 @@ to 45 min, within 0.15, of 10.8 um images of clouds over sea from a geostationar
 
 BY_SCALE_S = 1800.0
 """Evolution time, with lifetimes by scale, for generators without them."""
-
-NOT_SHARED = (
-    "columns are solved for this scene alone: scenes that differ in the temperature of the sea share them only if "
-    "cloud tops do not vary"
-)
 
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
@@ -66,7 +57,6 @@ def assemble(
     scenario: Scenario,
     catalog: Catalog,
     slant: SlantPaths,
-    between: SeaTemperatures | None = None,
     climate: Climate | None = None,
 ) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
@@ -75,8 +65,6 @@ def assemble(
     ----------
     climate : Climate, optional
         Of rays whose places have air and sea of their own.
-    between : SeaTemperatures, optional
-        Where the scene is one of many that differ in the temperature of the sea.
 
     Raises
     ------
@@ -111,68 +99,44 @@ def assemble(
         raise AssertionError("a provider is missing, and no problem was collected")
     layers = tuple(cloud.layer for cloud in clouds)
     solar_irradiance = SolarSpectrum(catalog)
-    inputs = RadianceInputs(
+    several = around.field is not None or climate is not None
+    setting = ColumnSetting(
+        view=slant.view,
+        sun=None,
+        sea=sea,
+        sea_temperature_K=around.sea_temperature_K,
         profile=around.profile,
         transmittance=transmittance,
-        sea=sea,
-        optics=particles.optics,
         layers=layers,
-        sea_temperature_K=around.sea_temperature_K,
-        view=slant.view,
-        solar_irradiance=solar_irradiance,
-        wind_from_deg=scenario.sea.wind_from,
-        memory=catalog.shelf.arrays,
-        air_memory=None if around.field is not None or climate is not None else memory_of_air(builder, around, catalog),
+        air_memory=None if several else memory_of_air(builder, around, catalog),
     )
-    radiance = scenario.radiance
+    inputs = RadianceInputs(
+        setting, particles.optics, solar_irradiance, scenario.sea.wind_from, memory=catalog.shelf.arrays
+    )
     over_field, centre = None, Air(around.profile, transmittance)
     with attribute_to_field("atmosphere.profile"):
         over_field = build_air_over_field(builder, scenario, catalog, around, centre)
     if climate is not None:
-        air_of = partial(air_with_provider, builder, scenario, catalog, around)
-        over_field = climate(lambda profile: air_of(around.finished(profile)), sea_of)
-
-    def new_model(
-        sea: SeaModel,
-        view: View,
-        sea_temperature_K: float,
-        level: int,
-        air: Air | None = None,
-        *,
-        sunlight_steps: int = 0,
-        layers: tuple[CloudLayer, ...] = layers,
-        vapour_factor: float | None = None,
-    ) -> RadianceModel:
-        other = replace(inputs, sea=sea, view=view, sea_temperature_K=sea_temperature_K, layers=layers)
-        other = replace(other, numerical_level=level, sunlight_steps=sunlight_steps)
-        if over_field is not None:
-            air = air or over_field.of(view)
-            other = replace(other, profile=air.profile, transmittance=air.transmittance)
-            if air.sea is not None:
-                other = replace(other, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
-        if vapour_factor not in (None, 1.0):
-            air = moister(air or centre, vapour_factor)
-            other = replace(other, profile=air.profile, transmittance=air.transmittance, air_memory=None)
-        chosen = selected(radiance, "model")
-        model: RadianceModel = of_models.build(Kind.RADIANCE, chosen, other, radiance.parameters)
-        return model
+        air_of_place = partial(air_with_provider, builder, scenario, catalog, around)
+        over_field = climate(lambda profile: air_of_place(around.finished(profile)), sea_of)
 
     @lru_cache(maxsize=AIRS)
     def moister(air: Air, factor: float) -> Air:
-        return air_with_provider(of_models, scenario, catalog, around, with_factors(air.profile, {"h2o": factor}))
+        profile = with_factors(air.profile, {"h2o": factor})
+        return replace(air_with_provider(of_models, scenario, catalog, around, profile), sea=air.sea)
 
-    # The same model serves the tables and the certificate, which share its solutions.
-    of_centre, of_others = (lru_cache(maxsize=most)(new_model) for most in (MODELS, MODELS_TOWARD_OTHERS))
+    def air_of(view: View, vapour_factor: float) -> Air:
+        air = centre if over_field is None else over_field.of(view)
+        return air if vapour_factor == 1.0 else moister(air, vapour_factor)
 
-    def exact_model_of(sea: Any, view: View, *others: Any, **named: Any) -> RadianceModel:
-        is_own = view == slant.view and "vapour_factor" not in named
-        return (of_centre if is_own else of_others)(sea, view, *others, **named)
+    @lru_cache(maxsize=MODELS)
+    def model_at(level: int, sunlight_steps: int) -> RadianceModel:
+        of_level = replace(inputs, numerical_level=level, sunlight_steps=sunlight_steps)
+        model: RadianceModel = of_models.build(Kind.RADIANCE, selected(radiance, "model"), of_level, radiance.parameters)
+        return model
 
-    model_of: Callable[..., RadianceModel] = exact_model_of
-    kelvin = around.sea_temperature_K
-    at_level = partial(exact_model_of, sea, slant.view, kelvin)
-    profile = around.profile
-    generators = generators_of([LayerBrightness(at_level, profile, layers, index) for index in range(len(layers))])
+    radiance = scenario.radiance
+    generators = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
     builder.raise_problems()
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
@@ -180,16 +144,7 @@ def assemble(
     surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):
-        model = model_of(sea, slant.view, kelvin, 0)
-    tops_vary = any(getattr(generator, "cloud_top_range_m", None) is not None for generator in generators)
-    shares = between is not None and model.declares.numerical_levels > 1  # other models are cheap
-    if between is not None and shares and not tops_vary:
-        from hcss_twin.plan.between_sea_temperatures import interpolating  # not for single scenes
-
-        model_of = interpolating(exact_model_of, sea_of, sea, kelvin, between, catalog)
-        model = model_of(sea, slant.view, kelvin, 0)
-    else:
-        between = None
+        model_at(0, 0)
     label = str(Kind.RADIANCE)
     entries = builder.entries | {label: of_models.entries[label]}
     built = builder.built | {label: of_models.built[label]}
@@ -197,7 +152,7 @@ def assemble(
         entries=entries,
         bands=tuple(bands),
         spectral_grid=spectral_grid,
-        profile=profile,
+        profile=around.profile,
         grid=grid,
         motion=motion,
         layers=layers,
@@ -208,18 +163,13 @@ def assemble(
         sea=sea,
         optics=particles.optics,
         optics_of_layers=particles.of_layers,
-        model=model,
-        model_of=model_of,
-        exact_model_of=exact_model_of,
-        between=between,
+        model_at=model_at,
+        air_of=air_of,
         sea_of=sea_of,
         solar_irradiance=solar_irradiance,
         sea_temperature_K=around.sea_temperature_K,
         sea_wind_speed_m_s=around.sea_wind_speed_m_s,
-        cloud_notes=(
-            *(note for cloud in clouds for note in cloud.notes),
-            *((NOT_SHARED,) if shares and tops_vary else ()),
-        ),
+        cloud_notes=tuple(note for cloud in clouds for note in cloud.notes),
         filled_in=(*around.filled_in, *(item for cloud in clouds for item in cloud.filled_in)),
         slant=slant,
         code={name: entry.code(catalog.shelf, built[name].provider) for name, entry in entries.items()},
@@ -228,7 +178,7 @@ def assemble(
         derived=derived,
         surfaces=surfaces,
         air_over_field=over_field,
-        air_memory=inputs.air_memory,
+        air_memory=setting.air_memory,
         built=built,
     )
 

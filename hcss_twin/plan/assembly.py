@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +21,7 @@ from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.providers import (
     CloudGenerator,
     CloudLayer,
+    ColumnSetting,
     Declaration,
     ElementProvider,
     Grid,
@@ -33,28 +33,15 @@ from hcss_twin.providers import (
     TransmittanceProvider,
     VariableProvider,
     View,
+    clear_column,
+    cloudy_columns,
 )
 from hcss_twin.providers.declarations import applying
 from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
-    from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
     from hcss_twin.plan.directions import Directions
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
-
-
-def expect(model: RadianceModel, suns: Iterable[Sun | None]) -> None:
-    """Name the suns of the next columns to a model that can solve clouds for several at once."""
-    prepare = getattr(model, "expect", None)
-    if prepare is not None:
-        prepare(tuple(suns))
-
-
-def expect_views(model: RadianceModel, views: Sequence[View]) -> None:
-    """Name the views of the next columns, of all models, to one that can solve clouds for several at once."""
-    prepare = getattr(model, "expect_views", None)
-    if prepare is not None:
-        prepare(views)
 
 
 @dataclass(frozen=True)
@@ -69,12 +56,10 @@ class Assembly:
         Scenario fields that define the particles of each layer, and their optics.
     optics_of_layers : tuple of Optics (L,)
         The provider of each layer; ``optics`` asks the right one for any particles.
-    model_of : callable
-        Builds the radiance model of the same scene for another sea, view, sea temperature, numerical level or air.
-    exact_model_of : callable
-        The same without interpolation over temperatures of the sea.
-    between : SeaTemperatures or None
-        Temperatures between which ``model`` interpolates; None for the scene's own.
+    model_at : callable
+        Returns the radiance model at a numerical level, with sunlight some levels finer.
+    air_of : callable
+        Returns the air of a view, with a factor of its water vapour.
     sea_of : callable
         Builds the sea model for another temperature.
     built : mapping of str to Built
@@ -93,6 +78,8 @@ class Assembly:
         Air over the image; None if the scenario has one profile.
     air_memory : OwnMemory or None
         Where scenes with the same air keep it.
+    vapour_factor : float
+        Of the water vapour at all levels.
     cloud_notes : tuple of str
         Notes on the cloud types.
     directions : Directions or None
@@ -115,9 +102,8 @@ class Assembly:
     sea: SeaModel
     optics: Optics
     optics_of_layers: tuple[Optics, ...]
-    model: RadianceModel
-    model_of: Callable[..., RadianceModel]
-    exact_model_of: Callable[..., RadianceModel]
+    model_at: Callable[[int, int], RadianceModel]
+    air_of: Callable[[View, float], Air]
     sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
@@ -126,7 +112,6 @@ class Assembly:
     slant: SlantPaths
     code: Mapping[str, tuple[str, ...]]
     lines_of_sight: LinesOfSight | None = None
-    between: SeaTemperatures | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()
     surfaces: SceneSurfaces | None = None
@@ -135,6 +120,7 @@ class Assembly:
     sunlight_steps: int = 0
     air_over_field: AirOverField | None = None
     air_memory: OwnMemory | None = None
+    vapour_factor: float = 1.0
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     directions: Directions | None = None
@@ -150,21 +136,40 @@ class Assembly:
         """Viewing direction."""
         return self.slant.view
 
-    def model_over(self, sea: SeaModel) -> RadianceModel:
-        """Return the radiance model of the same scene over another sea."""
-        return self.model_of(sea, self.view, self.sea_temperature_K, self.numerical_level)
+    @property
+    def model(self) -> RadianceModel:
+        """The radiance model."""
+        return self.model_at(self.numerical_level, self.sunlight_steps)
 
-    def model_toward(self, view: View) -> RadianceModel:
-        """Return the radiance model of the same scene for another view."""
-        return self.model_of(self.sea, view, self.sea_temperature_K, self.numerical_level)
+    def setting(self, sun: Sun | None = None, view: View | None = None) -> ColumnSetting:
+        """Return what the columns of the scene share under a sun, perhaps toward another view: in the air of its place.
 
-    def model_in(self, air: Air) -> RadianceModel:
-        """Return the radiance model of the same scene in other air."""
-        return self.model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level, air)
+        Raises
+        ------
+        CatalogError
+            If the profiles of the scene do not cover that place.
+        """
+        view = self.view if view is None else view
+        scene = ColumnSetting(
+            view, sun, self.sea, self.sea_temperature_K, self.profile, self.transmittance, self.layers, self.air_memory
+        )
+        if self.air_over_field is None and self.vapour_factor == 1.0:
+            return scene
+        air = self.air_of(view, self.vapour_factor)
+        scene = replace(scene, profile=air.profile, transmittance=air.transmittance, air_memory=None)
+        return scene if air.sea is None else replace(scene, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
+
+    def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> dict[str, Array]:
+        """Return each term (V,) of clear sky."""
+        return clear_column(self.model, self.setting(sun), wavenumber_cm1)
+
+    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Return each term (N, V) of columns with layers of thickness (N, L)."""
+        return cloudy_columns(self.model, self.setting(sun), wavenumber_cm1, thickness_m)
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction, with the air of its place."""
-        toward = replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+        toward = replace(self, slant=replace(self.slant, view=view))
         if self.air_over_field is None:
             return toward
         air = self.air_over_field.of(view)
@@ -173,42 +178,25 @@ class Assembly:
 
     def at_level(self, level: int) -> Assembly:
         """Return the same scene with the radiance model at another numerical level."""
-        if level == self.numerical_level:
-            return self
-        model = self.model_of(self.sea, self.view, self.sea_temperature_K, level)
-        return replace(self, model=model, numerical_level=level)
-
-    @property
-    def for_references(self) -> Assembly:
-        """The same scene with the radiance model of its certificate's reference columns."""
-        if self.between is None or not self.between.afresh:
-            return self
-        model = self.exact_model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
-        return replace(self, model_of=self.exact_model_of, model=model, between=None)
+        return replace(self, numerical_level=level)
 
     def hanging_from(self, top_m: float) -> Assembly:
         """Return the same scene with the clouds of its one layer at another altitude."""
-        layers = tuple(layer.hanging_from(top_m) for layer in self.layers)
-        return replace(self._with_model_inputs(layers=layers), layers=layers)
+        return replace(self, layers=tuple(layer.hanging_from(top_m) for layer in self.layers))
 
     def perturbed(self, warmer_K: float, vapour_factor: float) -> Assembly:
         """Return the same scene over a warmer sea, in air with another amount of water vapour."""
         kelvin = self.sea_temperature_K + warmer_K
         sea = self.sea_of(kelvin) if warmer_K else self.sea
-        other = replace(self, sea=sea, sea_temperature_K=kelvin)
-        # Named even where it is 1: these models must not displace those of the scene, which its parts share.
-        return other._with_model_inputs(vapour_factor=vapour_factor)
+        return replace(self, sea=sea, sea_temperature_K=kelvin, vapour_factor=vapour_factor)
 
     def with_finer_sunlight(self, steps: int) -> Assembly:
         """Return the same scene with sunlight some levels finer than all else, also at other levels."""
-        if steps == self.sunlight_steps:
-            return self
-        return replace(self._with_model_inputs(sunlight_steps=steps), sunlight_steps=steps)
+        return replace(self, sunlight_steps=steps)
 
-    def _with_model_inputs(self, **inputs: Any) -> Assembly:
-        model_of, exact_model_of = (partial(function, **inputs) for function in (self.model_of, self.exact_model_of))
-        model = model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
-        return replace(self, model=model, model_of=model_of, exact_model_of=exact_model_of)
+    def over_sea(self, sea: SeaModel) -> Assembly:
+        """Return the same scene over another sea of the same temperature."""
+        return replace(self, sea=sea)
 
     def on_grid(self, refinement: int) -> Assembly:
         """Return the same scene on a spectral grid with another refinement."""
@@ -224,8 +212,7 @@ class Assembly:
         if state.boundary is None and kelvin == self.sea_temperature_K:
             return self
         sea = self.sea_of(kelvin) if state.boundary is None else state.boundary
-        model = self.model_of(sea, self.view, kelvin, self.numerical_level)
-        return replace(self, sea=sea, sea_temperature_K=kelvin, model=model, surface=state)
+        return replace(self, sea=sea, sea_temperature_K=kelvin, surface=state)
 
     @property
     def _of_radiance(self) -> list[Declaration]:

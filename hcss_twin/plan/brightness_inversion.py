@@ -17,8 +17,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import kernel
 from hcss_twin.physics.planck import planck
-from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import CloudLayer, RadianceModel
+from hcss_twin.providers import ColumnSetting, RadianceModel, cloudy_columns
 
 LIMITS_UM = (10.3, 11.3)
 """Limits of the band, AVHRR channel 4, with equal response in wavenumber."""
@@ -46,26 +45,26 @@ class LayerBrightness:
     Parameters
     ----------
     model_at : callable
-        Returns the scene's radiance model at a numerical level, and perhaps with other layers; called at first use.
-    profile : Profile
-        Air of the scene.
-    layers : sequence of CloudLayer
-        Of the scene; ``index`` is the place of this one.
+        Returns the scene's radiance model at a numerical level, with sunlight some levels finer; called at first use.
+    setting : ColumnSetting
+        Of the scene, at night.
+    index : int
+        Of the layer.
     limits_um : (float, float)
         Of the band.
     """
 
     def __init__(
-        self, model_at: Callable[..., RadianceModel], profile: Profile, layers: tuple[CloudLayer, ...], index: int,
+        self, model_at: Callable[[int, int], RadianceModel], setting: ColumnSetting, index: int,
         limits_um: tuple[float, float] = LIMITS_UM,
     ) -> None:  # fmt: skip
-        self._model_at, self._profile = model_at, profile
-        self._layers, self._index = layers, index
+        self._model_at, self._setting, self._index = model_at, setting, index
+        self._profile, self._layers = setting.profile, setting.layers
         self._limits_um = limits_um
 
     def in_band(self, limits_um: tuple[float, float]) -> LayerBrightness:
         """Return the inversion in another band, as :class:`hcss_twin.providers.BrightnessInversion` describes."""
-        return LayerBrightness(self._model_at, self._profile, self._layers, self._index, limits_um)
+        return LayerBrightness(self._model_at, self._setting, self._index, limits_um)
 
     @property
     def clear_K(self) -> float:
@@ -110,14 +109,14 @@ class LayerBrightness:
         layers = tuple(
             layer.hanging_from(top_m) if index == self._index else layer for index, layer in enumerate(self._layers)
         )
-        return self._curve_of(self._model_at(0, layers=layers), layers[self._index], _HANGING)
+        return self._curve_of(self._model_at(0, 0), replace(self._setting, layers=layers), _HANGING)
 
     @cached_property
     def _curve(self) -> tuple[Array, Array]:
         """Thickness from 0 on, and brightness temperature, which never rises with it."""
         layer = self._layers[self._index]
-        model = self._model_at(min(LEVEL, self._model_at(0).declares.numerical_levels - 1))
-        thickness, temperature = self._curve_of(model, layer, _THICKNESSES)
+        model = self._model_at(min(LEVEL, self._model_at(0, 0).declares.numerical_levels - 1), 0)
+        thickness, temperature = self._curve_of(model, self._setting, _THICKNESSES)
         if not temperature[1:].min() < temperature[0] - COLDER_K:
             low, high = self._limits_um
             raise ProviderError(
@@ -127,7 +126,8 @@ class LayerBrightness:
             )
         return thickness, np.minimum.accumulate(temperature)
 
-    def _curve_of(self, model: RadianceModel, layer: CloudLayer, count: int) -> tuple[Array, Array]:
+    def _curve_of(self, model: RadianceModel, setting: ColumnSetting, count: int) -> tuple[Array, Array]:
+        layer = setting.layers[self._index]
         edges = 1e4 / np.array(self._limits_um)[::-1]
         intervals = max(WAVENUMBERS, round((edges[1] - edges[0]) / STEP_CM1))
         step = (edges[1] - edges[0]) / intervals
@@ -135,11 +135,10 @@ class LayerBrightness:
         thinnest = max(layer.thickness_min_m, 1e-4 * layer.thickness_max_m)
         thickness = np.geomspace(thinnest, layer.thickness_max_m, count)
         thickness[-1] = layer.thickness_max_m
-        columns = np.zeros((thickness.size, len(self._layers)))
-        columns[:, self._index] = thickness
-        clear: Array = np.sum(list(model.clear(wavenumber, None).values()), axis=0)
-        cloudy: Array = np.sum(list(model.cloudy(wavenumber, columns, None).values()), axis=0)
-        radiance = np.concatenate(([np.mean(clear)], np.mean(cloudy, axis=1)))
+        columns = np.zeros((1 + thickness.size, len(setting.layers)))
+        columns[1:, self._index] = thickness
+        total: Array = np.sum(list(cloudy_columns(model, setting, wavenumber, columns).values()), axis=0)
+        radiance = np.mean(total, axis=1)
         kelvin = np.linspace(100.0, 400.0, 3001)
         black_body = np.mean(planck(wavenumber, kelvin[:, None]), axis=1)
         temperature = np.interp(np.log(radiance), np.log(black_body), kelvin)

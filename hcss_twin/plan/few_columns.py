@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.providers import ColumnSetting, RadianceModel, Sun
+from hcss_twin.providers.column_states import spectra_of
 
 
 @dataclass(frozen=True)
@@ -90,23 +91,23 @@ class FewColumns:
         cloudy = places[1:] - 1 if self.clear else places
         return replace(self, thickness_m=self.thickness_m[cloudy])
 
-    def terms(self, model: RadianceModel, sun: Sun | None) -> dict[str, Array]:
-        """Return each term (C, B) of C columns, the clear one first."""
-        parts = []
-        if self.clear:
-            clear = model.clear(self.wavenumber_cm1, sun)
-            parts.append({name: np.asarray(values)[None] for name, values in clear.items()})
-        if self.thickness_m.size:
-            parts.append(dict(model.cloudy(self.wavenumber_cm1, self.thickness_m, sun)))
-        return {
-            name: np.concatenate([np.asarray(part[name]) for part in parts]) @ self.weights_cm1.T
-            for name in model.terms
-        }
+    def terms_in(self, model: RadianceModel, settings: Sequence[ColumnSetting]) -> list[dict[str, Array]]:
+        """Return each term (C, B) of C columns, the clear one first, in some settings that are computed together."""
+        clear = np.zeros((int(self.clear), self.thickness_m.shape[1]))
+        spectra = spectra_of(model, settings, self.wavenumber_cm1, np.concatenate((clear, self.thickness_m)))
+        return [dict(zip(model.terms, np.moveaxis(terms @ self.weights_cm1.T, 1, 0), strict=True)) for terms in spectra]
 
-    def total(self, model: RadianceModel, sun: Sun | None) -> Array:
+    def totals_in(self, model: RadianceModel, settings: Sequence[ColumnSetting]) -> list[Array]:
+        """Return the sum of all terms, (C, B), in each setting."""
+        return [np.sum(list(terms.values()), axis=0) for terms in self.terms_in(model, settings)]
+
+    def terms(self, scene: Assembly, sun: Sun | None) -> dict[str, Array]:
+        """Return each term (C, B) of the columns of a scene."""
+        return self.terms_in(scene.model, [scene.setting(sun)])[0]
+
+    def total(self, scene: Assembly, sun: Sun | None) -> Array:
         """Return the sum of all terms, (C, B)."""
-        total: Array = np.sum(list(self.terms(model, sun).values()), axis=0)
-        return total
+        return self.totals_in(scene.model, [scene.setting(sun)])[0]
 
 
 def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:

@@ -16,9 +16,9 @@ from math import floor, log2
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.plan.assembly import Assembly, expect, expect_views
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns, largest_change
-from hcss_twin.providers import CloudLayer, RadianceModel, Sun, View
+from hcss_twin.providers import CloudLayer, ColumnSetting, Sun, View
 
 PER_BAND = 3
 """Number of wavenumbers per band."""
@@ -119,9 +119,8 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
 
     @cache
     def at(level: int, steps: int) -> list[Array]:
-        model = assembly.at_level(level).with_finer_sunlight(steps).model
-        expect(model, suns)
-        return [columns.total(model, sun) for sun in dict.fromkeys(suns)]
+        scene = assembly.at_level(level).with_finer_sunlight(steps)
+        return columns.totals_in(scene.model, [scene.setting(sun) for sun in dict.fromkeys(suns)])
 
     def change(level: int, finer: int, steps: int) -> float:
         return max(largest_change(one, other) for one, other in zip(at(level, steps), at(finer, steps), strict=True))
@@ -157,28 +156,35 @@ def refine_toward(
     last = assembly.model.declares.numerical_levels - 2
     if last < 0 or not suns or not chosen.enough:
         return chosen
-    columns, order, error = _columns(assembly), list(views), chosen.error
+    columns, worst, error = _columns(assembly), list(views[:1]), chosen.error
     sunlight = chosen.level + chosen.sunlight_steps
 
-    def error_toward(view: View, level: int, steps: int) -> float:
-        finer_assembly = assembly.with_finer_sunlight(steps)
+    def errors_toward(views: Sequence[View], level: int, steps: int) -> list[float]:
+        finer_sunlight = assembly.with_finer_sunlight(steps)
 
-        def at(level: int) -> Array:
-            model = finer_assembly.at_level(level).model_toward(view)
-            expect_views(model, views)
-            of_view = suns if assembly.own_suns is None else assembly.own_suns(view)
-            return np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(of_view)])
+        def at(level: int) -> list[Array]:
+            scene, settings, counts = finer_sunlight.at_level(level), list[ColumnSetting](), list[int]()
+            for view in views:
+                of_view = dict.fromkeys(suns if assembly.own_suns is None else assembly.own_suns(view))
+                settings += [scene.setting(sun, view) for sun in of_view]
+                counts.append(len(of_view))
+            totals = np.stack(columns.totals_in(scene.model, settings))
+            return [np.concatenate(of_view) for of_view in np.split(totals, np.cumsum(counts)[:-1])]
 
-        finer = at(level + 1)
-        before = largest_change(at(level - 1), finer) / FASTEST_CONVERGENCE if level > 0 else 0.0
-        return SAFETY_FACTOR * max(largest_change(at(level), finer), before)
+        finer, here, coarser = at(level + 1), at(level), at(level - 1) if level > 0 else None
+        changes = [largest_change(one, other) for one, other in zip(here, finer, strict=True)]
+        if coarser is not None:
+            before = (largest_change(one, other) for one, other in zip(coarser, finer, strict=True))
+            changes = [max(change, far / FASTEST_CONVERGENCE) for change, far in zip(changes, before, strict=True)]
+        return [SAFETY_FACTOR * change for change in changes]
 
     for level, more in product(range(chosen.level, last + 1), (0, SUNLIGHT_STEPS) if any(suns) else (0,)):
-        steps, errors = max(sunlight - level, 0) + more, []
-        for index, view in enumerate(order):
-            errors.append(error_toward(view, level, steps))
-            if errors[-1] > tolerance:
-                error, order = errors[-1], [order.pop(index), *order]  # the next sizes are tested there first
+        steps = max(sunlight - level, 0) + more
+        # The view that failed last is tried first, alone.
+        for tried in (worst, views):
+            errors = errors_toward(tried, level, steps)
+            if max(errors) > tolerance:
+                error, worst = max(errors), [tried[int(np.argmax(errors))]]
                 break
         else:
             return NumericalLevel(level, max(*errors, chosen.error), True, steps)
@@ -209,12 +215,12 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     """
     if not suns:
         return GridRefinement(0, 0.0)
-    model = assembly.at_level(0).model
+    scene = assembly.at_level(0)
     narrow = [band for band, node in enumerate(assembly.spectral_grid.nodes) if len(node) < NARROW_BAND]
     medium, none = _medium_clouds(assembly), np.zeros(0)
     columns = FewColumns(none, none, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
-    bounding = _spectra(columns.only(columns.ends), model, suns[0])
-    clouds = _spectra(FewColumns(none, none, medium, False), model, suns[0])
+    bounding = _spectra(columns.only(columns.ends), scene, suns[0])
+    clouds = _spectra(FewColumns(none, none, medium, False), scene, suns[0])
 
     @cache
     def at(refinement: int) -> Array:
@@ -239,7 +245,7 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     return GridRefinement(refinement, error(refinement))
 
 
-def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Callable[[Array, Array], Array]:
+def _spectra(columns: FewColumns, scene: Assembly, sun: Sun | None) -> Callable[[Array, Array], Array]:
     """Return a function from wavenumbers (V,) to the radiance (C, V) of columns, which solves each wavenumber once.
 
     Its second argument are the ends of bands among them: models that interpolate in a band need both.
@@ -251,7 +257,7 @@ def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Call
         if new.size:
             new = np.union1d(new, ends_cm1)
             new_columns = replace(columns, wavenumber_cm1=new, weights_cm1=np.eye(new.size))
-            known.update(zip(new.tolist(), new_columns.total(model, sun).T, strict=True))
+            known.update(zip(new.tolist(), new_columns.total(scene, sun).T, strict=True))
         return np.stack([known[wavenumber] for wavenumber in wavenumber_cm1.tolist()], axis=1)
 
     return at

@@ -10,7 +10,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
-from hcss_twin.plan.assembly import Assembly, expect
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
     FewColumns,
@@ -132,7 +132,7 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
     named = sea_sun_terms(model) or tuple(model.solar_terms)
     share, frames = 0.0, (sun.mirror(assembly.view), int(sun.up[0]), int(sun.up[-1]))
     for _, position in sun.at(frames) if named else ():
-        terms = model.clear(grid.wavenumber_cm1, position)
+        terms = assembly.clear(grid.wavenumber_cm1, position)
         bands = {name: grid.weights_cm1 @ np.asarray(values) for name, values in terms.items()}
         glint = np.sum([bands[name] for name in named], axis=0)
         total = np.sum(list(bands.values()), axis=0)
@@ -196,8 +196,8 @@ def list_omissions(
     # Bounds are relative changes, which hardly depend on the numerical level.
     assembly = for_spectra(assembly)
     columns = few_columns(assembly)
-    expect(assembly.model, [position for _, position in frames])
-    known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}
+    of_frames = columns.terms_in(assembly.model, [assembly.setting(position) for _, position in frames])
+    known = dict(zip(frames, of_frames, strict=True))
     yield from low_sun(assembly, columns, known)
     yield from one_direction(assembly, columns, sun.track, known, views)
     yield from _changes_of_air(scenario, assembly, columns, known)

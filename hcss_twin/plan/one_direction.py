@@ -14,7 +14,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, largest_change
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.views import ImageViews
-from hcss_twin.providers import RadianceModel, Sun, View
+from hcss_twin.providers import Sun, View
 
 SENSOR_ALTITUDE_M = 800e3
 """Assumed sensor altitude if the scenario has none: that of many satellites in low orbit."""
@@ -129,9 +129,9 @@ def _bound_of_views(
     largest = 0.0
     try:
         for corner, view in enumerate(views):
-            model = assembly.model_toward(view)
+            toward = assembly.toward(view)
             for sun, total in known.items():
-                largest = max(largest, _change(columns, model, sun, total, corner))
+                largest = max(largest, _change(columns, toward, sun, total, corner))
     except (ProviderError, ScenarioError):
         return None
     return SAFETY_FACTOR * largest
@@ -145,14 +145,14 @@ def _bound_of_suns(
     try:
         for corners, total in lit:
             for corner, sun in enumerate(corners):
-                largest = max(largest, _change(columns, assembly.model, sun, total, corner))
+                largest = max(largest, _change(columns, assembly, sun, total, corner))
     except ProviderError:
         return None
     return SAFETY_FACTOR * largest
 
 
-def _change(columns: FewColumns, model: RadianceModel, sun: Sun | None, known: Array, corner: int) -> float:
+def _change(columns: FewColumns, scene: Assembly, sun: Sun | None, known: Array, corner: int) -> float:
     """Return the largest change; after the first corner only for clear sky, which is the most sensitive to azimuth."""
     if corner == 0 or not columns.clear:
-        return largest_change(columns.total(model, sun), known)
-    return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(model, sun), known[:1])
+        return largest_change(columns.total(scene, sun), known)
+    return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(scene, sun), known[:1])

@@ -70,6 +70,15 @@ if TYPE_CHECKING:
         Microphysics,
         Motion,
     )
+    from hcss_twin.providers.column_states import (
+        ColumnGroup,
+        ColumnSetting,
+        ColumnStates,
+        Sun,
+        View,
+        clear_column,
+        cloudy_columns,
+    )
     from hcss_twin.providers.common import DEPENDENCIES, LEGS, MEASURED, RANGES
     from hcss_twin.providers.declarations import Declaration, ModelError, ProviderOptions
     from hcss_twin.providers.elements import (
@@ -87,8 +96,6 @@ if TYPE_CHECKING:
         RadianceModel,
         RadianceModelOptions,
         SolarIrradiance,
-        Sun,
-        View,
     )
     from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
     from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
@@ -124,6 +131,9 @@ __all__ = [
     "CloudGeneratorOptions",
     "CloudInputs",
     "CloudLayer",
+    "ColumnGroup",
+    "ColumnSetting",
+    "ColumnStates",
     "CommandSpec",
     "CubeError",
     "Declaration",
@@ -183,6 +193,8 @@ __all__ = [
     "View",
     "WaveShapes",
     "choose_from",
+    "clear_column",
+    "cloudy_columns",
     "hookimpl",
     "local_zenith_deg",
     "planck",
@@ -222,8 +234,15 @@ HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "RadianceModel",
             "RadianceModelOptions",
             "SolarIrradiance",
+        ),
+        "providers.column_states": (
+            "ColumnGroup",
+            "ColumnSetting",
+            "ColumnStates",
             "Sun",
             "View",
+            "clear_column",
+            "cloudy_columns",
         ),
         "providers.elements": (
             "ElementInputs",

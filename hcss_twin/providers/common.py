@@ -186,8 +186,6 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
         lambda value: isinstance(value, Set) and all(isinstance(name, str) for name in value),
         "a set of names of terms",
     ),
-    "expect": (callable, "a method"),
-    "expect_views": (callable, "a method"),
     "instants": (lambda value: _is_range(value), "a pair of numbers of seconds, the earliest first"),
     "measure_with": (callable, "a method"),
     "points_after": (callable, "a method"),

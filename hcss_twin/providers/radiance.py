@@ -2,98 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.result_cache import ArrayMemory, OwnMemory
-from hcss_twin.physics.profile import Profile
-from hcss_twin.providers.atmosphere import TransmittanceProvider
-from hcss_twin.providers.clouds import CloudLayer
+from hcss_twin.core.result_cache import ArrayMemory
+from hcss_twin.providers.column_states import ColumnSetting, ColumnStates
 from hcss_twin.providers.declarations import Declaration, among
 from hcss_twin.providers.optics import Optics
-from hcss_twin.providers.sea import SeaModel
-
-
-@dataclass(frozen=True)
-class View:
-    """Direction from the surface point to the sensor."""
-
-    zenith_deg: float
-    azimuth_deg: float
-
-
-@dataclass(frozen=True)
-class Sun:
-    """The sun seen from the surface point.
-
-    Attributes
-    ----------
-    zenith_deg, azimuth_deg : float
-        Apparent (refracted) zenith and bearing.
-    distance_au : float
-        Earth-Sun distance.
-    """
-
-    zenith_deg: float
-    azimuth_deg: float
-    distance_au: float
-
-    @property
-    def is_up(self) -> bool:
-        """Whether the sun is above the horizon of the surface point."""
-        return self.zenith_deg < 90.0
 
 
 @dataclass(frozen=True)
 class RadianceInputs:
-    """Inputs of a radiance model: the scene's providers, whose results are checked, and states.
+    """Inputs of a radiance model: what all columns of a scene share. What differs between them are states.
 
     Attributes
     ----------
-    profile : Profile
-        The air.
-    transmittance : TransmittanceProvider
-        Of gas and aerosol.
-    sea : SeaModel
-        Emissivity and reflection of the sea.
+    setting : ColumnSetting
+        The scene's own, at night, with checked providers. States may have others, with as many layers.
     optics : Optics
         Of the particles of every layer.
-    layers : tuple of CloudLayer (L,)
-        From the lowest to the highest, without overlap; may be empty.
-    sea_temperature_K : float
-        Of the water's skin.
-    view : View
-        Direction toward the sensor.
     solar_irradiance : SolarIrradiance
         Maps wavenumbers (V,) to W m-2 (cm-1)-1 at 1 au.
     wind_from_deg : float
         Bearing from which the wind blows, for anisotropic seas.
     numerical_level : int
         Which of the model's levels of numerical accuracy to use, 0 is the coarsest.
-    memory : ArrayMemory or None
-        Where a model may keep arrays for the other scenes of the process, by a hash of all that they depend on.
-    air_memory : OwnMemory or None
-        Where a model may keep arrays for other scenes in the same air, by a hash of all else that they depend on.
     sunlight_steps : int
         How many levels finer, as far as there are any, to solve sunlight that clouds scatter toward the sensor: its
         error depends on the scattering angle. A model may ignore it.
+    memory : ArrayMemory or None
+        Where a model may keep arrays for the other scenes of the process, by a hash of all that they depend on.
     """
 
-    profile: Profile
-    transmittance: TransmittanceProvider
-    sea: SeaModel
+    setting: ColumnSetting
     optics: Optics
-    layers: tuple[CloudLayer, ...]
-    sea_temperature_K: float
-    view: View
     solar_irradiance: SolarIrradiance
     wind_from_deg: float = 0.0
     numerical_level: int = 0
-    memory: ArrayMemory | None = None
-    air_memory: OwnMemory | None = None
     sunlight_steps: int = 0
+    memory: ArrayMemory | None = None
 
 
 class SolarIrradiance(Protocol):
@@ -143,16 +92,13 @@ class RadianceModel(Protocol):
     terms: Mapping[str, str]
     solar_terms: frozenset[str]
 
-    def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Return each term (V,) of a cloud-free column, W m-2 sr-1 (cm-1)-1; ``sun`` is None below the horizon."""
-        ...
+    def columns(self, states: ColumnStates, wavenumber_cm1: Array) -> Mapping[str, Array]:
+        """Return each term (N, V) of N columns, W m-2 sr-1 (cm-1)-1.
 
-    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Return each term (N, V) of cloudy columns.
-
-        ``thickness_m`` (N, L) is in the order of ``inputs.layers``; 0: no cloud in that layer; no row is all 0. Every
-        term is continuous in every thickness, also where a cloud boundary crosses a level of the profile, because the
-        engine interpolates tables of them; a jump is an error.
+        ``states.groups()`` yields the columns that share view, sun, sea, air and layers; a model may share more of what
+        it solves between them. A column of which all thicknesses are 0 is clear sky. Every term is continuous in every
+        thickness, also where a cloud boundary crosses a level of the profile, because the engine interpolates tables of
+        them; a jump is an error. A column does not depend on the others, but for rounding.
         """
         ...
 
@@ -167,18 +113,3 @@ class RadianceModelOptions(Protocol):
     """
 
     sea_sun_terms: frozenset[str]
-
-    def expect(self, suns: Sequence[Sun | None]) -> None:
-        """Prepare for columns at the same wavenumbers under each of these suns; results stay the same but for rounding.
-
-        A model may then solve for all of them what it solves for the first.
-        """
-        ...
-
-    def expect_views(self, views: Sequence[View]) -> None:
-        """Prepare for columns of models toward each of these views, its own among them, alike in all other inputs.
-
-        A model may then leave in ``inputs.memory`` what it solves for all of them; results stay the same but for
-        rounding.
-        """
-        ...

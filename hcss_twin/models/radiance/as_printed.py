@@ -21,7 +21,7 @@ from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, 
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import CloudLayer, RadianceDeclaration, RadianceInputs, Sun
+from hcss_twin.providers import CloudLayer, ColumnSetting, ColumnStates, RadianceDeclaration, RadianceInputs, Sun
 from hcss_twin.providers.declarations import Note
 
 
@@ -71,39 +71,57 @@ class AsPrinted:
     def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters) -> None:
         self._inputs = inputs
         self._parameters = parameters
-        self._mu = math.cos(math.radians(inputs.view.zenith_deg))
         self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
-            notes=_notes(parameters, len(inputs.layers)),
+            notes=_notes(parameters, len(inputs.setting.layers)),
         )
 
-    def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
+    def columns(self, states: ColumnStates, wavenumber_cm1: Array) -> Mapping[str, Array]:
+        """Return terms (N, V) of columns: eq 19 for clear sky, eq 20 for clouds (HCSS paper)."""
+        result = states.empty(self.terms, wavenumber_cm1)
+        for rows, setting, thickness_m in states.groups():
+            columns, cloudy = (
+                _PrintedColumns(self._inputs, self._parameters, setting),
+                np.any(thickness_m > 0.0, axis=1),
+            )
+            clear = columns.clear(wavenumber_cm1)
+            clouds = columns.cloudy(wavenumber_cm1, thickness_m[cloudy], clear) if np.any(cloudy) else {}
+            for name, values in result.items():
+                values[rows[~cloudy]] = clear[name]
+                if clouds:
+                    values[rows[cloudy]] = clouds[name]
+        return result
+
+
+class _PrintedColumns:
+    """Columns of one setting."""
+
+    def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters, setting: ColumnSetting) -> None:
+        self._inputs, self._parameters, self._setting = inputs, parameters, setting
+        self._mu = math.cos(math.radians(setting.view.zenith_deg))
+
+    def clear(self, wavenumber_cm1: Array) -> Mapping[str, Array]:
         """Terms (V,) of a cloud-free column: tau_s L_s + L_atm (HCSS paper, eq 19)."""
         zero = np.zeros_like(wavenumber_cm1)
-        zenith = self._inputs.view.zenith_deg
+        zenith = self._setting.view.zenith_deg
         surface = to_space(0.0, zenith)
-        transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, [surface])[0]
-        air = path_radiance(self._inputs.transmittance, self._inputs.profile, wavenumber_cm1, [0.0], zenith)[0]
+        transmittance = self._setting.transmittance.transmittance(wavenumber_cm1, [surface])[0]
+        air = path_radiance(self._setting.transmittance, self._setting.profile, wavenumber_cm1, [0.0], zenith)[0]
         return {
             "cloud_emission": zero,
             "cloud_reflected_sun": zero,
-            "sea_emission": transmittance * self._sea_emission(wavenumber_cm1, sun),
-            "sea_reflected_sun": self._glint(wavenumber_cm1, sun),
+            "sea_emission": transmittance * self._sea_emission(wavenumber_cm1),
+            "sea_reflected_sun": self._glint(wavenumber_cm1),
             "path_emission": air,
         }
 
-    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
+    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, clear: Mapping[str, Array]) -> Mapping[str, Array]:
         """Terms (N, V) of cloudy columns: tau_c L_c + tau_sc L_s + L_atm above the cloud top (HCSS paper, eq 20).
 
         The paper has one layer. With several, the radiance of each cloud (eq 15 and eq 16) is attenuated by the clouds
         above, which transmit 1 - emissivity, as in eq 20 for the sea.
         """
-        layers = self._inputs.layers
-        if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
-            raise ValueError(f"thickness_m: shape {thickness_m.shape}; allowed (N, {len(layers)})")
-        if np.any(thickness_m < 0) or not np.all(np.any(thickness_m > 0, axis=1)):
-            raise ValueError("thickness_m: allowed >= 0, at least one layer > 0; use clear() without cloud")
-        clear = self.clear(wavenumber_cm1, sun)
+        layers = self._setting.layers
         shape = thickness_m.shape[0], wavenumber_cm1.size
         emitted, reflected, air = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         through = np.ones(shape)
@@ -112,7 +130,7 @@ class AsPrinted:
             rows = np.flatnonzero(thickness_m[:, index] > 0)
             if rows.size == 0:
                 continue
-            cloud = self._cloud(layers[index], wavenumber_cm1, thickness_m[rows, index], sun)
+            cloud = self._cloud(layers[index], wavenumber_cm1, thickness_m[rows, index])
             emitted[rows] += through[rows] * cloud.emitted
             reflected[rows] += through[rows] * cloud.reflected
             highest = seen_first[rows]
@@ -129,80 +147,80 @@ class AsPrinted:
             "path_emission": air,
         }
 
-    def _cloud(self, layer: CloudLayer, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> _Cloud:
+    def _cloud(self, layer: CloudLayer, wavenumber_cm1: Array, thickness_m: Array) -> _Cloud:
         """Clouds of one layer of ``thickness_m`` (N,) > 0, seen through air alone: eq 8 and eq 15."""
-        inputs = self._inputs
-        scattering = inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
+        setting = self._setting
+        scattering = self._inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
         # Columns of equal thickness, common with two layers, share everything; columns with equal cloud-top altitude
         # share their paths.
         thickness, same = np.unique(thickness_m, return_inverse=True)
         tops, column = np.unique(layer.cloud_top_m(thickness), return_inverse=True)
         emissivity = cloud_emissivity(scattering.extinction_m1, scattering.albedo, thickness)
-        zenith = inputs.view.zenith_deg
+        zenith = setting.view.zenith_deg
         above = [to_space(float(top), zenith) for top in tops]
-        transmittance = inputs.transmittance.transmittance(wavenumber_cm1, above)[column]
+        transmittance = setting.transmittance.transmittance(wavenumber_cm1, above)[column]
         air_from = np.zeros(1) if self._parameters.literal_eq19 else tops
         air = path_radiance(
-            inputs.transmittance, inputs.profile, wavenumber_cm1, [float(top) for top in air_from], zenith
+            setting.transmittance, setting.profile, wavenumber_cm1, [float(top) for top in air_from], zenith
         )
         air = np.repeat(air, thickness.size, axis=0) if self._parameters.literal_eq19 else air[column]
         temperature = self._cloud_temperature(layer, thickness)
         emission = planck(wavenumber_cm1[None, :], temperature[:, None])
-        reflected = self._cloud_reflection(wavenumber_cm1, tops, scattering.albedo, scattering.moments[1], sun)[column]
+        reflected = self._cloud_reflection(wavenumber_cm1, tops, scattering.albedo, scattering.moments[1])[column]
         return _Cloud(emissivity[same], (transmittance * emissivity * emission)[same], reflected[same], air[same])
 
     def _cloud_temperature(self, layer: CloudLayer, thickness_m: Array) -> Array:
         if layer.temperature_K is not None:
             return np.full_like(thickness_m, layer.temperature_K)
-        return self._inputs.profile.temperature_at(layer.cloud_top_m(thickness_m))
+        return self._setting.profile.temperature_at(layer.cloud_top_m(thickness_m))
 
-    def _sea_emission(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
+    def _sea_emission(self, wavenumber_cm1: Array) -> Array:
         """Emissivity times Planck radiance at the sea surface, (V,) (HCSS paper, eq 17)."""
-        emissivity = self._inputs.sea.emissivity(wavenumber_cm1, np.array([self._mu]), **self._wind(sun))[0]
-        result: Array = emissivity * planck(wavenumber_cm1, self._inputs.sea_temperature_K)
+        emissivity = self._setting.sea.emissivity(wavenumber_cm1, np.array([self._mu]), **self._wind())[0]
+        result: Array = emissivity * planck(wavenumber_cm1, self._setting.sea_temperature_K)
         return result
 
-    def _glint(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
+    def _glint(self, wavenumber_cm1: Array) -> Array:
         """Sun glint at the sensor, (V,): sunlight crosses the air down to the sea and up again (HCSS paper, eq 18)."""
+        sun = self._setting.sun
         if sun is None or not sun.is_up or self._parameters.glint_scale == 0.0:
             return np.zeros_like(wavenumber_cm1)
-        view = self._inputs.view
+        view = self._setting.view
         mu0 = math.cos(math.radians(sun.zenith_deg))
         azimuth = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
-        brdf = self._inputs.sea.brdf(
-            wavenumber_cm1, np.array([self._mu]), np.array([mu0]), np.array([azimuth]), **self._wind(sun)
+        brdf = self._setting.sea.brdf(
+            wavenumber_cm1, np.array([self._mu]), np.array([mu0]), np.array([azimuth]), **self._wind()
         )[0]
         path = to_space(0.0, view.zenith_deg)
         if not self._parameters.literal_eq18:
             path = path + to_space(0.0, sun.zenith_deg)
-        transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, [path])[0]
+        transmittance = self._setting.transmittance.transmittance(wavenumber_cm1, [path])[0]
         result: Array = (
             self._parameters.glint_scale * transmittance * mu0 * self._irradiance(wavenumber_cm1, sun) * brdf
         )
         return result
 
-    def _wind(self, sun: Sun | None) -> dict[str, Array]:
+    def _wind(self) -> dict[str, Array]:
         """Return the view azimuth relative to the wind, counted toward the sun, as argument of an anisotropic sea."""
-        inputs = self._inputs
-        if not getattr(inputs.sea, "anisotropic", False):
+        setting = self._setting
+        if not getattr(setting.sea, "anisotropic", False):
             return {}
-        azimuth = inputs.view.azimuth_deg
+        azimuth, sun = setting.view.azimuth_deg, setting.sun
         sun_azimuth = azimuth if sun is None else sun.azimuth_deg
-        return {"wind_azimuth": np.array([wind_azimuths(azimuth, sun_azimuth, inputs.wind_from_deg)[1]])}
+        return {"wind_azimuth": np.array([wind_azimuths(azimuth, sun_azimuth, self._inputs.wind_from_deg)[1]])}
 
-    def _cloud_reflection(
-        self, wavenumber_cm1: Array, tops_m: Array, albedo: Array, asymmetry: Array, sun: Sun | None
-    ) -> Array:
+    def _cloud_reflection(self, wavenumber_cm1: Array, tops_m: Array, albedo: Array, asymmetry: Array) -> Array:
         """Sunlight reflected by the cloud, at the sensor, (tops, V): eq 12 to eq 14 in eq 16 of the HCSS paper."""
+        sun = self._setting.sun
         if sun is None or not sun.is_up or self._parameters.cloud_sun_scale == 0.0:
             return np.zeros((tops_m.size, wavenumber_cm1.size))
-        view = self._inputs.view
+        view = self._setting.view
         mu0 = math.cos(math.radians(sun.zenith_deg))
         azimuth = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
         turn = scattering_cosine_literal if self._parameters.literal_eq14 else scattering_cosine
         brdf = cloud_brdf(albedo, asymmetry, turn(self._mu, mu0, azimuth), self._mu, mu0)
         paths = [to_space(float(top), sun.zenith_deg) + to_space(float(top), view.zenith_deg) for top in tops_m]
-        transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, paths)
+        transmittance = self._setting.transmittance.transmittance(wavenumber_cm1, paths)
         received = self._parameters.cloud_sun_scale * mu0 * self._irradiance(wavenumber_cm1, sun)
         result: Array = transmittance * (received * brdf)
         return result

@@ -14,7 +14,7 @@ from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import RadianceInputs, Sun, TransmittanceProvider
+from hcss_twin.providers import ColumnSetting, SolarIrradiance, Sun, TransmittanceProvider
 
 _MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
@@ -27,23 +27,25 @@ _MIN_EARTH_RADIUS_M = 6356752.0
 """Polar radius; in providers with a larger radius the sun is no lower."""
 
 
-def received(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
+def received(solar_irradiance: SolarIrradiance, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
     """Return solar irradiance (V,) on a horizontal plane outside the atmosphere; 0 without a sun."""
     if directions.sun is None:
         return np.zeros_like(wavenumber_cm1)
-    irradiance = inputs.solar_irradiance(wavenumber_cm1)
+    irradiance = solar_irradiance(wavenumber_cm1)
     return directions.mu_sun * irradiance / directions.sun.distance_au**2
 
 
-def sun_share(inputs: RadianceInputs, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
+def sun_share(
+    solar_irradiance: SolarIrradiance, sea_temperature_K: float, directions: ColumnDirections, wavenumber_cm1: Array
+) -> Array:
     """Return sunlight (V,) reflected by a white plane, relative to the Planck radiance of a cold sea."""
-    cold = planck(wavenumber_cm1, min(inputs.sea_temperature_K, _COLD_SEA_K))
-    return received(inputs, directions, wavenumber_cm1) / (np.pi * cold)
+    cold = planck(wavenumber_cm1, min(sea_temperature_K, _COLD_SEA_K))
+    return received(solar_irradiance, directions, wavenumber_cm1) / (np.pi * cold)
 
 
-def scattered_above(inputs: RadianceInputs, where: ColumnDirections, wavenumber_cm1: Array) -> Callable[[float], Array]:
+def scattered_above(setting: ColumnSetting, where: ColumnDirections, wavenumber_cm1: Array) -> Callable[[float], Array]:
     """Return sunlight (V,) scattered once into the view above an altitude, as :func:`scattered_once`."""
-    of_air, azimuth = (inputs.transmittance, inputs.profile), where.relative_azimuth
+    of_air, azimuth = (setting.transmittance, setting.profile), where.relative_azimuth
     return scattered_once(*of_air, where.zenith_deg[VIEW], where.sun, azimuth, wavenumber_cm1)
 
 

@@ -117,28 +117,19 @@ class GuardedTransmittance(Guard):
 class GuardedRadiance(Guard):
     """A radiance model whose terms are checked: names, shapes, finiteness; no sun, no solar term."""
 
-    def clear(self, wavenumber_cm1: Array, sun: api.Sun | None) -> Mapping[str, Array]:
-        value = self._call("clear", wavenumber_cm1, sun)
-        return self._terms("clear()", value, (wavenumber_cm1.size,), sun)
+    def columns(self, states: api.ColumnStates, wavenumber_cm1: Array) -> Mapping[str, Array]:
+        value = self._call("columns", states, wavenumber_cm1)
+        dark = np.array([setting.sun is None for setting in states.settings], dtype=np.bool_)[states.setting_of]
+        return self._terms("columns()", value, (len(states), wavenumber_cm1.size), dark)
 
-    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: api.Sun | None) -> Mapping[str, Array]:
-        value = self._call("cloudy", wavenumber_cm1, thickness_m, sun)
-        return self._terms("cloudy()", value, (thickness_m.shape[0], wavenumber_cm1.size), sun)
-
-    def _checked_expect(self, suns: Sequence[api.Sun | None]) -> None:
-        self._call("expect", suns)
-
-    def _checked_expect_views(self, views: Sequence[api.View]) -> None:
-        self._call("expect_views", views)
-
-    def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: api.Sun | None) -> dict[str, Array]:
+    def _terms(self, what: str, value: Any, shape: tuple[int, ...], dark: NDArray[np.bool_]) -> dict[str, Array]:
         names = tuple(self._read("terms"))
         if not isinstance(value, Mapping) or set(value) != set(names):
             got = (", ".join(map(str, value)) or "none") if isinstance(value, Mapping) else type(value).__name__
             raise self._refuse(what, f"a mapping with the terms {', '.join(names)}", got)
         terms: dict[str, Array] = {name: self._array(f"term '{name}' of {what}", value[name], shape) for name in names}
-        for name in self._read("solar_terms") if sun is None else ():
-            if np.any(terms[name]):
+        for name in self._read("solar_terms"):
+            if np.any(terms[name][dark]):
                 raise self._refuse(f"solar term '{name}' of {what}", "exactly 0 without a sun", "other values")
         return terms
 

@@ -14,7 +14,19 @@ from numpy.typing import NDArray
 from hcss_author.contract import SpectralContract, holds
 from hcss_twin.laws import radiance
 from hcss_twin.laws.samples import frozen, sample_high_layer, sample_layer, sample_radiance_inputs
-from hcss_twin.providers import Array, CloudLayer, ProviderError, RadianceInputs, RadianceModel, Sun
+from hcss_twin.providers import (
+    Array,
+    CloudLayer,
+    ColumnSetting,
+    ColumnStates,
+    ProviderError,
+    RadianceInputs,
+    RadianceModel,
+    Sun,
+    View,
+    clear_column,
+    cloudy_columns,
+)
 
 NODES = 33
 """Thicknesses, evenly spaced in the logarithm, for the search of bends."""
@@ -110,7 +122,11 @@ def _sum(terms: Array) -> Array:
     return total
 
 
-_THICKNESS_M = frozen([[50.0], [120.0], [400.0], [800.0]])
+_SUN = Sun(40.0, 200.0, 1.0)
+_THICKNESS_M = frozen([[0.0], [50.0], [120.0], [400.0], [800.0]])
+"""The first column is clear sky."""
+
+_LAYERS = sample_layer(), sample_high_layer()
 _TWO_LAYERS_M = frozen([[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]])
 
 
@@ -123,11 +139,14 @@ class RadianceModelContract(SpectralContract):
     spectral_tolerance : float
         Relative difference that the other wavenumbers of a call may make, for models that choose their accuracy from
         all of them.
+    batch_tolerance : float
+        Relative difference that the other columns of a call may make.
     jump_tolerance : float
         Change of any term over some 1e-8 of the thickness, as a share of the radiance.
     """
 
     spectral_tolerance: float = 1e-10
+    batch_tolerance: float = 1e-10
     jump_tolerance: float = 1e-6
 
     def make_provider(self, inputs: RadianceInputs) -> RadianceModel:
@@ -139,10 +158,10 @@ class RadianceModelContract(SpectralContract):
         """Inputs from the kit's plain providers; override to choose others."""
         return sample_radiance_inputs()
 
-    @pytest.fixture(params=[None, 40.0], ids=["no sun", "sun"])
-    def sun(self, request: pytest.FixtureRequest) -> Sun | None:
-        """No sun, and one at 40 degrees of zenith."""
-        return None if request.param is None else Sun(request.param, 200.0, 1.0)
+    @pytest.fixture(params=[None, _SUN], ids=["no sun", "sun"])
+    def setting(self, inputs: RadianceInputs, request: pytest.FixtureRequest) -> ColumnSetting:
+        """The scene's setting without a sun, and with one at 40 degrees of zenith."""
+        return inputs.setting.under(request.param)
 
     def test_declaration_is_sound(self, provider: RadianceModel) -> None:
         """Names and ranges that the engine understands; solar terms are terms."""
@@ -150,21 +169,16 @@ class RadianceModelContract(SpectralContract):
         assert provider.terms
         assert provider.solar_terms <= set(provider.terms)
 
-    def test_every_term_of_every_column(self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> None:
-        """All terms, no others, finite, of shapes (V,) and (N, V)."""
-        clear = provider.clear(wavenumber_cm1, sun)
-        cloudy = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
-        assert set(clear) == set(cloudy) == set(provider.terms)
+    def test_every_term_of_every_column(
+        self, provider: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
+    ) -> None:
+        """All terms, no others, finite, of shape (N, V), and a sum greater than 0."""
+        terms = cloudy_columns(provider, setting, wavenumber_cm1, _THICKNESS_M)
+        assert set(terms) == set(provider.terms)
         for name in provider.terms:
-            assert clear[name].shape == (wavenumber_cm1.size,)
-            assert cloudy[name].shape == (_THICKNESS_M.shape[0], wavenumber_cm1.size)
-            assert np.all(np.isfinite(clear[name]))
-            assert np.all(np.isfinite(cloudy[name]))
-
-    def test_radiance_is_positive(self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> None:
-        """The terms sum to a radiance greater than 0."""
-        assert np.all(total(provider.clear(wavenumber_cm1, sun)) > 0.0)
-        assert np.all(total(provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)) > 0.0)
+            assert terms[name].shape == (_THICKNESS_M.shape[0], wavenumber_cm1.size)
+            assert np.all(np.isfinite(terms[name]))
+        assert np.all(total(terms) > 0.0)
 
     @pytest.mark.parametrize("anchor", ["base", "top"])
     def test_radiance_is_continuous_in_thickness(
@@ -172,14 +186,15 @@ class RadianceModelContract(SpectralContract):
     ) -> None:
         """No term jumps, also not where the face of the cloud that moves crosses a level of the profile."""
         layer = _layer_across_levels(inputs, anchor)
-        provider = self.make_provider(dataclasses.replace(inputs, layers=(layer,)))
-        names, some, sun = list(provider.terms), wavenumber_cm1[::4], Sun(40.0, 200.0, 1.0)
+        provider = self.make_provider(_with_layers(inputs, layer))
+        setting = dataclasses.replace(inputs.setting, layers=(layer,), sun=_SUN)
+        names, some = list(provider.terms), wavenumber_cm1[::4]
 
         def columns(thickness_m: Array) -> Array:
-            terms = provider.cloudy(some, thickness_m[:, None], sun)
+            terms = cloudy_columns(provider, setting, some, thickness_m[:, None])
             return np.stack([terms[name] for name in names], axis=1)
 
-        low, high, level = layer.thickness_min_m, layer.thickness_max_m, inputs.profile.altitude_m
+        low, high, level = layer.thickness_min_m, layer.thickness_max_m, inputs.setting.profile.altitude_m
         crossing = level - layer.base_m if anchor == "base" else layer.top_m - level
         suspected = crossing[(crossing > 1.001 * low) & (crossing < 0.999 * high)]
         jump = largest_jump(columns, low, high, suspected)
@@ -190,61 +205,64 @@ class RadianceModelContract(SpectralContract):
             f"{'top' if anchor == 'base' else 'base'} at {face:.8g} m"
         )
 
-    def test_no_sun_no_solar_term(self, provider: RadianceModel, wavenumber_cm1: Array) -> None:
+    def test_no_sun_no_solar_term(self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array) -> None:
         """Exactly 0."""
-        clear = provider.clear(wavenumber_cm1, None)
-        cloudy = provider.cloudy(wavenumber_cm1, _THICKNESS_M, None)
+        terms = cloudy_columns(provider, inputs.setting, wavenumber_cm1, _THICKNESS_M)
         for name in provider.solar_terms:
-            assert not np.any(clear[name])
-            assert not np.any(cloudy[name])
+            assert not np.any(terms[name])
 
     def test_result_does_not_depend_on_batching(
-        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+        self, provider: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
-        """Each thickness alone gives the same value as together."""
-        together = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
-        for i in range(_THICKNESS_M.shape[0]):
-            alone = provider.cloudy(wavenumber_cm1, _THICKNESS_M[i : i + 1], sun)
-            for name in provider.terms:
-                np.testing.assert_allclose(alone[name][0], together[name][i], rtol=1e-10, atol=1e-18)
+        """Each column alone gives the same value as together, also among columns of another view, sun and sea."""
+        others = _other_settings(setting)
+        states = ColumnStates.product([setting, *others], _THICKNESS_M)
+        every = provider.columns(states, wavenumber_cm1)
+        for rows, own, thickness_m in states.groups():
+            for row, thickness in zip(rows.tolist(), thickness_m, strict=True):
+                alone = cloudy_columns(provider, own, wavenumber_cm1, thickness[None])
+                for name in provider.terms:
+                    np.testing.assert_allclose(alone[name][0], every[name][row], rtol=self.batch_tolerance, atol=1e-18)
 
     def test_result_does_not_depend_on_other_wavenumbers(
-        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+        self, provider: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
         """A subset of the wavenumbers gives the same values as the full set."""
-        some = wavenumber_cm1[1::3]
         together, apart = (
-            (provider.clear(nu, sun), provider.cloudy(nu, _THICKNESS_M, sun)) for nu in (wavenumber_cm1, some)
+            cloudy_columns(provider, setting, nu, _THICKNESS_M) for nu in (wavenumber_cm1, wavenumber_cm1[1::3])
         )
         for name in provider.terms:
-            for all_of_them, alone in zip(together, apart, strict=True):
-                np.testing.assert_allclose(
-                    alone[name], all_of_them[name][..., 1::3], rtol=self.spectral_tolerance, atol=1e-18
-                )
+            np.testing.assert_allclose(apart[name], together[name][..., 1::3], rtol=self.spectral_tolerance, atol=1e-18)
 
     def test_undeclared_thickness_and_sun_have_no_influence(
-        self, provider: RadianceModel, wavenumber_cm1: Array
+        self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array
     ) -> None:
         """Variables not in ``declares.depends_on`` do not change the result."""
-        usual = provider.cloudy(wavenumber_cm1, _THICKNESS_M, Sun(40.0, 200.0, 1.0))
+        lit = inputs.setting.under(_SUN)
+        usual = cloudy_columns(provider, lit, wavenumber_cm1, _THICKNESS_M)
         others = {
-            "thickness": (_THICKNESS_M[::-1], Sun(40.0, 200.0, 1.0)),
-            "sun_zenith": (_THICKNESS_M, Sun(50.0, 200.0, 1.0)),
-            "relative_azimuth": (_THICKNESS_M, Sun(40.0, 290.0, 1.0)),
+            "thickness": (lit, _THICKNESS_M[::-1]),
+            "sun_zenith": (lit.under(Sun(50.0, 200.0, 1.0)), _THICKNESS_M),
+            "relative_azimuth": (lit.under(Sun(40.0, 290.0, 1.0)), _THICKNESS_M),
         }
         if provider.declares.depends_on is None:
             pytest.skip("the model does not say on which variables it depends")
         for dependency in others.keys() - provider.declares.depends_on:
-            changed = provider.cloudy(wavenumber_cm1, *others[dependency])
+            setting, thickness_m = others[dependency]
+            changed = cloudy_columns(provider, setting, wavenumber_cm1, thickness_m)
             for name in provider.terms:
-                np.testing.assert_array_equal(changed[name], usual[name], err_msg=dependency)
+                if dependency == "thickness":  # but for clear sky
+                    np.testing.assert_array_equal(changed[name][:-1], usual[name][1:], err_msg=dependency)
+                else:
+                    np.testing.assert_array_equal(changed[name], usual[name], err_msg=dependency)
 
     def test_clear_columns_do_not_depend_on_the_layers(
-        self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array, sun: Sun | None
+        self, provider: RadianceModel, inputs: RadianceInputs, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
         """A scene without cloud layers equals the clear column of one with them."""
-        cloudless = self.make_provider(dataclasses.replace(inputs, layers=()))
-        without, beside = cloudless.clear(wavenumber_cm1, sun), provider.clear(wavenumber_cm1, sun)
+        cloudless = self.make_provider(_with_layers(inputs))
+        without = clear_column(cloudless, dataclasses.replace(setting, layers=()), wavenumber_cm1)
+        beside = clear_column(provider, setting, wavenumber_cm1)
         for name in provider.terms:
             np.testing.assert_allclose(without[name], beside[name], rtol=1e-10, atol=1e-18)
 
@@ -252,38 +270,57 @@ class RadianceModelContract(SpectralContract):
     def two_layers(self, inputs: RadianceInputs) -> RadianceModel:
         """Provider of a scene with a low and a high layer; a model of one layer raises an error in its constructor."""
         try:
-            return self.make_provider(dataclasses.replace(inputs, layers=(sample_layer(), sample_high_layer())))
+            return self.make_provider(_with_layers(inputs, *_LAYERS))
         except ProviderError as error:
             pytest.skip(str(error))
 
-    def test_columns_of_two_layers(self, two_layers: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> None:
+    def test_columns_of_two_layers(
+        self, two_layers: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
+    ) -> None:
         """All terms (N, V), finite, with a sum greater than 0 that does not depend on batching."""
-        together = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M, sun)
+        setting = dataclasses.replace(setting, layers=_LAYERS)
+        together = cloudy_columns(two_layers, setting, wavenumber_cm1, _TWO_LAYERS_M)
         assert set(together) == set(two_layers.terms)
         assert np.all(total(together) > 0.0)
         for i in range(_TWO_LAYERS_M.shape[0]):
-            alone = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M[i : i + 1], sun)
+            alone = cloudy_columns(two_layers, setting, wavenumber_cm1, _TWO_LAYERS_M[i : i + 1])
             for name in two_layers.terms:
                 assert np.all(np.isfinite(together[name]))
                 np.testing.assert_allclose(alone[name][0], together[name][i], rtol=1e-10, atol=1e-18)
 
     def test_a_layer_without_cloud_has_no_influence(
-        self, two_layers: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array, sun: Sun | None
+        self, two_layers: RadianceModel, inputs: RadianceInputs, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
         """A column with cloud in one of two layers is that of a scene which has only this layer."""
-        for index, layer in enumerate((sample_layer(), sample_high_layer())):
+        of_both = dataclasses.replace(setting, layers=_LAYERS)
+        for index, layer in enumerate(_LAYERS):
             rows = (_TWO_LAYERS_M[:, index] > 0) & (_TWO_LAYERS_M[:, 1 - index] == 0)
-            single = self.make_provider(dataclasses.replace(inputs, layers=(layer,)))
-            alone = single.cloudy(wavenumber_cm1, _TWO_LAYERS_M[rows, index : index + 1], sun)
-            among = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M[rows], sun)
+            single = self.make_provider(_with_layers(inputs, layer))
+            of_one = dataclasses.replace(setting, layers=(layer,))
+            alone = cloudy_columns(single, of_one, wavenumber_cm1, _TWO_LAYERS_M[rows, index : index + 1])
+            among = cloudy_columns(two_layers, of_both, wavenumber_cm1, _TWO_LAYERS_M[rows])
             for name in two_layers.terms:
                 np.testing.assert_allclose(among[name], alone[name], rtol=1e-10, atol=1e-18)
 
 
+def _with_layers(inputs: RadianceInputs, *layers: CloudLayer) -> RadianceInputs:
+    return dataclasses.replace(inputs, setting=dataclasses.replace(inputs.setting, layers=layers))
+
+
+def _other_settings(setting: ColumnSetting) -> list[ColumnSetting]:
+    """Return settings that differ in view, sun and sea temperature, one at a time."""
+    view = View(setting.view.zenith_deg + 5.0, setting.view.azimuth_deg + 20.0)
+    return [
+        dataclasses.replace(setting, view=view),
+        setting.under(Sun(55.0, 160.0, 1.0)),
+        dataclasses.replace(setting, sea_temperature_K=setting.sea_temperature_K + 3.0),
+    ]
+
+
 def _layer_across_levels(inputs: RadianceInputs, anchor: Literal["base", "top"]) -> CloudLayer:
     """Return a layer like the lowest one of ``inputs`` and high enough to cross two levels above its base."""
-    layer = inputs.layers[0] if inputs.layers else sample_layer()
-    above = inputs.profile.altitude_m[inputs.profile.altitude_m > layer.base_m]
+    layer = inputs.setting.layers[0] if inputs.setting.layers else sample_layer()
+    above = inputs.setting.profile.altitude_m[inputs.setting.profile.altitude_m > layer.base_m]
     top = float(0.5 * (above[1] + above[2])) if above.size > 2 else layer.top_m
     return dataclasses.replace(layer, top_m=max(top, layer.top_m), anchor=anchor)
 
