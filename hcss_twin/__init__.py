@@ -16,7 +16,6 @@ from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from hcss_twin.core.errors import CatalogError, CubeError, HcssError, ImageError, ProviderError, ScenarioError
-    from hcss_twin.cube.export.cube_export import export_cube
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
     from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -43,7 +42,6 @@ __all__ = [
     "__version__",
     "brightness_temperature",
     "column_spectra",
-    "export_cube",
     "hookimpl",
     "make_plan",
     "open_cube",
@@ -66,7 +64,6 @@ def __getattr__(name: str) -> Any:
         "Twin": "engine.twin",
         "brightness_temperature": "engine.cube_temperature",
         "column_spectra": "engine.column_spectra",
-        "export_cube": "cube.export.cube_export",
         "hookimpl": "providers.registry.specs",
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",

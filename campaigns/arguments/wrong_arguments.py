@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "stability"))
 
 from hang import Hang, limited
 from hcss_evaluate import EvaluationChoice, evaluate, fit, fit_dimension, read_posterior
+from hcss_export import export_cube
 from hcss_sweep import open_sweep, sweep
 from hcss_uncertainty import open_propagation, propagate
 from input_files import FIT, noise, small_stratus
@@ -67,7 +68,7 @@ def calls(folder):
         "open_propagation": (open_propagation, {"path": cube}),
         "read_posterior": (read_posterior, {"path": folder / "p.nc"}),
         "brightness_temperature": (hcss_twin.brightness_temperature, {"cube": cube}),
-        "export_cube": (hcss_twin.export_cube, {"cube": cube, "to": "png", "output": folder, "replace": True}),
+        "export_cube": (export_cube, {"cube": cube, "to": "png", "output": folder, "replace": True}),
         "Scenario.load": (Scenario.load, {"source": "stratus"}),
         "Scenario.from_toml": (Scenario.from_toml, {"text": shipped}),
         "Scenario.from_dict": (Scenario.from_dict, {"raw": json.loads(scenario.to_json())}),

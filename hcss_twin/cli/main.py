@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from hcss_twin.cli.atmosphere import atmosphere
-from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
+from hcss_twin.cli.cubes import cache, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.group import CommandGroup
 from hcss_twin.cli.options import (
     EXISTING,
@@ -270,7 +270,7 @@ def schema() -> None:
     click.echo(json.dumps(json_schema(owned_schemas()), indent=1))
 
 
-for _command in (atmosphere, cache, export_command, report_command, sense, verify, volume):
+for _command in (atmosphere, cache, report_command, sense, verify, volume):
     cli.add_command(_command)
 
 

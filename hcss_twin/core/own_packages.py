@@ -10,6 +10,7 @@ COMMANDS: Mapping[str, str] = {
     "check": "hcss-author",
     "clouds": "hcss-evaluate",
     "evaluate": "hcss-evaluate",
+    "export": "hcss-export",
     "fit": "hcss-evaluate",
     "import": "hcss-evaluate",
     "match": "hcss-evaluate",

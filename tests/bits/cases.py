@@ -28,6 +28,7 @@ NEEDS = {
     "imagery-clouds": "iris_sample_data",
     "surrogate-clouds": "hcss_skies",
     "evaluate": "hcss_evaluate",
+    "exports": "hcss_export",
     "fit-dimension": "hcss_evaluate",
     "fit-image": "hcss_evaluate",
     "match": "hcss_evaluate",

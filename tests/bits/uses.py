@@ -77,13 +77,15 @@ def run_with_a_sensor(folder: Path) -> Results:
 
 def exports(folder: Path) -> Results:
     """Samples of files that other programs read; headers say who wrote them and are left out."""
+    from hcss_export import export_cube
+
     values = {**CHEAP, "bands": ["lwir-10.8"], "output.variables": ["radiance"], "output.certificate": 0}
     made = cube(folder, "stratus", **values)
-    hcss_twin.export_cube(made, "envi", folder / "a.img")
-    hcss_twin.export_cube(made, "geotiff", folder / "b.tif")
+    export_cube(made, "envi", folder / "a.img")
+    export_cube(made, "geotiff", folder / "b.tif")
     from PIL import Image
 
-    hcss_twin.export_cube(made, "png", folder / "c.png")
+    export_cube(made, "png", folder / "c.png")
     pictures = {}
     for path in sorted(folder.glob("c*.png")):
         with Image.open(path) as picture:

@@ -33,6 +33,7 @@ def generator():
         "hcss_author",
         "hcss_bench",
         "hcss_evaluate",
+        "hcss_export",
         "hcss_modtran",
         "hcss_paper",
         "hcss_sweep",

@@ -118,12 +118,12 @@ def _scatter(
     values = _distinct(sweep, key)
     # seeds are unordered, so no line connects their values
     numeric = key != "seed" and all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-    place = {json.dumps(value): float(value) if numeric else float(number) for number, value in enumerate(values)}
+    position_of = {json.dumps(value): float(value) if numeric else float(number) for number, value in enumerate(values)}
     figure, axes = panels(len(parts))
     for axis, part in zip(axes, parts, strict=True):
         pairs = np.array(
             [
-                (place[json.dumps(summary.point.values.get(key))], summary.means[quantity.name, part])
+                (position_of[json.dumps(summary.point.values.get(key))], summary.means[quantity.name, part])
                 for summary in summaries
                 if (quantity.name, part) in summary.means
             ]
@@ -164,16 +164,16 @@ def _values(point: PointEntry) -> str:
 
 
 def _points(sweep: Sweep, summary: SweepSummary) -> Block:
-    read_of = {each.point.number: each for each in summary.points}
+    read_of = {entry.point.number: entry for entry in summary.points}
     headings = [
         " ".join(word for word in (quantity.label, part, f"({quantity.units})" if quantity.units else "") if word)
         for (_, part), quantity in summary.columns.items()
     ]
     rows = []
     for point in sweep.points[:LISTED]:
-        own = read_of.get(point.number)
-        means = [f"{own.means[column]:.5g}" if own and column in own.means else "" for column in summary.columns]
-        certificate = (certificate_badge(own.certificate) or "none") if own else ""
+        entry = read_of.get(point.number)
+        means = [f"{entry.means[column]:.5g}" if entry and column in entry.means else "" for column in summary.columns]
+        certificate = (certificate_badge(entry.certificate) or "none") if entry else ""
         keys = [_text(point.values.get(key)) for key in sweep.keys]
         rows.append([str(point.number), *keys, point.state, certificate, *means])
     caption = f"Means over pixels and frames as above.{_first_of(sweep.points, ' points')}"

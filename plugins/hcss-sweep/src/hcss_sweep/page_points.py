@@ -107,20 +107,20 @@ def _index(path: Path) -> dict[str, Any]:
 def _of_folder(folder: Path) -> Sweep:
     index = _index(folder / INDEX)
     points = []
-    for each in index["points"]:
-        file = folder / each["file"] if each.get("file") else None
-        state, error, cube = each["state"], each.get("error"), None
+    for entry in index["points"]:
+        file = folder / entry["file"] if entry.get("file") else None
+        state, error, cube = entry["state"], entry.get("error"), None
         if file is not None and file.is_file():
             cube = partial(open_cube, file)
         elif file is not None:
             state, error = "missing", f"its cube {file.name} is no longer there"
-        points.append(PointEntry(each["point"], each["values"], state, error, cube))
+        points.append(PointEntry(entry["point"], entry["values"], state, error, cube))
     about = {
         "folder": folder.resolve().name,
         "hash of the sweep": str(index["sweep"]),
         "versions": versions_text(index.get("versions", {})),
-        "size": f"{sum(each.get('bytes') or 0 for each in index['points']) / 1e6:.1f} MB",
-        "computing time": f"{sum(each.get('seconds') or 0.0 for each in index['points']):.1f} s",
+        "size": f"{sum(entry.get('bytes') or 0 for entry in index['points']) / 1e6:.1f} MB",
+        "computing time": f"{sum(entry.get('seconds') or 0.0 for entry in index['points']):.1f} s",
     }
     keys = tuple(index.get("keys") or dict.fromkeys(key for point in points for key in point.values))
     return Sweep(str(index.get("title") or ""), keys, str(index.get("combine", "product")), tuple(points), about)
@@ -129,18 +129,18 @@ def _of_folder(folder: Path) -> Sweep:
 def _of_dataset(dataset: xr.Dataset, path: Path) -> Sweep:
     dims = [str(dim) for dim in dataset["point_state"].dims]
     keys = {dim: str(dataset[dim].attrs.get("hcss_key", dim)) for dim in dims}
-    values = {dim: [_plain(each) for each in dataset[dim].to_numpy()] for dim in dims}
+    values = {dim: [_plain(value) for value in dataset[dim].to_numpy()] for dim in dims}
     errors = _errors_beside(path, str(dataset.attrs[MARK]))
     states, numbers = dataset["point_state"].to_numpy(), dataset["point_number"].to_numpy()
     points = []
-    for place in np.ndindex(*states.shape):
-        where, number = dict(zip(dims, place, strict=True)), int(numbers[place])
-        own = {keys[dim]: values[dim][index] for dim, index in where.items()}
-        if states[place]:
+    for position in np.ndindex(*states.shape):
+        where, number = dict(zip(dims, position, strict=True)), int(numbers[position])
+        point_values = {keys[dim]: values[dim][index] for dim, index in where.items()}
+        if states[position]:
             error = errors.get(number, "the error is in the index of the sweep's folder")
-            points.append(PointEntry(number, own, "failed", error, None))
+            points.append(PointEntry(number, point_values, "failed", error, None))
         else:
-            points.append(PointEntry(number, own, "done", None, partial(_cube_of, dataset, where)))
+            points.append(PointEntry(number, point_values, "done", None, partial(_cube_of, dataset, where)))
     about = {
         "file": path.name,
         "hash of the sweep": str(dataset.attrs[MARK]),
@@ -154,12 +154,12 @@ def _of_dataset(dataset: xr.Dataset, path: Path) -> Sweep:
 def _cube_of(dataset: xr.Dataset, where: dict[str, int]) -> Iterator[xr.Dataset]:
     cube = dataset.isel(where)
     # a property that differs between points is a variable in the dataset, but a global attribute in a cube
-    own = {
+    attributes = {
         f"hcss_{str(name).removeprefix('point_')}": cube[name].item()
         for name in cube.coords
         if str(name).startswith("point_") and not cube[name].ndim
     }
-    yield cube.assign_attrs(own)
+    yield cube.assign_attrs(attributes)
 
 
 def _errors_beside(path: Path, digest: str) -> dict[int, str]:
@@ -170,7 +170,7 @@ def _errors_beside(path: Path, digest: str) -> dict[int, str]:
         return {}
     if index.get("sweep") != digest:
         return {}
-    return {each["point"]: str(each["error"]) for each in index["points"] if each.get("error")}
+    return {entry["point"]: str(entry["error"]) for entry in index["points"] if entry.get("error")}
 
 
 def _plain(value: Any) -> Any:
@@ -243,8 +243,8 @@ class SweepSummary:
 def read(points: Sequence[PointEntry]) -> SweepSummary:
     """Read the cubes of points."""
     with_cube = [point for point in points if point.cube is not None]
-    chosen = [with_cube[place] for place in spread(len(with_cube), READ_POINTS)] if with_cube else []
-    shown = {chosen[place].number for place in spread(len(chosen), PICTURES)} if chosen else set()
+    chosen = [with_cube[number] for number in spread(len(with_cube), READ_POINTS)] if with_cube else []
+    shown = {chosen[number].number for number in spread(len(chosen), PICTURES)} if chosen else set()
     summaries: list[PointSummary] = []
     unreadable: list[tuple[PointEntry, str]] = []
     looks: dict[tuple[str, int], Look] = {}
@@ -258,7 +258,7 @@ def read(points: Sequence[PointEntry]) -> SweepSummary:
                 reader = Reader.of(dataset)
                 frames = spread(dataset.sizes["time"], READ_FRAMES)
                 means: dict[tuple[str, str], float] = {}
-                for quantity in [each for each in present if each.name in _MEANS_OF] or present[:1]:
+                for quantity in [quantity for quantity in present if quantity.name in _MEANS_OF] or present[:1]:
                     for part, name in enumerate(quantity.parts):
                         numbers = [FrameNumbers.of(reader.plane(quantity, part, frame)).mean for frame in frames]
                         means[quantity.name, name] = float(np.mean(numbers))

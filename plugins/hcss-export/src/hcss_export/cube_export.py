@@ -1,112 +1,22 @@
-"""Export of a cube to the format of another program: file names and writing."""
+"""Export of a cube to the format of another program."""
 
 from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from hcss_export.file_names import SUFFIXES, FileNames, file_names, unknown_format
+from hcss_export.projection import Projection, projection_of
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError, choose_from
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, require_not_read
 from hcss_twin.core.reading import reads
-from hcss_twin.cube.export.selection import Selection, select
+from hcss_twin.cube.frame_selection import FrameSelection, select_frames
 from hcss_twin.cube.reader import open_cube
-
-SUFFIXES = {
-    "fits": (".fits", ".fit", ".fts"),
-    "envi": (".img", ".dat", ".raw", ".bin"),
-    "geotiff": (".tif", ".tiff"),
-    "png": (".png",),
-}
-"""File suffixes by format; the first is the default."""
-
-
-@dataclass(frozen=True)
-class FileNames:
-    """Files of an export.
-
-    Attributes
-    ----------
-    images : tuple of tuple of Path
-        Files by frame and plane; a file with all frames or planes is listed once.
-    companions : tuple of Path
-        Accompanying files that readers need.
-    """
-
-    images: tuple[tuple[Path, ...], ...]
-    companions: tuple[Path, ...]
-
-    @property
-    def all(self) -> tuple[Path, ...]:
-        """All files, image files first."""
-        return (*(path for frame in self.images for path in frame), *self.companions)
-
-
-def file_names(selection: Selection, to: str, cube: Path, output: Path | None) -> FileNames:
-    """Return the files that an export writes.
-
-    FITS and ENVI store everything in one file, GeoTIFF one frame per file, PNG one image per file.
-
-    Parameters
-    ----------
-    to : str
-        Format, a key of ``SUFFIXES``.
-    cube : Path
-        Determines the default name and folder.
-    output : Path or None
-        File name or folder.
-
-    Raises
-    ------
-    CubeError
-        If the suffix belongs to another format, or the folder does not exist.
-    """
-    name = f"{cube.name.removesuffix(cube.suffix)}_{selection.variable}"
-    if output is None or output.is_dir():
-        folder, stem, suffix = output or cube.parent, name, SUFFIXES[to][0]
-    elif output.suffix.lower() in SUFFIXES[to]:
-        folder, stem, suffix = output.parent, output.name.removesuffix(output.suffix), output.suffix
-    else:
-        raise CubeError(
-            f"{output}: names of {to} end in {' or '.join(SUFFIXES[to])}; give such a name, or a folder that exists"
-        )
-    if not folder.is_dir():
-        raise CubeError(f"cannot write {folder / stem}{suffix}: there is no folder {folder}")
-
-    def numbered(*parts: str) -> Path:
-        return folder / ("_".join([stem, *(part for part in parts if part)]) + suffix)
-
-    described = folder / f"{stem}{suffix}.json"
-    frames, planes = _frame_parts(selection), _plane_parts(selection)
-    if to == "envi":
-        return FileNames(((numbered(),),), (described, folder / f"{stem}.hdr"))
-    if to == "geotiff":
-        return FileNames(tuple((numbered(frame),) for frame in frames), ())
-    if to == "png":
-        images = tuple(tuple(numbered(plane, frame) for plane in planes) for frame in frames)
-        return FileNames(images, (described,))
-    return FileNames(((numbered(),),), ())
-
-
-def _frame_parts(selection: Selection) -> list[str]:
-    numbers = [frame.number or 0 for frame in selection.frames]
-    digits = max(3, len(str(max(numbers))))
-    return [f"{number:0{digits}d}" for number in numbers] if len(numbers) > 1 else [""]
-
-
-def _plane_parts(selection: Selection) -> list[str]:
-    if len(selection.planes) == 1:
-        return [""]
-    names = [re.sub(r"[^A-Za-z0-9.]+", "-", plane.name) for plane in selection.planes]
-    # layer names may be equal, or differ only in characters not allowed in file names
-    folded = [name.casefold() for name in names]
-    return [name if folded.count(name.casefold()) == 1 else f"{name}-{index}" for index, name in enumerate(names)]
-
 
 Limits = tuple[float, float]
 
@@ -183,12 +93,13 @@ def export_cube(
         missing, or the format cannot store the values.
     """
     if to not in SUFFIXES:
-        raise CubeError(f"format '{to}': {choose_from(to, SUFFIXES)}")
+        raise CubeError(unknown_format(to))
     if limits is not None:
         _check_limits(to, limits)
     cube = Path(cube)
     with open_cube(cube) as dataset:
-        selection = select(dataset, variable, bands, frames)
+        selection = select_frames(dataset, variable, bands, frames)
+        projection = projection_of(dataset, selection.data)
         names = file_names(selection, to, cube, None if output is None else Path(output))
         existing = [path for path in names.all if path.exists()]
         if existing and not replace:
@@ -199,7 +110,7 @@ def export_cube(
         with ExitStack() as stack:
             # the file entered last is renamed first: image files first, companions last
             drafts = {path: stack.enter_context(atomic_write(path, CubeError)) for path in reversed(names.all)}
-            missing = _write(selection, cube.name, to, names, drafts, limits)
+            missing = _write(selection, projection, cube.name, to, names, drafts, limits)
         return Exported(
             names.all,
             selection.variable,
@@ -219,33 +130,39 @@ def _check_limits(to: str, limits: Limits) -> None:
 
 
 def _write(
-    selection: Selection, source: str, to: str, names: FileNames, drafts: Mapping[Path, Path], limits: Limits | None
+    selection: FrameSelection,
+    projection: Projection,
+    source: str,
+    to: str,
+    names: FileNames,
+    drafts: Mapping[Path, Path],
+    limits: Limits | None,
 ) -> int:
     """Write the files of an export under temporary names and return the number of missing values."""
     if to == "fits":
-        from hcss_twin.cube.export.fits import write_fits
+        from hcss_export.fits import write_fits
 
-        return write_fits(selection, source, drafts[names.images[0][0]])
+        return write_fits(selection, projection, source, drafts[names.images[0][0]])
     if to == "envi":
-        from hcss_twin.cube.export.envi import write_envi
+        from hcss_export.envi import write_envi
 
         described, header = names.companions
-        return write_envi(selection, source, drafts[names.images[0][0]], drafts[header], drafts[described])
+        return write_envi(selection, projection, source, drafts[names.images[0][0]], drafts[header], drafts[described])
     if to == "geotiff":
-        from hcss_twin.cube.export.geotiff import write_geotiff
+        from hcss_export.geotiff import write_geotiff
 
         return sum(
-            write_geotiff(selection, source, frame, drafts[path])
+            write_geotiff(selection, projection, source, frame, drafts[path])
             for frame, (path,) in zip(selection.frames, names.images, strict=True)
         )
-    from hcss_twin.cube.export.png import scalings, sidecar, write_png
+    from hcss_export.png import scalings, sidecar, write_png
 
     scaling = scalings(selection, limits)
     missing = sum(
-        write_png(selection, source, frame, scaling, [drafts[path] for path in paths])
+        write_png(selection, projection, source, frame, scaling, [drafts[path] for path in paths])
         for frame, paths in zip(selection.frames, names.images, strict=True)
     )
     listed = [[path.name for path in paths] for paths in names.images]
-    text = sidecar(selection, source, scaling, listed)
+    text = sidecar(selection, projection, source, scaling, listed)
     drafts[names.companions[0]].write_text(text, encoding="ascii")
     return missing

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hcss_export.description import ascii_text, count_missing, description, headline, json_text
+from hcss_export.projection import Projection
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.export.selection import (
-    ExportFrame,
-    Selection,
-    ascii_text,
-    count_missing,
-    description,
-    headline,
-    json_text,
-)
+from hcss_twin.cube.frame_selection import FrameSelection, SelectedFrame
 
 
-def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: Path) -> int:
+def write_geotiff(
+    selection: FrameSelection, projection: Projection, source: str, frame: SelectedFrame, path: Path
+) -> int:
     """Write one frame, northernmost row first, and return the number of missing values, which are NaN.
 
     Parameters
     ----------
+    projection : Projection
+        Of the cube.
     source : str
         Name of the cube's file.
-    frame : ExportFrame
+    frame : SelectedFrame
         One of the selection; its displacement is added to x, so that x refers to the local plane at the start.
     path : Path
         A new file.
@@ -39,7 +37,8 @@ def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: P
         import rasterio
     except ImportError as error:
         raise CubeError(
-            "GeoTIFF needs the package rasterio; install it with: pip install 'hcss-twin[geotiff]'"
+            "GeoTIFF needs the package rasterio; install it with: "
+            "pip install './plugins/hcss-export[geotiff]' in a checkout of hcss_twin"
         ) from error
 
     values = selection.values(frame)[:, ::-1]
@@ -55,13 +54,17 @@ def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: P
             count=len(values),
             dtype=values.dtype.newbyteorder("="),
             nodata=float("nan") if values.dtype.kind == "f" else None,
-            crs=grid.plane.proj_text,
+            crs=projection.proj_text,
             transform=rasterio.Affine(grid.step_x_m, 0.0, west, 0.0, -grid.step_y_m, north),
             interleave="band",
         ) as file:
             file.write(values)
             # for readers that do not know the GDAL tags
-            document = {**description(selection, source), "frames": [vars(frame)], "row_order": "north first"}
+            document = {
+                **description(selection, projection, source),
+                "frames": [vars(frame)],
+                "row_order": "north first",
+            }
             file.update_tags(
                 TIFFTAG_IMAGEDESCRIPTION=json_text(document),
                 variable=ascii_text(selection.variable),

@@ -11,16 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from hcss_export.description import ascii_text, count_missing, description, headline, image_name, json_text
+from hcss_export.projection import Projection
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.export.selection import (
-    Selection,
-    ascii_text,
-    count_missing,
-    description,
-    headline,
-    image_name,
-    json_text,
-)
+from hcss_twin.cube.frame_selection import FrameSelection
 
 _TYPES = {
     "u1": 1, "i2": 2, "i4": 3, "f4": 4, "f8": 5, "u2": 12, "u4": 13, "i8": 14, "u8": 15,
@@ -28,7 +22,9 @@ _TYPES = {
 """ENVI data type codes."""
 
 
-def write_envi(selection: Selection, source: str, raw: Path, header: Path, described: Path) -> int:
+def write_envi(
+    selection: FrameSelection, projection: Projection, source: str, raw: Path, header: Path, described: Path
+) -> int:
     """Write all frames as bands of one file, one at a time, and return the number of missing values.
 
     Bands are ordered by frame, then by band within a frame. The first line is the northernmost. Missing values are NaN,
@@ -37,6 +33,8 @@ def write_envi(selection: Selection, source: str, raw: Path, header: Path, descr
 
     Parameters
     ----------
+    projection : Projection
+        Of the cube.
     source : str
         Name of the cube's file.
     raw, header, described : Path
@@ -58,15 +56,19 @@ def write_envi(selection: Selection, source: str, raw: Path, header: Path, descr
             values = selection.values(frame)
             missing += count_missing(values)
             file.write(values[:, ::-1].astype(selection.dtype.newbyteorder("=")).tobytes())
-    fields = _fields(selection, source, code)
+    fields = _fields(selection, projection, source, code)
     text = "".join(f"{name} = {value}\n" for name, value in fields.items())
     header.write_text(f"ENVI\n{text}", encoding="ascii")
-    document = {**description(selection, source), "row_order": "north first", "interleave": "frame, plane, row, column"}
+    document = {
+        **description(selection, projection, source),
+        "row_order": "north first",
+        "interleave": "frame, plane, row, column",
+    }
     described.write_text(json_text(document), encoding="ascii")
     return missing
 
 
-def _fields(selection: Selection, source: str, code: int) -> dict[str, Any]:
+def _fields(selection: FrameSelection, projection: Projection, source: str, code: int) -> dict[str, Any]:
     images = [(frame, plane) for frame in selection.frames for plane in selection.planes]
     fields: dict[str, Any] = {
         "description": _braces([f"{headline(selection)}; from {source}; the first line is the northernmost"]),
@@ -93,10 +95,10 @@ def _fields(selection: Selection, source: str, code: int) -> dict[str, Any]:
         fields["wavelength"] = _braces([f"{plane.central_um!r}" for _, plane in images])
         widths = [(plane.upper_um or 0.0) - (plane.lower_um or 0.0) for _, plane in images]
         fields["fwhm"] = _braces([f"{width:.9g}" for width in widths])
-    return {**fields, **_map(selection)}
+    return {**fields, **_map(selection, projection)}
 
 
-def _map(selection: Selection) -> dict[str, str]:
+def _map(selection: FrameSelection, projection: Projection) -> dict[str, str]:
     """Return the map fields: coordinates of the upper left corner, ENVI's pixel (1, 1)."""
     grid = selection.grid
     shifts = {frame.displacement_m for frame in selection.frames}
@@ -108,7 +110,7 @@ def _map(selection: Selection) -> dict[str, str]:
     corner = f"1.0, 1.0, {west + shifts.pop()!r}, {north!r}, {grid.step_x_m!r}, {grid.step_y_m!r}"
     return {
         "map info": f"{{Local_Plane, {corner}, units=Meters}}",
-        "coordinate system string": f"{{{grid.plane.esri_wkt}}}",
+        "coordinate system string": f"{{{projection.esri_wkt}}}",
     }
 
 

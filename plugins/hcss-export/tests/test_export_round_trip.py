@@ -12,11 +12,11 @@ import rasterio.warp
 from astropy.io import fits
 from astropy.wcs import WCS
 from example_cube import example_frame, example_header
+from hcss_export import export_cube
+from hcss_export.projection import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, Projection
 from PIL import Image
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.export.cube_export import export_cube
-from hcss_twin.cube.export.place import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, LocalPlane
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.physics.geodesy import to_geographic
@@ -212,8 +212,8 @@ def test_frames_in_several_places_have_none_in_one_envi_file(cube, tmp_path):
 @pytest.mark.parametrize("name", ["wgs84", "ellipsoid"])
 def test_geotiff_of_a_plane_on_an_ellipsoid_is_read_as_such(cube, tmp_path, name, monkeypatch):
     figure = {"wgs84": (WGS84_SEMI_MAJOR_M, WGS84_INVERSE_FLATTENING), "ellipsoid": (6378388.0, 297.0)}[name]
-    plane = LocalPlane(35.0, -150.0, *figure)
-    monkeypatch.setattr("hcss_twin.cube.export.selection.local_plane", lambda attributes: plane)
+    projection = Projection(35.0, -150.0, *figure)
+    monkeypatch.setattr("hcss_export.cube_export.projection_of", lambda dataset, data: projection)
     for to in ("geotiff", "envi"):
         with rasterio.open(export_cube(cube, to, tmp_path, frames=[0]).files[0]) as file:
             read = file.crs.to_dict()

@@ -1,23 +1,20 @@
-"""Selection of cube data for export: one variable, some of its frames and bands, and their description."""
+"""Frames of an open cube by variable, band and number: what programs need that read cubes image by image."""
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
-from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.reading import reading
-from hcss_twin.cube.coordinates import GRID_MAPPING, frame_times_s
-from hcss_twin.cube.export.place import PixelGrid, axis, local_plane
+from hcss_twin.cube.coordinates import frame_times_s
+from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
-from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +27,7 @@ _RESOLUTION = re.compile(r"\s*([0-9.eE+-]+) m\s*\Z")
 
 
 @dataclass(frozen=True)
-class ExportFrame:
+class SelectedFrame:
     """One frame: number in the cube, time (UTC) and displacement of the platform.
 
     A variable without a time dimension has one frame with number None and the time of the first frame.
@@ -53,7 +50,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Selection:
+class FrameSelection:
     """One variable of an open cube; values are read frame by frame.
 
     Attributes
@@ -65,7 +62,7 @@ class Selection:
     plane_kind : str
         ``band``, ``layer``, or empty if a frame is one image.
     planes : tuple of Plane
-    frames : tuple of ExportFrame
+    frames : tuple of SelectedFrame
     rows, columns : int
     grid : PixelGrid
     attributes : mapping
@@ -84,7 +81,7 @@ class Selection:
     dtype: np.dtype[Any]
     plane_kind: str
     planes: tuple[Plane, ...]
-    frames: tuple[ExportFrame, ...]
+    frames: tuple[SelectedFrame, ...]
     rows: int
     columns: int
     grid: PixelGrid
@@ -92,7 +89,7 @@ class Selection:
     data: xr.DataArray
     chosen: tuple[int, ...]
 
-    def values(self, frame: ExportFrame) -> NDArray[Any]:
+    def values(self, frame: SelectedFrame) -> NDArray[Any]:
         """Return the planes of a frame (P, Y, X), southernmost row first.
 
         Raises
@@ -108,14 +105,9 @@ class Selection:
         return np.ascontiguousarray(values if self.plane_kind else values[None])
 
 
-def count_missing(values: NDArray[Any]) -> int:
-    """Return the number of NaN values; integers have none."""
-    return int(np.count_nonzero(np.isnan(values))) if values.dtype.kind == "f" else 0
-
-
-def select(
+def select_frames(
     dataset: xr.Dataset, variable: str | None, bands: Sequence[str] = (), frames: Sequence[int] = ()
-) -> Selection:
+) -> FrameSelection:
     """Select a variable, bands and frames of an open cube.
 
     Parameters
@@ -137,7 +129,7 @@ def select(
     kind = next((dim for dim in _PLANES if dim in data.dims), "")
     chosen = _planes(dataset, name, kind, bands)
     attributes = data.attrs
-    return Selection(
+    return FrameSelection(
         variable=name,
         **{key: str(attributes.get(key, "")) for key in ("units", "long_name", "standard_name", "comment")},
         dtype=data.dtype,
@@ -146,7 +138,7 @@ def select(
         frames=_frames(dataset, name, frames),
         rows=data.sizes["y"],
         columns=data.sizes["x"],
-        grid=_grid(dataset, data),
+        grid=_grid(dataset),
         attributes={key: _plain(value) for key, value in dataset.attrs.items()},
         data=data,
         chosen=chosen,
@@ -192,14 +184,14 @@ def _plane(dataset: xr.Dataset, kind: str, index: int) -> Plane:
     )
 
 
-def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[ExportFrame, ...]:
+def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[SelectedFrame, ...]:
     seconds = frame_times_s(dataset)
     times = np.datetime_as_string(dataset["time"].to_numpy().astype("datetime64[us]"))
     displacements = dataset["centre_displacement"].to_numpy()
     if "time" not in dataset[name].dims:
         if wanted:
             raise CubeError(f"frame {wanted[0]}: {name} is the same for all frames; allowed: none")
-        return (ExportFrame(None, f"{times[0]}Z", float(seconds[0]), float(displacements[0])),)
+        return (SelectedFrame(None, f"{times[0]}Z", float(seconds[0]), float(displacements[0])),)
     last = seconds.size - 1
     for number in wanted:
         if not 0 <= number <= last:
@@ -208,81 +200,19 @@ def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Expo
         if list(wanted).count(number) > 1:
             raise CubeError(f"frame {number}: requested more than once")
     return tuple(
-        ExportFrame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
+        SelectedFrame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
         for number in wanted or range(seconds.size)
     )
 
 
-def _grid(dataset: xr.Dataset, data: xr.DataArray) -> PixelGrid:
-    # coordinates, such as the latitude of each pixel, have no attribute grid_mapping
-    mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
-    if mapping not in dataset.variables:
-        raise CubeError(f"{data.name}: the cube has no grid mapping '{mapping}'")
+def _grid(dataset: xr.Dataset) -> PixelGrid:
     given = _RESOLUTION.match(str(dataset.attrs.get("geospatial_lat_resolution", "")))
     size = float(given.group(1)) if given else None
-    west, step_x = axis("x", dataset["x"].to_numpy().astype(np.float64), size)
-    south, step_y = axis("y", dataset["y"].to_numpy().astype(np.float64), size)
-    return PixelGrid(west, south, step_x, step_y, local_plane(dataset[mapping].attrs))
+    west, step_x = first_and_step("x", dataset["x"].to_numpy().astype(np.float64), size)
+    south, step_y = first_and_step("y", dataset["y"].to_numpy().astype(np.float64), size)
+    return PixelGrid(west, south, step_x, step_y)
 
 
 def _plain(value: Any) -> Any:
     """Return an attribute as a number, text or list for JSON."""
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-
-
-def description(selection: Selection, source: str) -> dict[str, Any]:
-    """Return the description of an export, without its values, for JSON.
-
-    Parameters
-    ----------
-    source : str
-        Name of the cube's file.
-    """
-    grid = selection.grid
-    return {
-        "exported_by": f"hcss_twin {__version__}",
-        "cube": source,
-        "variable": selection.variable,
-        "units": selection.units,
-        "long_name": selection.long_name,
-        "standard_name": selection.standard_name,
-        "comment": selection.comment,
-        "rows": selection.rows,
-        "columns": selection.columns,
-        "plane_kind": selection.plane_kind,
-        "planes": [asdict(plane) for plane in selection.planes],
-        "frames": [asdict(frame) for frame in selection.frames],
-        "grid": {
-            "projection": "azimuthal equidistant",
-            **asdict(grid.plane),
-            "west_pixel_centre_m": grid.west_m,
-            "south_pixel_centre_m": grid.south_m,
-            "pixel_size_x_m": grid.step_x_m,
-            "pixel_size_y_m": grid.step_y_m,
-            "wkt": grid.plane.esri_wkt,
-        },
-        "attributes": selection.attributes,
-    }
-
-
-def json_text(document: dict[str, Any]) -> str:
-    """Serialise a document as ASCII JSON; non-finite numbers become null."""
-    return json.dumps(json_value(document), indent=1, allow_nan=False) + "\n"
-
-
-def headline(selection: Selection) -> str:
-    """Return a one-line title, for formats that display one."""
-    units = f", {selection.units}" if selection.units not in ("", "1") else ""
-    return f"{selection.long_name or selection.variable}{units}"
-
-
-def image_name(frame: ExportFrame, plane: Plane) -> str:
-    """Return the name of one exported image."""
-    named = plane.name or "image"
-    return named if frame.number is None else f"{named} frame {frame.number} ({frame.time})"
-
-
-def ascii_text(text: str) -> str:
-    """Escape non-ASCII characters and replace line breaks by spaces: many formats allow printable ASCII only."""
-    flat = " ".join(text.split())
-    return flat.encode("ascii", "backslashreplace").decode()

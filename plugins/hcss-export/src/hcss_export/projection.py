@@ -1,25 +1,23 @@
-"""Map coordinates of the pixels of a frame, for export formats."""
+"""The map projection of a cube, as the formats write it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.coordinates import GRID_MAPPING
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 WGS84_SEMI_MAJOR_M = 6378137.0
 WGS84_INVERSE_FLATTENING = 298.257223563
 
-_EVEN = 1e-6
-"""Largest deviation of a coordinate from even spacing, in steps."""
-
 
 @dataclass(frozen=True)
-class LocalPlane:
+class Projection:
     """Azimuthal equidistant projection about the image centre at the start: the cube's CF grid mapping.
 
     Attributes
@@ -74,29 +72,23 @@ class LocalPlane:
         )
 
 
-@dataclass(frozen=True)
-class PixelGrid:
-    """Pixel centres of a frame in the local plane; rows grow north and columns east.
+def projection_of(dataset: xr.Dataset, data: xr.DataArray) -> Projection:
+    """Return the projection of the x and y of a variable of an open cube, to place its pixels on Earth.
 
-    Attributes
-    ----------
-    west_m, south_m : float
-        Centre of the first pixel of the first row, relative to the centre of the frame.
-    step_x_m, step_y_m : float
-        Width and height of a pixel.
-    plane : LocalPlane
-        Plane of x and y for a frame with zero platform displacement.
+    Raises
+    ------
+    CubeError
+        If the cube has no grid mapping of the variable, or another projection.
     """
+    # coordinates, such as the latitude of each pixel, have no attribute grid_mapping
+    mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
+    if mapping not in dataset.variables:
+        raise CubeError(f"{data.name}: the cube has no grid mapping '{mapping}'")
+    return projection_of_mapping(dataset[mapping].attrs)
 
-    west_m: float
-    south_m: float
-    step_x_m: float
-    step_y_m: float
-    plane: LocalPlane
 
-
-def local_plane(attributes: Mapping[str, Any]) -> LocalPlane:
-    """Return the plane that a CF grid mapping describes.
+def projection_of_mapping(attributes: Mapping[str, Any]) -> Projection:
+    """Return the projection that a CF grid mapping describes.
 
     Raises
     ------
@@ -117,34 +109,5 @@ def local_plane(attributes: Mapping[str, Any]) -> LocalPlane:
 
     origin = number("latitude_of_projection_origin"), number("longitude_of_projection_origin")
     if "earth_radius" in attributes:
-        return LocalPlane(*origin, number("earth_radius"), 0.0)
-    return LocalPlane(*origin, number("semi_major_axis"), number("inverse_flattening"))
-
-
-def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) -> tuple[float, float]:
-    """Return first value and step of a coordinate.
-
-    Parameters
-    ----------
-    name : str
-        For messages.
-    centres_m : ndarray (N,)
-    fallback_m : float or None
-        Step for a single pixel.
-
-    Raises
-    ------
-    CubeError
-        If steps are uneven or not positive, or the step of a single pixel is unknown.
-    """
-    if centres_m.size == 1:
-        if fallback_m is None:
-            raise CubeError(f"{name} has one value, which does not determine the size of a pixel")
-        return float(centres_m[0]), fallback_m
-    step = float(centres_m[-1] - centres_m[0]) / (centres_m.size - 1)
-    if not step > 0.0:
-        raise CubeError(f"{name} does not increase with the pixel number; in a cube it does")
-    even = centres_m[0] + step * np.arange(centres_m.size)
-    if np.max(np.abs(centres_m - even)) > _EVEN * step:
-        raise CubeError(f"{name} has uneven steps; those of a cube are even")
-    return float(centres_m[0]), step
+        return Projection(*origin, number("earth_radius"), 0.0)
+    return Projection(*origin, number("semi_major_axis"), number("inverse_flattening"))

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_export.description import ascii_text, count_missing, headline
+from hcss_export.projection import Projection
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.export.selection import Selection, ascii_text, count_missing, headline
+from hcss_twin.cube.frame_selection import FrameSelection
 
 _WIDER = {"i1": "i2", "u2": "i4", "u4": "i8"}
 """FITS has no such integers (section 5.2): values are stored in the next wider type."""
@@ -22,7 +24,7 @@ _EVEN = 1e-6
 """Largest deviation of frame times from even spacing, in steps."""
 
 
-def write_fits(selection: Selection, source: str, path: Path) -> int:
+def write_fits(selection: FrameSelection, projection: Projection, source: str, path: Path) -> int:
     """Write all frames of a selection, one at a time, and return the number of missing values.
 
     Image axes are x, y, then band or layer, then time, if the variable has them. Rows increase northward, as FITS
@@ -30,6 +32,8 @@ def write_fits(selection: Selection, source: str, path: Path) -> int:
 
     Parameters
     ----------
+    projection : Projection
+        Of the cube.
     source : str
         Name of the cube's file.
     path : Path
@@ -45,10 +49,13 @@ def write_fits(selection: Selection, source: str, path: Path) -> int:
     try:
         from astropy.io import fits
     except ImportError as error:
-        raise CubeError("FITS needs the package astropy; install it with: pip install 'hcss-twin[fits]'") from error
+        raise CubeError(
+            "FITS needs the package astropy; install it with: "
+            "pip install './plugins/hcss-export[fits]' in a checkout of hcss_twin"
+        ) from error
 
     kind = _stored(selection.dtype)
-    stream = fits.StreamingHDU(str(path), _image_header(fits, selection, source, kind))
+    stream = fits.StreamingHDU(str(path), _image_header(fits, selection, projection, source, kind))
     missing = 0
     try:
         for frame in selection.frames:
@@ -71,7 +78,9 @@ def _stored(dtype: np.dtype[Any]) -> np.dtype[Any]:
     return np.dtype(name).newbyteorder(">")
 
 
-def _image_header(fits: Any, selection: Selection, source: str, kind: np.dtype[Any]) -> Any:
+def _image_header(
+    fits: Any, selection: FrameSelection, projection: Projection, source: str, kind: np.dtype[Any]
+) -> Any:
     axes = [("x", selection.columns), ("y", selection.rows)]
     if selection.plane_kind:
         axes.append((selection.plane_kind, len(selection.planes)))
@@ -95,12 +104,11 @@ def _image_header(fits: Any, selection: Selection, source: str, kind: np.dtype[A
     header["DATEREF"] = (str(start), "start of the scenario: TIME is 0")
     header["MJDREF"] = (_modified_julian_day(start), "[d] the same")
     _axes(header, selection, axes)
-    plane = selection.grid.plane
-    header["LAT0"] = (plane.latitude, "[deg] origin of x and y, north")
-    header["LON0"] = (plane.longitude, "[deg] origin of x and y, east")
+    header["LAT0"] = (projection.latitude, "[deg] origin of x and y, north")
+    header["LON0"] = (projection.longitude, "[deg] origin of x and y, east")
     header["PROJ"] = ("azimuthal equidistant", "of the plane of x and y")
-    header["SEMIMAJ"] = (plane.semi_major_m, "[m] radius of the Earth there")
-    header["INVFLAT"] = (plane.inverse_flattening, "inverse flattening, 0: sphere")
+    header["SEMIMAJ"] = (projection.semi_major_m, "[m] radius of the Earth there")
+    header["INVFLAT"] = (projection.inverse_flattening, "inverse flattening, 0: sphere")
     header["CUBE"] = ascii_text(source)
     header["CUBEID"] = ascii_text(str(selection.attributes.get("id", "")))
     header["CREATOR"] = ascii_text(str(selection.attributes.get("source", "hcss_twin")))
@@ -115,7 +123,7 @@ def _modified_julian_day(time: np.datetime64) -> float:
     return float((time - np.datetime64("1858-11-17")) / np.timedelta64(1, "D"))
 
 
-def _axes(header: Any, selection: Selection, axes: list[tuple[str, int]]) -> None:
+def _axes(header: Any, selection: FrameSelection, axes: list[tuple[str, int]]) -> None:
     """Write the linear coordinates of the axes (section 8.2)."""
     grid = selection.grid
     known = {
@@ -134,7 +142,7 @@ def _axes(header: Any, selection: Selection, axes: list[tuple[str, int]]) -> Non
         header[f"CDELT{number}"] = step
 
 
-def _time_axis(selection: Selection) -> tuple[str, str, float, float]:
+def _time_axis(selection: FrameSelection) -> tuple[str, str, float, float]:
     """Seconds since the scenario's start if steps are even; otherwise the row number in the table FRAMES."""
     seconds = np.array([frame.seconds for frame in selection.frames])
     if seconds.size == 1:
@@ -146,7 +154,7 @@ def _time_axis(selection: Selection) -> tuple[str, str, float, float]:
     return "FRAME", "", 1.0, 1.0
 
 
-def _tables(fits: Any, selection: Selection) -> list[Any]:
+def _tables(fits: Any, selection: FrameSelection) -> list[Any]:
     frames, planes = selection.frames, selection.planes
     tables = [
         _table(

@@ -14,17 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_export.description import ascii_text, count_missing, description, image_name, json_text
+from hcss_export.projection import Projection
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.export.selection import (
-    ExportFrame,
-    Plane,
-    Selection,
-    ascii_text,
-    count_missing,
-    description,
-    image_name,
-    json_text,
-)
+from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
 
 LARGEST = 65535
 """Largest sample."""
@@ -53,7 +46,7 @@ class Scaling:
     highest: float | None
 
 
-def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[Scaling, ...]:
+def scalings(selection: FrameSelection, limits: tuple[float, float] | None) -> tuple[Scaling, ...]:
     """Return the scaling of each plane, common to all its frames.
 
     Whole numbers from 0 to 65535 (masks, digital numbers) are their own samples. Other values use 1 to 65535 between
@@ -92,15 +85,22 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
 
 
 def write_png(
-    selection: Selection, source: str, frame: ExportFrame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
+    selection: FrameSelection,
+    projection: Projection,
+    source: str,
+    frame: SelectedFrame,
+    scaling: tuple[Scaling, ...],
+    paths: Sequence[Path],
 ) -> int:
     """Write the images of one frame, northernmost row first; return the number of missing values.
 
     Parameters
     ----------
+    projection : Projection
+        Of the cube.
     source : str
         Name of the cube's file.
-    frame : ExportFrame
+    frame : SelectedFrame
         One of the selection.
     scaling : tuple of Scaling
         One per plane.
@@ -118,14 +118,20 @@ def write_png(
     values = selection.values(frame)
     for image, plane, how, path in zip(values, selection.planes, scaling, paths, strict=True):
         notes = PngInfo()
-        for key, text in _notes(selection, source, frame, plane, how).items():
+        for key, text in _notes(selection, projection, source, frame, plane, how).items():
             notes.add_text(key, text)
         picture = Image.fromarray(_samples(image[::-1], how))
         picture.save(path, format="PNG", pnginfo=notes)
     return count_missing(values)
 
 
-def sidecar(selection: Selection, source: str, scaling: tuple[Scaling, ...], names: Sequence[Sequence[str]]) -> str:
+def sidecar(
+    selection: FrameSelection,
+    projection: Projection,
+    source: str,
+    scaling: tuple[Scaling, ...],
+    names: Sequence[Sequence[str]],
+) -> str:
     """Return the accompanying JSON text: the description, and each image with its scaling.
 
     Parameters
@@ -140,7 +146,7 @@ def sidecar(selection: Selection, source: str, scaling: tuple[Scaling, ...], nam
     ]
     return json_text(
         {
-            **description(selection, source),
+            **description(selection, projection, source),
             "row_order": "north first",
             "formula": "value = offset + scale * sample",
             "pictures": pictures,
@@ -175,7 +181,9 @@ def _samples(image: NDArray[Any], how: Scaling) -> NDArray[np.uint16]:
     return whole
 
 
-def _notes(selection: Selection, source: str, frame: ExportFrame, plane: Plane, how: Scaling) -> dict[str, str]:
+def _notes(
+    selection: FrameSelection, projection: Projection, source: str, frame: SelectedFrame, plane: Plane, how: Scaling
+) -> dict[str, str]:
     return {
         "Title": ascii_text(f"{selection.variable}, {image_name(frame, plane)}"),
         "Source": ascii_text(source),
@@ -190,7 +198,7 @@ def _notes(selection: Selection, source: str, frame: ExportFrame, plane: Plane, 
         "hcss_time": frame.time,
         "hcss_description": json_text(
             {
-                **description(selection, source),
+                **description(selection, projection, source),
                 "frames": [vars(frame)],
                 "planes": [vars(plane)],
                 "row_order": "north first",
