@@ -15,15 +15,7 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.core.errors import (
-        CatalogError,
-        CubeError,
-        HcssError,
-        ImageError,
-        ProviderError,
-        ScenarioError,
-        SweepError,
-    )
+    from hcss_twin.core.errors import CatalogError, CubeError, HcssError, ImageError, ProviderError, ScenarioError
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
     from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -34,8 +26,6 @@ if TYPE_CHECKING:
     from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
     from hcss_twin.reports.report import report
     from hcss_twin.scenario.scenario import Scenario
-    from hcss_twin.sweeps.dataset import open_sweep
-    from hcss_twin.sweeps.run import sweep
 
 
 __all__ = [
@@ -48,7 +38,6 @@ __all__ = [
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
-    "SweepError",
     "Twin",
     "__version__",
     "brightness_temperature",
@@ -56,11 +45,9 @@ __all__ = [
     "hookimpl",
     "make_plan",
     "open_cube",
-    "open_sweep",
     "report",
     "sense",
     "simulate",
-    "sweep",
 ]
 
 
@@ -73,7 +60,6 @@ def __getattr__(name: str) -> Any:
         "ImageError": "core.errors",
         "ProviderError": "core.errors",
         "ScenarioError": "core.errors",
-        "SweepError": "core.errors",
         "ProviderSpec": "providers.registry.specs",
         "Twin": "engine.twin",
         "brightness_temperature": "engine.cube_temperature",
@@ -82,11 +68,9 @@ def __getattr__(name: str) -> Any:
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",
         "open_cube": "cube.reader",
-        "open_sweep": "sweeps.dataset",
         "report": "reports.report",
         "sense": "engine.sense",
         "simulate": "engine.simulate",
-        "sweep": "sweeps.run",
     }
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")

@@ -33,6 +33,7 @@ NEEDS = {
     "fit-image": "hcss_evaluate",
     "match": "hcss_evaluate",
     "propagation": "hcss_uncertainty",
+    "sweep-of-three-points": "hcss_sweep",
     "zarr-quantized": "zarr",
 }
 """Packages that cases need beside this one, by case: without them they are left out."""

@@ -107,12 +107,14 @@ def volume(folder: Path) -> Results:
 
 
 def sweep_of_three_points(folder: Path) -> Results:
+    from hcss_sweep import open_sweep, sweep
+
     values = {**SMALL, **CHEAP, "bands": ["lwir-10.8"], "frames.count": 1}
-    done = hcss_twin.sweep(
+    done = sweep(
         "stratus", folder / "sweep", over={"view.zenith": [0, 30, 60]}, overrides=values, dataset=folder / "all.nc"
     )
     assert not done.failed
-    return {"dataset": hcss_twin.open_sweep(folder / "all.nc"), "last": done.cube(2)}
+    return {"dataset": open_sweep(folder / "all.nc"), "last": done.cube(2)}
 
 
 def propagation(folder: Path) -> Results:

@@ -36,6 +36,7 @@ def generator():
         "hcss_export",
         "hcss_modtran",
         "hcss_paper",
+        "hcss_sweep",
         "hcss_uncertainty",
     ):
         pytest.importorskip(plugin, reason=f"{plugin} has a part of the generated pages")

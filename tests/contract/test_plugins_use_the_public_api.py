@@ -25,7 +25,7 @@ PUBLIC = {
 }
 LISTING = (
     "hcss-author", "hcss-bench", "hcss-evaluate", "hcss-export", "hcss-light", "hcss-modtran", "hcss-paper",
-    "hcss-payload", "hcss-skies", "hcss-uncertainty"
+    "hcss-payload", "hcss-skies", "hcss-sweep", "hcss-uncertainty"
 )  # fmt: skip
 """Plugins whose README lists other modules."""
 

@@ -15,7 +15,6 @@ from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
-from hcss_twin.sweeps.points import plugin_code
 
 SCENE = """
 time = 2024-04-20T12:30:00+10:00
@@ -117,6 +116,7 @@ def test_a_sweep_over_the_sea_says_that_its_scenes_do_not_share_columns():
 
 
 def test_a_sweep_is_resumed_only_with_the_code_of_its_plugins():
+    plugin_code = pytest.importorskip("hcss_sweep.points").plugin_code
     before = plugin_code([scene(), scene(**{"clouds.generator": "level"})])
     assert set(before) == {"hcss-test/slope", "hcss-test/level"}
     assert plugin_code([scene(**{"clouds.generator": "fractal"})]) == {}

@@ -10,7 +10,7 @@ from cheap import CHEAP
 from hcss_export import export_cube
 
 from hcss_twin import Scenario, make_plan, open_cube
-from hcss_twin.core.errors import CertificateWarning, CubeError, ScenarioError, SweepError
+from hcss_twin.core.errors import CertificateWarning, CubeError, ScenarioError
 from hcss_twin.cube.packing import FILL, LARGEST, packing_of, round_to_steps
 from hcss_twin.engine.sense import section_of, sense_file
 from hcss_twin.engine.simulate import run
@@ -18,7 +18,6 @@ from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan import packing as packing_of_plans
 from hcss_twin.plan.description import describe
 from hcss_twin.reports.plan_text import plan_text
-from hcss_twin.sweeps.dataset import differences
 
 PACKED = {"radiance", "brightness_temperature", "cloud_fraction", "cloud_thickness"}
 SMALL = CHEAP | {
@@ -161,7 +160,8 @@ def test_a_value_beyond_the_steps_is_an_error(value):
 
 
 def test_cubes_in_unlike_steps_make_no_common_dataset(folder, tmp_path):
+    hcss_sweep = pytest.importorskip("hcss_sweep.dataset")
     other = planned(bands=["mwir"], output__variables=SMALL["output.variables"])
     paths = {0: folder / "packed.nc", 1: run(other, tmp_path / "1.nc")}
-    with pytest.raises(SweepError, match=r"radiance.*, their sizes or their packing"):
-        differences(paths)
+    with pytest.raises(hcss_sweep.SweepError, match=r"radiance.*, their sizes or their packing"):
+        hcss_sweep.differences(paths)

@@ -2,12 +2,12 @@
 
 import pytest
 from cheap import CHEAP
+from hcss_sweep.points import Schedule, shared_tables
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import table_key
-from hcss_twin.sweeps.points import Schedule, shared_tables
 
 
 @given(

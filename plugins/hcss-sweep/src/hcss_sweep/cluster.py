@@ -17,14 +17,19 @@ from typing import Any
 from distributed import Worker, WorkerPlugin, as_completed, get_worker
 from distributed.scheduler import KilledWorker
 
-from hcss_twin.core.environment import versions
-from hcss_twin.core.errors import SweepError
+from hcss_sweep.errors import SweepError
+from hcss_sweep.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
+from hcss_twin.core.environment import installed_version, versions
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.cluster import Cluster, lost
-from hcss_twin.sweeps.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
 """Points assigned to a worker: one being computed and one queued."""
+
+
+def worker_versions() -> dict[str, str]:
+    """Return the versions that must be those of all workers: what affects the numbers, and this package."""
+    return versions() | {"hcss-sweep": installed_version("hcss-sweep")}
 
 
 class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
@@ -124,10 +129,10 @@ class SweepCluster:
         new = sorted(set(addresses) - self._known)
         if not new:
             return
-        mine = versions()
-        for address, theirs in self._client.run(versions, workers=new, on_error="return").items():
+        mine = worker_versions()
+        for address, theirs in self._client.run(worker_versions, workers=new, on_error="return").items():
             if isinstance(theirs, ImportError):
-                raise SweepError(f"the worker at {address} cannot import hcss_twin: {theirs}")
+                raise SweepError(f"the worker at {address} cannot import hcss_sweep: {theirs}")
             if isinstance(theirs, OSError):  # it has just gone
                 continue
             if isinstance(theirs, BaseException):

@@ -1,10 +1,10 @@
 """What a [sweep] section means, and that everything wrong with it and its points is told at once."""
 
 import pytest
+from hcss_sweep.design import Design
+from hcss_sweep.points import digest_of, points_of, ranges, require_one_layout
 
 from hcss_twin import Scenario, ScenarioError
-from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.points import digest_of, points_of, ranges, require_one_layout
 
 RAW = {"time": "2024-04-20T12:30:00+10:00", "place": {"latitude": 35, "longitude": 150}, "clouds": {}}
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_sweep import SweepError, points, sweep
+from hcss_sweep.points import PointOutcome, compute
 from pages import read_page
 
 import hcss_twin
-from hcss_twin import SweepError, open_cube, sweep
-from hcss_twin.sweeps import points
-from hcss_twin.sweeps.points import PointOutcome, compute
+from hcss_twin import open_cube
 
 SMALL = {
     **CHEAP,

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcss_sweep.page_points import PointEntry, PointSummary, Sweep, SweepSummary, opened, read
 from hcss_twin.reports.colour_scale import ColourScale
 from hcss_twin.reports.cube_frames import ImageQuantity
 from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, axis_label, drawing, panels, picture
 from hcss_twin.reports.page import Block, Page, Section, Tone, badge, beside, element, facts, note, paragraph
 from hcss_twin.reports.provenance import certificate_badge, origin
-from hcss_twin.reports.sweep_points import PointEntry, PointSummary, Sweep, SweepSummary, opened, read
 from hcss_twin.reports.tables import Table, frames_text
 
 if TYPE_CHECKING:

@@ -4,9 +4,8 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
+from hcss_sweep.axis import axis_of
 from scipy.stats import kstest, loguniform, truncnorm
-
-from hcss_twin.sweeps.axis import axis_of
 
 MANY = 4000
 

@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
+from hcss_sweep.design import Design
+from hcss_sweep.points import points_of, require_one_layout
 
 import hcss_twin
 from hcss_twin.core.catalog import catalog_root
-from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.points import points_of, require_one_layout
 
 SHIPPED = sorted(path.stem for path in (catalog_root() / "sweeps").glob("*.toml"))
 PAGE = (Path(hcss_twin.__file__).parents[1] / "docs" / "how-to" / "sweeps.md").read_text(encoding="utf-8")

@@ -5,17 +5,16 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any, Self
 
+from hcss_sweep.axis import FORMS, SweptAxis, axis_of
 from hcss_twin.core.errors import Problem, ScenarioError, closest, shown
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
-from hcss_twin.sweeps.axis import FORMS, SweptAxis, axis_of
 
 FOLDERS = ("sweeps", "scenarios")
 """Catalog folders in which names are looked up."""
@@ -165,14 +164,6 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem(
             f"{SWEEP}.dataset", f"{shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*"
         )
-
-
-def is_sweep(source: str | Path) -> bool:
-    """Return whether a name or file is that of a sweep; False if it cannot be read."""
-    with suppress(ScenarioError):
-        raw, _ = read_scenario_file(source, ("scenarios", "sweeps"))
-        return isinstance(raw, Mapping) and SWEEP in raw
-    return False
 
 
 def read_keys(

@@ -6,11 +6,11 @@ import socket
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
+from hcss_sweep import SweepError, points
+from hcss_sweep.points import PointOutcome
 
-from hcss_twin import ScenarioError, SweepError
+from hcss_twin import ScenarioError
 from hcss_twin.cli.main import cli
-from hcss_twin.sweeps import points
-from hcss_twin.sweeps.points import PointOutcome
 
 SCENE = {**CHEAP, "image.rows": 4, "image.columns": 4, "frames.count": 1, "output.variables": ["cloud_mask"]}
 FILE = """

@@ -14,10 +14,11 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter
 
-from hcss_twin.core.errors import CubeError, SweepError
+from hcss_sweep.errors import SweepError
+from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, remove_orphans
 from hcss_twin.core.reading import reading
-from hcss_twin.sweeps.points import PointOutcome, SweepPoint, sha256_of
 
 PointState = Literal["pending", "done", "failed"]
 

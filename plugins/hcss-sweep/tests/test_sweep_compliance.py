@@ -9,7 +9,7 @@ from cheap import CHEAP
 
 pytest.importorskip("compliance_checker")
 
-from hcss_twin import sweep
+from hcss_sweep import sweep
 
 RUN = """
 from compliance_checker.runner import CheckSuite, ComplianceChecker

@@ -5,20 +5,20 @@ import json
 import os
 import shutil
 
+import hcss_sweep.points
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_sweep import SweepError, open_sweep, points, sweep
+from hcss_sweep import run as running
+from hcss_sweep.points import PointOutcome, compute
 
-import hcss_twin.sweeps.points
-from hcss_twin import CubeError, Scenario, SweepError, open_cube, open_sweep, simulate, sweep
+from hcss_twin import CubeError, Scenario, open_cube, simulate
 from hcss_twin.core import cache
 from hcss_twin.core.environment import versions
 from hcss_twin.core.files import draft_of
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
-from hcss_twin.sweeps import points
-from hcss_twin.sweeps import run as running
-from hcss_twin.sweeps.points import PointOutcome, compute
 
 SMALL = {
     **CHEAP,
@@ -177,14 +177,14 @@ def test_points_without_a_cube_are_missing_in_the_dataset(tmp_path, monkeypatch)
 
 
 def test_a_fault_of_the_code_is_one_of_its_point(tmp_path, monkeypatch):
-    make_plan = hcss_twin.sweeps.points.make_plan
+    make_plan = hcss_sweep.points.make_plan
 
     def faulty(scenario, **kept):
         if scenario.seed == 2:
             raise ZeroDivisionError("of a plugin")
         return make_plan(scenario, **kept)
 
-    monkeypatch.setattr("hcss_twin.sweeps.points.make_plan", faulty)
+    monkeypatch.setattr("hcss_sweep.points.make_plan", faulty)
     result = swept(tmp_path / "sweep", {"seed": [1, 2, 3]})
     assert [record.error for record in result.failed] == ["ZeroDivisionError: of a plugin"]
 
@@ -194,9 +194,9 @@ def test_a_cube_that_misses_its_accuracy_is_kept_told_and_not_made_again(tmp_pat
         passed = False
         lines = ("FAILED: by 2e-2",)
 
-    run = hcss_twin.sweeps.points.run
+    run = hcss_sweep.points.run
     monkeypatch.setattr(
-        "hcss_twin.sweeps.points.run",
+        "hcss_sweep.points.run",
         lambda plan, path, report, from_curves: run(plan, path, report=lambda _: report(Failed)),
     )
     scene = SMALL | {"output.certificate": 1}

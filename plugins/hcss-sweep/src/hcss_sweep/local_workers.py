@@ -10,10 +10,10 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from hcss_twin.core.errors import SweepError
+from hcss_sweep.errors import SweepError
+from hcss_sweep.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
 from hcss_twin.core.processes import start_worker
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.sweeps.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
 
 WARM_UP_S = 0.3
 """Time that the first point of a new process takes more than those after it: kernels and tables are read."""

@@ -13,7 +13,7 @@ import click
 from hcss_twin.cli.options import FOLDER, NEW_FILE, Stop, assigned, json_option, progress, set_option, with_size
 
 if TYPE_CHECKING:
-    from hcss_twin.sweeps.run import SweepResult
+    from hcss_sweep.run import SweepResult
 
 EXIT_FAILED = 1
 
@@ -59,8 +59,8 @@ def sweep_command(
     if wait_workers is not None and scheduler is None:
         raise click.UsageError("--wait-workers without --scheduler; allowed: with it")
     overrides, over = assigned(assignments), assigned(swept, "--over")
+    from hcss_sweep.run import sweep as run_sweep
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.sweeps.run import sweep as run_sweep
 
     with announce_compilation(partial(click.echo, err=True)):
         result = run_sweep(

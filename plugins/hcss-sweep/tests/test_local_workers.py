@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import psutil
 import pytest
+from hcss_sweep import local_workers
+from hcss_sweep.points import PointOutcome, Schedule
 
 from hcss_twin.core import processes
-from hcss_twin.sweeps import local_workers
-from hcss_twin.sweeps.points import PointOutcome, Schedule
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copied processes have the function that is patched")
 

@@ -9,16 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.core.arguments import checked
-from hcss_twin.core.environment import versions
-from hcss_twin.core.errors import ScenarioError, SweepError
-from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.cluster import connected
-from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.folder import INDEX, PointRecord, SweepFolder, cube_name
-from hcss_twin.sweeps.points import (
+from hcss_sweep.design import Design
+from hcss_sweep.errors import SweepError
+from hcss_sweep.folder import INDEX, PointRecord, SweepFolder, cube_name
+from hcss_sweep.points import (
     DATE,
     PointOutcome,
     PointTask,
@@ -33,6 +27,14 @@ from hcss_twin.sweeps.points import (
     sea_groups,
     shared_tables,
 )
+from hcss_twin.core.arguments import checked
+from hcss_twin.core.environment import versions
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.cluster import connected
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.scenario.file_checks import FileCheck
+from hcss_twin.scenario.scenario import Scenario
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -151,7 +153,7 @@ def sweep(
     }
     sweep_folder = SweepFolder(path, digest, about, points)
     if wanted is not None:
-        from hcss_twin.sweeps.dataset import require_replaceable
+        from hcss_sweep.dataset import require_replaceable
 
         require_replaceable(wanted, path, digest, force)
     computed: list[int] = []
@@ -164,18 +166,18 @@ def sweep(
                 sweep_folder.note(outcome)
                 computed.append(outcome.point)
         if wanted is not None:
-            from hcss_twin.sweeps.dataset import write_dataset
+            from hcss_sweep.dataset import write_dataset
 
             write_dataset(wanted, design, digest, path, sweep_folder.records)
     return SweepResult(path, tuple(sweep_folder.records), tuple(sorted(computed)), wanted)
 
 
 MOST_PLANNED = 20
-"""Points of which :func:`check` makes plans, at most: one costs half a second."""
+"""Points of which :func:`checked_points` makes plans, at most: one costs half a second."""
 
 
-def check(source: str | Path, overrides: Mapping[str, Any] | None = None) -> tuple[int, int]:
-    """Check all points of a sweep without computing them; return the number of points and of those planned.
+def checked_points(source: str | Path, overrides: Mapping[str, Any] | None = None) -> FileCheck:
+    """Check all points of a sweep without computing them, for ``hcss validate``.
 
     One point is planned for each set of radiance tables, evenly chosen where there are more than 20. Raises
     ScenarioError with the problems of all points, or those of the first plan that has any, with its number.
@@ -192,7 +194,8 @@ def check(source: str | Path, overrides: Mapping[str, Any] | None = None) -> tup
             make_plan(point.scenario, shelf=cache)
         except ScenarioError as error:
             raise ScenarioError(error.problems, f"{design.origin}, point {point.number}") from error
-    return len(points), len(planned)
+    text = f"{len(points)} points, plans of {len(planned)} of them"
+    return FileCheck(text, {"points": len(points), "planned": len(planned)})
 
 
 def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
@@ -224,12 +227,12 @@ def _outcomes(
     if count == 0:
         return
     if scheduler is None:
-        from hcss_twin.sweeps.local_workers import compute_in_processes
+        from hcss_sweep.local_workers import compute_in_processes
 
         several = min(workers, count) > 1
         yield from compute_in_processes(schedule, min(workers, count)) if several else compute_here(schedule)
         return
     with connected(scheduler, SweepError, wait_workers_s) as cluster:
-        from hcss_twin.sweeps.cluster import SweepCluster  # imports Dask
+        from hcss_sweep.cluster import SweepCluster  # imports Dask
 
         yield from SweepCluster(cluster, folder.resolve()).compute(schedule)

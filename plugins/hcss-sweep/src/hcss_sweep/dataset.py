@@ -14,8 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcss_sweep.design import Design
+from hcss_sweep.errors import SweepError
+from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError, SweepError
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.netcdf import NetcdfFile, open_with_xarray
 from hcss_twin.core.reading import reads
@@ -25,8 +28,6 @@ from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.packing import FILL
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.scenario.section_types import parse_instant
-from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.folder import INDEX, LOG, PointRecord, is_cube_name
 
 if TYPE_CHECKING:
     import xarray as xr
