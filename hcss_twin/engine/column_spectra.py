@@ -65,14 +65,10 @@ def column_spectra(scene: Scenario | str | os.PathLike[str], time_s: float = 0.0
         If the scenario cannot be planned: a file or a provider is missing.
     """
     plan = make_plan(scene if isinstance(scene, Scenario) else _scenario_of(scene))
-    model, grid, sun = plan.assembly.model, plan.spectral_grid, plan.sun_up_at(time_s)
-    cloudy = _cloudy_columns(plan)
-    spectra = [term[None, :] for term in model.clear(grid.wavenumber_cm1, sun).values()]
-    total = np.sum(spectra, axis=0)
-    if cloudy.size:
-        terms = model.cloudy(grid.wavenumber_cm1, cloudy, sun).values()
-        total = np.concatenate((total, np.sum(list(terms), axis=0)))
-    thickness = np.concatenate((np.zeros((1, len(plan.layers))), cloudy))
+    grid = plan.spectral_grid
+    thickness = np.concatenate((np.zeros((1, len(plan.layers))), _cloudy_columns(plan)))
+    terms = plan.assembly.cloudy(grid.wavenumber_cm1, thickness, plan.sun_up_at(time_s))
+    total: Array = np.sum(list(terms.values()), axis=0)
     return ColumnSpectra(
         grid.wavenumber_cm1, thickness, total, tuple(band.name for band in plan.bands), grid.weights_cm1
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,7 +15,7 @@ from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.engine.tables.columns import BandColumns
+from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.engine.tables.over_views import tables_over_views
 from hcss_twin.engine.tables.radiance_tables import (
@@ -35,9 +35,9 @@ from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.air_over_field import PlacedView
-from hcss_twin.plan.assembly import expect
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import ColumnSetting, View
 from hcss_twin.providers.registry.specs import Kind
 
 LARGEST_TABLE_BYTES = 128_000_000
@@ -66,23 +66,23 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if states is not None:
         return states.tables(compile_tables)
     if plan.views is not None:
-        together = tables_together(plan, _time_nodes, _texture) if may_compile_together(plan) else None
+        together = tables_together(plan, time_nodes, _texture) if may_compile_together(plan) else None
         return together or tables_over_views(plan, compile_tables)
     allowed = plan.budget
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
     spectrum = choose_spectrum(few_streams, allowed.wavenumbers)
     columns = BandColumns(plan, spectrum.nodes)
-    times, time_error = _time_nodes(columns.of(few_streams), plan, allowed.time)
-    placing = times[len(times) // 2]
-    sun = plan.sun_at(placing)
+    times, time_error = time_nodes(columns.of(few_streams), [plan.view], allowed.time)
+    settings = columns.under([plan.sun_at(time_s) for time_s in times])
+    placing = settings[len(times) // 2 : len(times) // 2 + 1]
     source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     # Where nodes must lie hardly depends on the numerical level, either: those of many columns are placed with few
     # streams, whose columns differ little and smoothly from those of the tables.
     many = plan.assembly.numerical_level + plan.assembly.sunlight_steps >= MANY_STREAMS
     placed = columns.of(few_streams) if many and np.count_nonzero(plan.assembly.cloudy_layers) > 1 else columns
     axes: tuple[ThicknessAxis | None, ...] = tuple(
-        place_axis(placed.alone(index, sun), layer, plan.assembly.profile.altitude_m, allowed.thickness, source)
+        place_axis(placed.alone(index, placing), layer, plan.assembly.profile.altitude_m, allowed.thickness, source)
         if plan.assembly.cloudy_layers[index]
         else None
         for index, layer in enumerate(plan.layers)
@@ -92,24 +92,19 @@ def compile_tables(plan: Plan) -> RadianceTables:
     match axes:
         case (ThicknessAxis() as low, ThicknessAxis() as high):
             pair = place_pair(
-                lambda thickness: placed.cloudy(thickness, sun), low, high, allowed.two_layers, source, plan.layers
+                lambda h: placed.cloudy(h, placing)[0], low, high, allowed.two_layers, source, plan.layers
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes = (pair.low, pair.high)
     drift = allowed.other_instants if len(times) > 1 or placed is not columns else 0.0
-    few = placed.exact(axes, pair, sun) if placed is not columns else None
-    first = columns.exact(axes, pair, sun, few=few, tolerance=allowed.other_instants)
-    suns = tuple(plan.sun_at(time) for time in times)
-    exact = [
-        first if time == placing else columns.exact(axes, pair, other, [first], drift)
-        for time, other in zip(times, suns, strict=True)
-    ]
-    tables = tuple(columns.table(axes, solved, other) for solved, other in zip(exact, suns, strict=True))
-    texture = None if plan.texture is None else _texture(columns, axes, pair, exact, suns)
+    exact = _exact(columns, placed, axes, pair, settings, drift)
+    tables = columns.tables(axes, exact, settings)
+    texture = None if plan.texture is None else _texture(columns, axes, pair, exact, settings)
     waves = None
     if plan.waves is not None:
+        suns = tuple(setting.sun for setting in settings)
         waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
-    shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
+    shadows = compile_shadows(plan, columns.quantities, times, columns.clear(settings))
     errors = Budget(
         numerics=plan.numerics.error,
         spectral_grid=plan.grid_refinement.error,
@@ -123,6 +118,25 @@ def compile_tables(plan: Plan) -> RadianceTables:
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
     return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, errors, shadows, waves, texture)
+
+
+def _exact(
+    columns: BandColumns,
+    placed: BandColumns,
+    axes: tuple[ThicknessAxis | None, ...],
+    pair: LayerPair | None,
+    settings: Sequence[ColumnSetting],
+    drift: float,
+) -> list[ExactColumns]:
+    """Return the columns of all instants: of the middle one first, then the others, which differ little from these."""
+    middle, tolerance = settings[len(settings) // 2], columns.plan.budget.other_instants
+    few = [placed.exact(axes, pair, [middle])] if placed is not columns else []
+    (first,) = columns.exact(axes, pair, [middle], few, tolerance, smooth=False)
+    others = [setting for setting in settings if setting != middle]
+    if not others:
+        return [first] * len(settings)
+    known = dict(zip(others, columns.exact(axes, pair, others, [[first] * len(others)], drift), strict=True))
+    return [first if setting == middle else known[setting] for setting in settings]
 
 
 def _texture(*columns: Any) -> TextureTables | None:
@@ -149,33 +163,34 @@ def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
     raise ScenarioError([Problem("accuracy", message)], plan.scenario.origin)
 
 
-def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
+def time_nodes(columns: BandColumns, views: Sequence[View], tolerance: float) -> tuple[tuple[float, ...], float]:
     """Choose the frames with computed tables; those between are linearly interpolated.
 
     Evaluated for the clear column and for the thinnest and thickest clouds of each layer and of both, which bound the
-    weight of the solar terms. Returns one frame if the sun does not matter. The columns may have few streams: how they
-    change as the sun moves hardly depends on the numerical level.
+    weight of the solar terms, toward some views. Returns one frame if the sun does not matter. The columns may have few
+    streams: how they change as the sun moves hardly depends on the numerical level.
     """
-    times = plan.frame_times_s
-    middle = times.size // 2
+    plan, times = columns.plan, columns.plan.frame_times_s
+    middle, last = times.size // 2, times.size - 1
     if not plan.sun_matters or times.size == 1:
         return (float(times[middle]),), 0.0
-    _expect(columns.plan, [0, (times.size - 1) // 2, middle, times.size - 1])
-    known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
-    change = _largest_share(known[times.size - 1] - known[0], known[0])
+
+    def of_frames(frames: Sequence[int]) -> dict[int, Array]:
+        """Return the columns of some frames, computed together."""
+        suns = [plan.sun_at(float(times[frame])) for frame in frames]
+        found = columns.probe([plan.assembly.setting(sun, view) for sun in suns for view in views])
+        return dict(zip(frames, found.reshape(len(frames), -1, found.shape[-1]), strict=True))
+
+    known = of_frames([0, last])
+    change = _largest_share(known[last] - known[0], known[0])
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
-    if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
+    if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, last):
         # Half the change on either side; over less than an hour the change is nearly linear.
-        _expect(plan, [])
         return (float(times[middle]),), 0.6 * change
-    pending, worst = [(0, times.size - 1)], 0.0
-    while pending:
-        intervals, pending = [(low, high) for low, high in pending if high - low > 1], []
-        if len(intervals) > 1:
-            _expect(columns.plan, [(low + high) // 2 for low, high in intervals])
-        for low, high in intervals:
-            middle = (low + high) // 2
-            exact = columns.probe(plan.sun_at(float(times[middle])))
+    pending, worst = [(0, last)], 0.0
+    while intervals := [(low, high) for low, high in pending if high - low > 1]:
+        pending, between = [], of_frames([(low + high) // 2 for low, high in intervals])
+        for (low, high), (middle, exact) in zip(intervals, between.items(), strict=True):
             weight = (times[middle] - times[low]) / (times[high] - times[low])
             error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
             # Over days, agreement at the middle alone proves nothing: the noons of three days agree.
@@ -185,12 +200,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
                 continue
             known[middle] = exact
             pending += [(low, middle), (middle, high)]
-    _expect(plan, sorted(known))
     return tuple(float(times[frame]) for frame in sorted(known)), worst
-
-
-def _expect(plan: Plan, frames: list[int]) -> None:
-    expect(plan.assembly.model, [plan.sun_at(float(plan.frame_times_s[frame])) for frame in frames])
 
 
 def _largest_share(difference: Array, whole: Array) -> float:
@@ -269,8 +279,6 @@ def table_key(plan: Plan) -> str:
             if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
         },
     }
-    if assembly.between is not None:
-        parts["between"] = assembly.between.nodes_K
     for effect in plan.effects:
         parts |= effect.key(scenario, assembly)
     if isinstance(plan.view, PlacedView):

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.gases import with_factors
@@ -53,12 +52,7 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
 
-def assemble(
-    scenario: Scenario,
-    catalog: Catalog,
-    slant: SlantPaths,
-    climate: Climate | None = None,
-) -> Assembly:
+def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths, climate: Climate | None = None) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
 
     Parameters
@@ -132,7 +126,9 @@ def assemble(
     @lru_cache(maxsize=MODELS)
     def model_at(level: int, sunlight_steps: int) -> RadianceModel:
         of_level = replace(inputs, numerical_level=level, sunlight_steps=sunlight_steps)
-        model: RadianceModel = of_models.build(Kind.RADIANCE, selected(radiance, "model"), of_level, radiance.parameters)
+        model: RadianceModel = of_models.build(
+            Kind.RADIANCE, selected(radiance, "model"), of_level, radiance.parameters
+        )
         return model
 
     radiance = scenario.radiance

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -42,6 +42,9 @@ from hcss_twin.providers.registry.discovery import Entry
 if TYPE_CHECKING:
     from hcss_twin.plan.directions import Directions
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
+
+
+ViewT = TypeVar("ViewT", bound=View)
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,13 @@ class Assembly:
         air = self.air_of(view, self.vapour_factor)
         scene = replace(scene, profile=air.profile, transmittance=air.transmittance, air_memory=None)
         return scene if air.sea is None else replace(scene, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
+
+    def together(self, views: Sequence[ViewT]) -> Iterator[Sequence[ViewT]]:
+        """Yield views that are computed together: all, or one by one with air of its own, which can need 60 MB."""
+        if self.air_over_field is None:
+            yield views
+        else:
+            yield from ([view] for view in views)
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> dict[str, Array]:
         """Return each term (V,) of clear sky."""

@@ -7,6 +7,7 @@ looks like it from where the scene is seen: thin cloud stays thin, and no thresh
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -138,10 +139,10 @@ class LayerBrightness:
         columns = np.zeros((1 + thickness.size, len(setting.layers)))
         columns[1:, self._index] = thickness
         total: Array = np.sum(list(cloudy_columns(model, setting, wavenumber, columns).values()), axis=0)
-        radiance = np.mean(total, axis=1)
+        radiance: Array = np.mean(total, axis=1)
         kelvin = np.linspace(100.0, 400.0, 3001)
         black_body = np.mean(planck(wavenumber, kelvin[:, None]), axis=1)
-        temperature = np.interp(np.log(radiance), np.log(black_body), kelvin)
+        temperature: Array = np.interp(np.log(radiance), np.log(black_body), kelvin)
         return np.concatenate(([0.0], thickness)), temperature
 
     @cached_property

@@ -170,7 +170,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
     def clear(sun: Sun | None, names: Collection[str] = assembly.model.terms) -> Array:
-        terms = assembly.model.clear(nodes.wavenumber_cm1, sun)
+        terms = assembly.clear(nodes.wavenumber_cm1, sun)
         total: Array = np.sum(
             [np.zeros(nodes.wavenumber_cm1.size), *(np.asarray(terms[name]) for name in names)], axis=0
         )

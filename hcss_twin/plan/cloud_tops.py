@@ -138,7 +138,7 @@ def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccurac
         if top_m not in known:
             hanging = assembly.hanging_from(top_m)
             thinner = np.minimum(thickness, hanging.layers[0].thickness_max_m)
-            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(hanging.model, sun)
+            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(hanging, sun)
         return known[top_m]
 
     pending, nodes, worst = [(float(low), float(high))], [float(low)], 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.providers import ColumnSetting, RadianceModel, Sun
+from hcss_twin.providers import ColumnSetting, RadianceModel, Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
 
@@ -96,6 +96,20 @@ class FewColumns:
         clear = np.zeros((int(self.clear), self.thickness_m.shape[1]))
         spectra = spectra_of(model, settings, self.wavenumber_cm1, np.concatenate((clear, self.thickness_m)))
         return [dict(zip(model.terms, np.moveaxis(terms @ self.weights_cm1.T, 1, 0), strict=True)) for terms in spectra]
+
+    def toward(
+        self, scene: Assembly, views: Sequence[View], suns: Sequence[Sun | None]
+    ) -> Iterator[list[dict[str, Array]]]:
+        """Yield, for each view, the terms of the columns under each sun, of which the places of views may have others.
+
+        Views are computed together, unless each has air of its own.
+        """
+        for some in scene.together(views):
+            under = [list(dict.fromkeys(suns if scene.own_suns is None else scene.own_suns(view))) for view in some]
+            settings = [scene.setting(sun, view) for view, lit in zip(some, under, strict=True) for sun in lit]
+            found = iter(self.terms_in(scene.model, settings))
+            for lit in under:
+                yield [next(found) for _ in lit]
 
     def totals_in(self, model: RadianceModel, settings: Sequence[ColumnSetting]) -> list[Array]:
         """Return the sum of all terms, (C, B), in each setting."""

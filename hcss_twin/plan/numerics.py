@@ -18,7 +18,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns, largest_change
-from hcss_twin.providers import CloudLayer, ColumnSetting, Sun, View
+from hcss_twin.providers import CloudLayer, Sun, View
 
 PER_BAND = 3
 """Number of wavenumbers per band."""
@@ -163,13 +163,8 @@ def refine_toward(
         finer_sunlight = assembly.with_finer_sunlight(steps)
 
         def at(level: int) -> list[Array]:
-            scene, settings, counts = finer_sunlight.at_level(level), list[ColumnSetting](), list[int]()
-            for view in views:
-                of_view = dict.fromkeys(suns if assembly.own_suns is None else assembly.own_suns(view))
-                settings += [scene.setting(sun, view) for sun in of_view]
-                counts.append(len(of_view))
-            totals = np.stack(columns.totals_in(scene.model, settings))
-            return [np.concatenate(of_view) for of_view in np.split(totals, np.cumsum(counts)[:-1])]
+            of_views = columns.toward(finer_sunlight.at_level(level), views, suns)
+            return [np.concatenate([sum(terms.values()) for terms in of_view]) for of_view in of_views]
 
         finer, here, coarser = at(level + 1), at(level), at(level - 1) if level > 0 else None
         changes = [largest_change(one, other) for one, other in zip(here, finer, strict=True)]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
+from hcss_twin.plan.air_over_field import Air
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
@@ -24,7 +26,7 @@ from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, low_sun
-from hcss_twin.providers import Sun
+from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
 
@@ -270,9 +272,12 @@ def _changes_of_air(
     yield Omission(what, f"the scenario has one {sea}{texture}; the air is that of the first frame's place", 0.0)
     ends, largest = columns.only(columns.ends), 0.0
     for factor, *pair in air.left_out():
-        exact, guess = (assembly.model_in(profile_air) for profile_air in pair)
-        for _, sun in known:
-            largest = max(largest, factor * largest_change(ends.total(guess, sun), ends.total(exact, sun)))
+        exact, guess = (
+            ends.totals_in(assembly.model, [_in_air(assembly.setting(sun), air_of_profile) for _, sun in known])
+            for air_of_profile in pair
+        )
+        changes = (largest_change(one, other) for one, other in zip(guess, exact, strict=True))
+        largest = max(largest, *(factor * change for change in changes))
     if not largest:
         return
     yield Omission(
@@ -282,6 +287,10 @@ def _changes_of_air(
         SAFETY_FACTOR * largest,
         needs="a finer grid of profiles: no key computes it",
     )
+
+
+def _in_air(setting: ColumnSetting, air: Air) -> ColumnSetting:
+    return replace(setting, profile=air.profile, transmittance=air.transmittance, air_memory=None)
 
 
 def _sunlight(sun: SunFrames, radiance: bool, faint: float | None) -> Iterator[Omission]:

@@ -65,7 +65,7 @@ def unused_path_radiance(assembly: Assembly, sun: Sun | None, accuracy: float) -
 
 def _clear(assembly: Assembly, columns: FewColumns, sun: Sun | None) -> Array:
     """Return the radiance (B,) of a clear pixel."""
-    clear: Array = replace(columns, clear=True, thickness_m=columns.thickness_m[:0]).total(assembly.model, sun)[0]
+    clear: Array = replace(columns, clear=True, thickness_m=columns.thickness_m[:0]).total(assembly, sun)[0]
     return clear
 
 

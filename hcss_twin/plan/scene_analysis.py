@@ -126,8 +126,6 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
     if assembly.directions is not None:
         parts["views"] = repr(assembly.directions.at(EXTREMES + EDGES))
-    if assembly.between is not None:
-        parts["between"] = assembly.between.nodes_K
     key = result_key(parts, catalog.shelf)
     classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement, RadianceRange)
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
@@ -138,11 +136,7 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     radiance = wants_radiance(computed_variables(scenario, assembly, True, requested))
     if radiance:
         probe_particles(assembly)
-        between = assembly.between
-        if between is None:
-            probe_lowest_sun(assembly, sun)
-        else:  # scenes that differ in the temperature of the sea have the same suns
-            catalog.shelf.get_or_compute(("lowest sun", between.group), lambda: probe_lowest_sun(assembly, sun))
+        probe_lowest_sun(assembly, sun)
     extreme_suns = [position for _, position in sun.extremes(assembly.view)] if radiance else []
     accuracy = requested_accuracy(scenario, assembly, extreme_suns)
     shares = share_out(accuracy.relative)
@@ -241,9 +235,9 @@ def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
 
 def _probe(assembly: Assembly, sun: Sun) -> None:
     wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
-    assembly.model.clear(wavenumber, sun)
+    assembly.clear(wavenumber, sun)
     if assembly.has_cloud:
-        assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
+        assembly.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
 
 
 def probe_last_frame(assembly: Assembly, last_s: float) -> None:

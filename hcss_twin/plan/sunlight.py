@@ -120,7 +120,7 @@ def low_sun(
     for zenith_deg in np.arange(min(LOW_SUN_DEG, lowest.zenith_deg) - HIGHER_DEG, HIGH_DEG - 1.0, -3.0):
         sun = Sun(float(zenith_deg), lowest.azimuth_deg, lowest.distance_au)
         try:
-            higher = columns.terms(assembly.model, sun)
+            higher = columns.terms(assembly, sun)
         except ProviderError:
             continue
         # Along slant paths the term is missing even for a higher sun.
@@ -176,7 +176,7 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
 
 
 def _share(assembly: Assembly, columns: FewColumns, sun: Sun) -> float:
-    terms = columns.terms(assembly.model, sun)
+    terms = columns.terms(assembly, sun)
     total = np.sum(list(terms.values()), axis=0)
     sunlight = sum((terms[name] for name in assembly.model.solar_terms), np.zeros_like(total))
     return float(np.max(sunlight[total > 0] / total[total > 0], initial=0.0))

@@ -168,7 +168,7 @@ def _nodes(assembly: Assembly, class_: SceneClass, tolerance: float) -> tuple[tu
         for temperature in kelvin:
             if temperature not in known:
                 # Sunlight does not depend on the temperature and would only make the error relatively smaller.
-                known[temperature] = columns.total(assembly.over(class_.at(temperature)).model, None)
+                known[temperature] = columns.total(assembly.over(class_.at(temperature)), None)
         return kelvin, np.stack([known[temperature] for temperature in kelvin])
 
     for order in _ORDERS:

@@ -19,7 +19,8 @@ from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureF
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, present, require_none
 from hcss_twin.plan.effects import Effect
-from hcss_twin.providers import Grid, RadianceModel, Sun
+from hcss_twin.providers import Grid, Sun
+from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
 
 DEFAULT_K = 0.3
@@ -155,13 +156,13 @@ class Expansion:
         return change
 
 
-def sea_factors(model: RadianceModel, warmer: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> Array:
+def sea_factors(scene: Assembly, warmer: Assembly, wavenumber_cm1: Array, sun: Sun | None) -> Array:
     """Return by which factor each term (K, V) of clear sky changes over a warmer sea; 1 where there is nothing.
 
     At one wavenumber the emission of the sea has this factor under any cloud, and what it reflects to first order.
     """
-    spectra = (radiance_model.clear(wavenumber_cm1, sun) for radiance_model in (model, warmer))
-    before, after = (np.stack([np.asarray(terms[name]) for name in model.terms]) for terms in spectra)
+    settings = [scene.setting(sun), warmer.setting(sun)]
+    before, after = spectra_of(scene.model, settings, wavenumber_cm1, np.zeros((1, len(scene.layers))))[:, 0]
     factors: Array = np.divide(after, before, out=np.ones_like(before), where=before > 0.0)
     return factors
 

@@ -19,7 +19,7 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
-from hcss_twin.plan.assembly import Assembly, expect_views
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect
@@ -308,16 +308,10 @@ def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None], terms
     known: dict[tuple[float, float], Array] = {}
 
     def values(places: Sequence[tuple[float, float]]) -> list[Array]:
-        toward = dict(zip(places, views.at(places), strict=True))
-        new = [toward[place] for place in places if place not in known]
-        for place in places:
-            if place not in known:
-                model = assembly.model_toward(toward[place])
-                expect_views(model, new)
-                local_suns = suns if assembly.own_suns is None else assembly.own_suns(toward[place])
-                under = [columns.terms(model, sun) for sun in local_suns]
-                all_terms = np.concatenate([np.stack(list(spectra.values()), axis=1) for spectra in under])
-                known[place] = all_terms if terms else np.sum(all_terms, axis=1, keepdims=True)
+        new = [place for place in dict.fromkeys(places) if place not in known]
+        for place, found in zip(new, columns.toward(assembly, views.at(new) if new else [], suns), strict=True):
+            all_terms = np.concatenate([np.stack(list(under.values()), axis=1) for under in found])
+            known[place] = all_terms if terms else np.sum(all_terms, axis=1, keepdims=True)
         return [known[place] for place in places]
 
     return values

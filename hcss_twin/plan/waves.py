@@ -71,7 +71,7 @@ def wave_bound(
     seen = assembly.transmittance.transmittance(wavenumber, [path])[0]
     greatest = 0.0
     for sun in suns:
-        terms = assembly.model.clear(wavenumber, sun)
+        terms = assembly.clear(wavenumber, sun)
         change = weights @ (seen * thermal)
         if sun is not None:
             toward_sun = _horizontal(sun.zenith_deg, sun.azimuth_deg - wind_from_deg)

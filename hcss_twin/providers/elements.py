@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Grid
+from hcss_twin.providers.column_states import Sun, View
 from hcss_twin.providers.declarations import Declaration
-from hcss_twin.providers.radiance import Sun, View
 from hcss_twin.providers.sensor import SensorBand
 
 

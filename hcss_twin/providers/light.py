@@ -19,8 +19,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.atmosphere import TransmittanceProvider
 from hcss_twin.providers.clouds import CloudLayer
+from hcss_twin.providers.column_states import Sun, View
 from hcss_twin.providers.optics import Optics
-from hcss_twin.providers.radiance import SolarIrradiance, Sun, View
+from hcss_twin.providers.radiance import SolarIrradiance
 from hcss_twin.providers.sea import SeaModel
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import choose_from
 from hcss_twin.providers.clouds import Grid
+from hcss_twin.providers.column_states import View
 from hcss_twin.providers.declarations import Declaration
-from hcss_twin.providers.radiance import View
 from hcss_twin.providers.sensor import SensorBand
 
 DTYPES = ("float32", "float64", "int32", "int16", "uint8")

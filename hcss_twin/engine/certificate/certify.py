@@ -8,7 +8,7 @@ numerical choices, for the exact column of each pixel and without tables
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from hcss_twin.engine.tables.scene_states import point_states
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import View
+from hcss_twin.providers import Sun, View
 
 
 @in_one_thread
@@ -50,16 +50,15 @@ def certify(
     ProviderError
         If a provider breaks its contract.
     """
-    names, bands, between = strata_of(plan), len(plan.bands), plan.assembly.between
+    names, bands = strata_of(plan), len(plan.bands)
     reasons = REASONS if not plan.is_grid else REASONS[:3] if plan.assembly.elements else REASONS[:2]
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
     states = point_states(plan)
     one_model = plan.views is None and states is None
-    suns = tuple(plan.sun_up_at(pixels.time_s) for pixels in frames) if one_model else ()
-    references = References(suns, from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
-    exact = np.concatenate([nothing, *(_exact(plan, states, quantities, pixels, references) for pixels in frames)])
+    references = References(from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
+    exact = _exact(plan, states, quantities, frames, references) if frames else nothing
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
     errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
@@ -117,7 +116,7 @@ def certify(
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
         sides=plan.light.check(plan, tables, frames[0].frame) if plan.light is not None and frames else {},
-        interpolation="; ".join(filter(None, ("" if between is None else between.text, references.interpolation))),
+        interpolation=references.interpolation,
         dark=tuple(
             band.name
             for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)
@@ -133,38 +132,41 @@ def with_verdict(plan: Plan, certificate: Certificate) -> Certificate:
 
 
 def _exact(
-    plan: Plan, states: PointStates[Any] | None, quantities: Quantities, pixels: SampledPixels, references: References
+    plan: Plan,
+    states: PointStates[Any] | None,
+    quantities: Quantities,
+    frames: Sequence[SampledPixels],
+    references: References,
 ) -> Array:
-    """Band radiances (M, Q, B) on the reference path: total and requested terms."""
-    count, layers, points = pixels.thickness_m.shape
-    thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
-    for layer_thickness, layer in zip(thickness.T, plan.layers, strict=True):
-        # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
-        np.clip(
-            layer_thickness,
-            layer.thickness_min_m,
-            layer.thickness_max_m,
-            out=layer_thickness,
-            where=layer_thickness > 0,
-        )
+    """Band radiances (M, Q, B) of the pixels of all frames on the reference path: total and requested terms."""
     if states is not None:
-        return _of_points(plan, states, quantities, pixels, thickness, references)
-    places = _perturbations(plan, pixels)
+        return np.concatenate([_of_points(plan, states, quantities, pixels, references) for pixels in frames])
+    if plan.is_grid and (plan.views is None or plan.assembly.air_over_field is None):  # all pixels together
+        return _means(plan, quantities, _states_of(plan, frames), references)
+    every = [np.empty((0, len(quantities.names), len(plan.bands)))]
+    for pixels in frames:
+        if plan.views is None:
+            every.append(_means(plan, quantities, _states_of(plan, [pixels]), references))
+            continue
+        for index, view in enumerate(_views(plan, pixels)):
+            toward = plan.toward(view)
+            every.append(_means(toward, quantities, _states_of(toward, [pixels.only(index)]), references))
+    return np.concatenate(every)
+
+
+def _views(plan: Plan, pixels: SampledPixels) -> Sequence[View]:
     if plan.views is None:
-        return _means(plan, quantities, thickness, points, pixels.time_s, references, places)
-    views = plan.rays.views_of_pixels(*_in_image(plan, pixels), pixels.time_s)
-    if plan.is_grid and plan.texture is None and plan.assembly.air_over_field is None:  # one air for all
-        return _means(plan, quantities, thickness, points, pixels.time_s, references, views=views)
-    nothing = np.empty((0, len(quantities.names), len(plan.bands)))
-    return np.concatenate(
-        [nothing]
-        + [
-            _means(plan.toward(view), quantities, columns, points, pixels.time_s, references, perturbation)
-            for view, columns, perturbation in zip(
-                views, thickness.reshape(count, points, layers), places[:, None], strict=True
-            )
-        ]
-    )
+        return [plan.view] * pixels.row.size
+    return plan.rays.views_of_pixels(*_in_image(plan, pixels), pixels.time_s)
+
+
+def _thickness(plan: Plan, pixels: SampledPixels) -> Array:
+    """Thickness (M, points, L); what single precision rounds beyond the limits is clipped, as in the look-up."""
+    thickness = np.moveaxis(pixels.thickness_m, 1, 2).astype(np.float64)
+    for index, layer in enumerate(plan.layers):
+        of_layer = thickness[..., index]
+        np.clip(of_layer, layer.thickness_min_m, layer.thickness_max_m, out=of_layer, where=of_layer > 0)
+    return thickness
 
 
 def _in_image(plan: Plan, pixels: SampledPixels) -> tuple[list[int], list[int]]:
@@ -179,71 +181,84 @@ def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
     from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
 
     fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
-    perturbations = [
+    at_pixels = [
         np.ravel(fields.at(pixels.time_s, slice(row, row + 1), slice(column, column + 1)))
         for row, column in zip(*_in_image(plan, pixels), strict=True)
     ]
-    return np.array(perturbations, dtype=np.float64).reshape(-1, 2)
+    return np.array(at_pixels, dtype=np.float64).reshape(-1, 2)
 
 
-def _means(
-    plan: Plan,
-    quantities: Quantities,
-    thickness_m: Array,
-    points: int,
-    time_s: float,
-    references: References,
-    places: Array | None = None,
-    views: Sequence[View] = (),
-) -> Array:
-    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, perturbation and view of each pixel."""
-    of_pixel = np.repeat(np.arange(len(views)), points) if views else np.zeros(thickness_m.shape[0])
-    both, which = np.unique(np.column_stack((of_pixel, thickness_m)), axis=0, return_inverse=True)
+@dataclass(frozen=True)
+class PixelStates:
+    """Thickness (M, P, L) at the points of M pixels, and sun, view and perturbation (M, 2) of each pixel."""
+
+    thickness_m: Array
+    suns: Sequence[Sun | None]
+    views: Sequence[View]
+    perturbation: Array
+
+
+def _states_of(plan: Plan, frames: Sequence[SampledPixels]) -> PixelStates:
+    return PixelStates(
+        np.concatenate([_thickness(plan, pixels) for pixels in frames]),
+        [plan.sun_up_at(pixels.time_s) for pixels in frames for _ in pixels.row],
+        [view for pixels in frames for view in _views(plan, pixels)],
+        np.concatenate([_perturbations(plan, pixels) for pixels in frames]),
+    )
+
+
+def _means(plan: Plan, quantities: Quantities, states: PixelStates, references: References) -> Array:
+    """Pixel means (M, Q, B) of the columns at their points."""
+    pixels, points, layers = states.thickness_m.shape
+    if not pixels:
+        return np.empty((0, len(quantities.names), len(plan.bands)))
+    seen = list(zip(states.suns, states.views, strict=True))
+    different = list(dict.fromkeys(seen))
+    of_pixel = np.repeat([different.index(state) for state in seen], points)
+    rows = np.column_stack((of_pixel, states.thickness_m.reshape(-1, layers)))
+    both, which = np.unique(rows, axis=0, return_inverse=True)
     columns = np.asarray(both[:, 1:], dtype=np.float64)
-    toward = [views[pixel] for pixel in both[:, 0].astype(int)] if views else ()
+    suns = [different[index][0] for index in both[:, 0].astype(int)]
+    views = [different[index][1] for index in both[:, 0].astype(int)] if plan.views is not None else ()
 
-    def solved(columns: Array) -> Array:
-        return quantities.of(references.terms(plan, columns, time_s, toward))
+    def under_one_sun(columns: Array) -> Array:
+        return quantities.of(references.terms(plan, columns, suns[:1] * len(columns)))
 
-    # Pixels of other rays are the mean of many points, all with thicknesses of their own.
-    known = solved(columns) if plan.is_grid else solve_many(solved, columns, plan.accuracy.relative)
-    if places is not None and places.size:
+    if plan.is_grid:
+        known = quantities.of(references.terms(plan, columns, suns, views))
+    else:  # a pixel of other rays is the mean of many points, all with thicknesses of their own
+        known = solve_many(under_one_sun, columns, plan.accuracy.relative)
+    at_points = known[which.ravel()]
+    if states.perturbation.size:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 
-        of_columns = quantities.of(references.perturbed(plan, columns, time_s))
-        warmer, drier = np.repeat(places.T, points, axis=1)[..., None, None]
-        change = Expansion(of_columns[:, which.ravel()])(warmer, drier)
-        means: Array = np.mean((known[which.ravel()] + change).reshape(-1, points, *known.shape[1:]), axis=1)
-        return means
-    means = np.mean(known[which.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
+        of_columns = quantities.of(references.perturbed(plan, columns, suns, views))
+        warmer, drier = np.repeat(states.perturbation.T, points, axis=1)[..., None, None]
+        at_points = at_points + Expansion(of_columns[:, which.ravel()])(warmer, drier)
+    means: Array = np.mean(at_points.reshape(pixels, points, *known.shape[1:]), axis=1)
     return means
 
 
 def _of_points(
-    plan: Plan,
-    states: PointStates[Any],
-    quantities: Quantities,
-    pixels: SampledPixels,
-    thickness_m: Array,
-    references: References,
+    plan: Plan, states: PointStates[Any], quantities: Quantities, pixels: SampledPixels, references: References
 ) -> Array:
-    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points, each in its own state."""
+    """Pixel means (M, Q, B) of columns that are each in a state of its own."""
     rows, columns = _in_image(plan, pixels)
-    views: Sequence[View | None] = [None] * len(rows)
-    if plan.views is not None:
-        views = plan.rays.views_of_pixels(rows, columns, pixels.time_s)
-    points = pixels.thickness_m.shape[2]
-    of_pixels = thickness_m.reshape(len(rows), points, -1) if thickness_m.size else np.empty((len(rows), points, 0))
-    groups: dict[tuple[Any, View | None], list[int]] = {}
-    for pixel, (row, column, view, layers) in enumerate(zip(rows, columns, views, of_pixels, strict=True)):
+    thickness_m, views = _thickness(plan, pixels), _views(plan, pixels)
+    points = thickness_m.shape[1]
+    groups: dict[tuple[Any, View], list[int]] = {}
+    for pixel, (row, column, view, layers) in enumerate(zip(rows, columns, views, thickness_m, strict=True)):
         for point, state in enumerate(states.of_pixel(pixels.time_s, row, column, layers)):
             groups.setdefault((state, view), []).append(pixel * points + point)
-    exact = np.empty((thickness_m.shape[0], len(quantities.names), len(plan.bands)))
+    of_points = thickness_m.reshape(len(rows) * points, len(plan.layers))
+    exact = np.empty((len(of_points), len(quantities.names), len(plan.bands)))
     for (state, view), members in groups.items():
         alone = states.plan_in(state)
-        alone = alone if view is None else alone.toward(view)
-        thickness = np.minimum(thickness_m[members], [layer.thickness_max_m for layer in alone.layers])
-        exact[members] = _means(alone, quantities, thickness, 1, pixels.time_s, references)
+        alone = alone if plan.views is None else alone.toward(view)
+        thickness = np.minimum(of_points[members], [layer.thickness_max_m for layer in alone.layers])
+        suns = [alone.sun_up_at(pixels.time_s)] * len(members)
+        seen = PixelStates(thickness[:, None], suns, [alone.view] * len(members), np.empty((len(members), 0)))
+        exact[members] = _means(alone, quantities, seen, references)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +22,12 @@ from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
 from hcss_twin.engine.compile import table_key
 from hcss_twin.engine.tables.thickness_axis import relative, total
-from hcss_twin.models.radiance.reference import reference_spectra
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, all_nodes, choose_nodes
-from hcss_twin.plan.assembly import Assembly, expect, expect_views
-from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.numerics import for_spectra, reference_level
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import RadianceModel, Sun, View
+from hcss_twin.providers import ColumnStates, Sun, View
 from hcss_twin.scenario.scenario import Scenario
-
-COLUMNS_AT_ONCE = 32
-"""Columns per call of the model; its memory grows with their number."""
 
 NODES_TOLERANCE = 1e-3
 """Error of the coarse columns at the chosen wavenumbers, of their radiance.
@@ -55,7 +51,7 @@ CLOUDS_ON_FINER_GRID = 5
 CURVE_SHARE = 0.01
 """Largest error of a curve of reference columns, as a share of the accuracy."""
 
-Suns = tuple[Sun | None, ...]
+Suns = Sequence[Sun | None]
 Views = Sequence[View]
 Nodes = float | SpectralNodes
 """Wavenumbers at which levels are compared, or the tolerance to which they are chosen."""
@@ -92,8 +88,6 @@ class References:
 
     Parameters
     ----------
-    suns : tuple of (Sun or None)
-        Suns of all frames, for which a model may solve clouds at once.
     from_curves : bool
         Whether columns with cloud in one layer are read from a curve through reference columns, which all scenes of a
         sweep share that differ in their clouds only.
@@ -112,74 +106,68 @@ class References:
         Number of columns solved although others know them, and their largest difference from these, as above.
     """
 
-    def __init__(self, suns: Suns = (), from_curves: bool = False, afresh: int = 0) -> None:
-        self.suns, self.from_curves, self._afresh = suns, from_curves, afresh
+    def __init__(self, from_curves: bool = False, afresh: int = 0) -> None:
+        self.from_curves, self._afresh = from_curves, afresh
         self.calls, self.solved = 0, 0
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
         self.checked, self.check_error = 0, 0.0
-        self._spectra: dict[tuple[str, float, bytes], Array] = {}
+        self._spectra: dict[bytes, Array] = {}
 
-    def terms(self, plan: Plan, thickness_m: Array, time_s: float, views: Views = ()) -> Array:
-        """Return terms (N, K, B) of columns (N, L) at a time, if given toward N views.
+    def terms(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
+        """Return terms (N, K, B) of columns (N, L) under N suns, if given toward N views.
 
         Raises
         ------
         ProviderError
             If a provider breaks its contract.
         """
-        between = plan.assembly.between
         cloudy = np.flatnonzero(np.any(thickness_m, axis=1))
-        afresh = self._afresh if between is None else max(self._afresh, between.afresh)
-        if afresh in (0, ALL_COLUMNS) or not cloudy.size:
-            return self._shared(plan, thickness_m, time_s, views)
-        others = replace(between, afresh=0) if between is not None else None
-        shared = replace(plan, assembly=replace(plan.assembly, between=others))
-        result = self._shared(shared, thickness_m, time_s, views)
+        if self._afresh == 0 or not cloudy.size:
+            return self._shared(plan, thickness_m, suns, views)
+        result = self._shared(plan, thickness_m, suns, views)
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:8], "big")
         layers = np.flatnonzero(np.any(thickness_m, axis=0))
-        nodes = self._kept(plan, int(layers[0]), time_s).nodes if self.from_curves and layers.size == 1 else None
-        afresh = cloudy.size if nodes is not None else min(afresh, cloudy.size)
+        on_curve = self.from_curves and layers.size == 1 and len(set(suns)) == 1
+        nodes = self._kept(plan, int(layers[0]), suns[0]).nodes if on_curve else None
+        afresh = cloudy.size if nodes is not None else min(self._afresh, cloudy.size)
         drawn = np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False))
-        drawn_views = [views[row] for row in drawn] if views else ()
-        exact = self._columns(plan, thickness_m[drawn], time_s, drawn_views, nodes or AFRESH_NODES_TOLERANCE)
+        of_drawn = [suns[row] for row in drawn.tolist()], [views[row] for row in drawn.tolist()] if views else ()
+        exact = self._columns(plan, thickness_m[drawn], *of_drawn, nodes or AFRESH_NODES_TOLERANCE)
         known, result[drawn] = result[drawn], exact
         self.checked += drawn.size
         self.check_error = max(self.check_error, relative(total(known), total(result[drawn])))
         return result
 
-    def _shared(self, plan: Plan, thickness_m: Array, time_s: float, views: Views) -> Array:
+    def _shared(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views) -> Array:
         """Return columns as :meth:`terms` does, whatever of them other scenes know."""
-        if not self.from_curves:
-            return self._columns(plan, thickness_m, time_s, views)
+        solved, parts = np.ones(thickness_m.shape[0], dtype=np.bool_), list[tuple[NDArray[np.bool_], Array]]()
         clouds = np.count_nonzero(thickness_m, axis=1)
-        result: Array | None = None
-        solved = np.ones(thickness_m.shape[0], dtype=np.bool_)
-        for index in range(len(plan.layers)):
-            in_layer = (clouds == 1) & (thickness_m[:, index] > 0.0)
-            curve = self._kept(plan, index, time_s).curve if np.any(in_layer) else None
+        for index, sun in product(range(len(plan.layers)), dict.fromkeys(suns)) if self.from_curves else ():
+            under = np.array([lit == sun for lit in suns], dtype=np.bool_)
+            alone = (clouds == 1) & (thickness_m[:, index] > 0.0) & under
+            curve = self._kept(plan, index, sun).curve if np.any(alone) else None
             if curve is None:
                 continue
-            values = curve.terms(thickness_m[in_layer, index])
-            result = np.empty((solved.size, *values.shape[1:])) if result is None else result
-            result[in_layer], solved[in_layer] = values, False
-            self.read, self.curve_columns = (
-                self.read + int(np.count_nonzero(in_layer)),
-                self.curve_columns + curve.columns,
-            )
+            parts.append((alone, curve.terms(thickness_m[alone, index])))
+            solved &= ~alone
+            self.read, self.curve_columns = self.read + int(np.count_nonzero(alone)), self.curve_columns + curve.columns
             self.curve_error = max(self.curve_error, curve.error)
-        if result is None:
-            return self._columns(plan, thickness_m, time_s)
-        if np.any(solved):
-            result[solved] = self._columns(plan, thickness_m[solved], time_s)
+        if np.any(solved) or not parts:
+            rows = np.flatnonzero(solved).tolist()
+            of_rows = [suns[row] for row in rows], [views[row] for row in rows] if views else ()
+            parts.append((solved, self._columns(plan, thickness_m[solved], *of_rows)))
+        result = np.empty((solved.size, *parts[-1][1].shape[1:]))
+        for rows_of, values in parts:
+            result[rows_of] = values
         return result
 
-    def _kept(self, plan: Plan, index: int, time_s: float) -> KeptCurve:
+    def _kept(self, plan: Plan, index: int, sun: Sun | None) -> KeptCurve:
         chosen: list[SpectralNodes] = []
 
         def columns(thickness_m: Array) -> Array:
             every = np.zeros((thickness_m.size, len(plan.layers)))
             every[:, index] = thickness_m
-            terms, nodes, _ = _reference_terms(plan, every, plan.sun_up_at(time_s), self.suns, (), NODES_TOLERANCE)
+            terms, nodes, _ = _reference_terms(plan, every, [sun] * len(every), (), NODES_TOLERANCE)
             chosen.append(nodes)
             return terms
 
@@ -190,43 +178,39 @@ class References:
             return KeptCurve(curve, chosen[-1])
 
         self.calls += 1
-        key = hashlib.sha256(f"curve {_key(plan)} {index} {float(time_s)!r}".encode()).hexdigest()
+        key = hashlib.sha256(f"curve {table_key(plan)} {index} {sun!r}".encode()).hexdigest()
         return recall_or_compute(REFERENCES, key, plan.catalog, compute, (KeptCurve, ReferenceCurve, SpectralNodes))
 
     def _columns(
-        self, plan: Plan, thickness_m: Array, time_s: float, views: Views = (), wavenumbers: Nodes = NODES_TOLERANCE
+        self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = (), wavenumbers: Nodes = NODES_TOLERANCE
     ) -> Array:
-        digest = hashlib.sha256(_key(plan).encode())
         same = "curve" if isinstance(wavenumbers, SpectralNodes) else wavenumbers
-        digest.update(repr((float(time_s), thickness_m.shape, same, *views)).encode())
-        digest.update(np.ascontiguousarray(thickness_m).tobytes())
+        digest = _digest(plan, thickness_m, suns, views, same)
         self.calls += 1
 
         def compute() -> ReferenceColumns:
             self.solved += 1
-            sun = plan.sun_up_at(time_s)
-            terms, _, spectra = _reference_terms(plan, thickness_m, sun, self.suns, views, wavenumbers)
+            terms, _, spectra = _reference_terms(plan, thickness_m, suns, views, wavenumbers)
             if plan.texture is not None:
-                self._spectra = {(_key(plan), time_s, thickness_m.tobytes()): spectra}
+                self._spectra = {_digest(plan, thickness_m, suns, views): spectra}
             return ReferenceColumns(terms)
 
-        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
+        return recall_or_compute(REFERENCES, digest.hex(), plan.catalog, compute, (ReferenceColumns,)).terms
 
-    def perturbed(self, plan: Plan, thickness_m: Array, time_s: float) -> Array:
-        """Return terms (9, N, K, B) of columns (N, L) at a time, at :data:`hcss_twin.plan.texture.EXPANSION_STATES`.
+    def perturbed(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
+        """Return terms (9, N, K, B) of columns (N, L) at :data:`hcss_twin.plan.texture.EXPANSION_STATES`.
 
         They are of a coarse level of the radiance model: only their differences, a percent of the radiance, are used.
         """
-        digest = hashlib.sha256(f"texture {_key(plan)} {float(time_s)!r} {thickness_m.shape}".encode())
-        digest.update(np.ascontiguousarray(thickness_m).tobytes())
         self.calls += 1
 
         def compute() -> ReferenceColumns:
             self.solved += 1
-            known = self._spectra.get((_key(plan), time_s, thickness_m.tobytes()))
-            return ReferenceColumns(_perturbed_terms(plan, thickness_m, plan.sun_up_at(time_s), known))
+            known = self._spectra.get(_digest(plan, thickness_m, suns, views))
+            return ReferenceColumns(_perturbed_terms(plan, thickness_m, suns, views, known))
 
-        return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
+        digest = _digest(plan, thickness_m, suns, views, "texture")
+        return recall_or_compute(REFERENCES, digest.hex(), plan.catalog, compute, (ReferenceColumns,)).terms
 
     @property
     def interpolation(self) -> str:
@@ -248,53 +232,47 @@ class References:
         return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
 
 
-def _key(plan: Plan) -> str:
-    between = plan.assembly.between
-    return f"{table_key(plan)} afresh" if between is not None and between.afresh else table_key(plan)
+def _digest(plan: Plan, thickness_m: Array, suns: Suns, views: Views, *more: object) -> bytes:
+    """Return a hash of everything that columns depend on."""
+    digest = hashlib.sha256(table_key(plan).encode())
+    digest.update(repr((thickness_m.shape, *suns, *views, *more)).encode())
+    digest.update(np.ascontiguousarray(thickness_m).tobytes())
+    return digest.digest()
 
 
-def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None, views: Views) -> Array:
-    """Return terms (N, K, V) of columns (N, L), if given toward N views: clouds are solved for all of them at once."""
-    if not views:
-        return reference_spectra(assembly.model, wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
-    result = np.empty((len(views), len(assembly.model.terms), wavenumber_cm1.size))
-    cloudy = np.any(thickness_m, axis=1)
-    together = list(dict.fromkeys(view for view, is_cloudy in zip(views, cloudy, strict=True) if is_cloudy))
-    for view in dict.fromkeys((*together, *views)):
-        model, seen = assembly.model_toward(view), np.array([other == view for other in views])
-        expect_views(model, together)
-        result[seen] = reference_spectra(model, wavenumber_cm1, thickness_m[seen], sun, COLUMNS_AT_ONCE)
+def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, suns: Suns, views: Views) -> Array:
+    """Return terms (N, K, V) of columns (N, L) under N suns, if given toward N views, all in one call."""
+    result = np.empty((thickness_m.shape[0], len(assembly.model.terms), wavenumber_cm1.size))
+    if not result.size:  # a finer grid of narrow bands may have no new wavenumbers
+        return result
+    of_rows = [assembly.setting(*row) for row in zip(suns, views or [assembly.view] * len(suns), strict=True)]
+    different = tuple(dict.fromkeys(of_rows))
+    number = {setting: index for index, setting in enumerate(different)}
+    setting_of = np.array([number[setting] for setting in of_rows], dtype=np.intp)
+    terms = assembly.model.columns(ColumnStates(different, setting_of, thickness_m), wavenumber_cm1)
+    for index, name in enumerate(assembly.model.terms):
+        result[:, index] = terms[name]
     return result
 
 
 def _reference_terms(
-    plan: Plan, thickness_m: Array, sun: Sun | None, suns: Suns, views: Views, wavenumbers: Nodes
+    plan: Plan, thickness_m: Array, suns: Suns, views: Views, wavenumbers: Nodes
 ) -> tuple[Array, SpectralNodes, Array]:
     """Return terms (N, K, B), the wavenumbers at which levels are compared, and spectra (N, K, V) of few streams."""
-    assembly, grid = plan.assembly.for_references, plan.spectral_grid
+    assembly, grid = plan.assembly, plan.spectral_grid
     few, fine = for_spectra(assembly), reference_level(assembly)
     coarse, coarsest = few.numerical_level, few.at_level(0)
-    for scene in (coarsest, few, assembly, assembly.at_level(fine)):
-        expect(scene.model, suns)
-    known = _spectra(few, grid.wavenumber_cm1, thickness_m, sun, views)
+    known = _spectra(few, grid.wavenumber_cm1, thickness_m, suns, views)
     terms: Array = known @ grid.weights_cm1.T
     nodes = wavenumbers if isinstance(wavenumbers, SpectralNodes) else all_nodes(grid)
     if fine != coarse:
         if not isinstance(wavenumbers, SpectralNodes):
             nodes = choose_nodes(grid, known, wavenumbers)
-        foresee = getattr(few.model, "foresee", None)
-        if foresee is not None and not views:  # of scenes that share columns
-
-            def chosen_by(model: RadianceModel) -> Array:
-                spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
-                return choose_nodes(grid, spectra, NODES_TOLERANCE).wavenumber_cm1
-
-            foresee(("certificate", grid.wavenumber_cm1.size, thickness_m.tobytes()), chosen_by)
-        places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, sun, views)
+        places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, suns, views)
         if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
             # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are
             # those of the scene's level, and the change of the total is shared among them in proportion.
-            same = _spectra(assembly, nodes.wavenumber_cm1, thickness_m, sun, views)
+            same = _spectra(assembly, nodes.wavenumber_cm1, thickness_m, suns, views)
             total = np.sum(terms + change, axis=1, keepdims=True)
             terms += (same - known[..., places]) @ nodes.weights_cm1.T
             whole = np.sum(terms, axis=1, keepdims=True)
@@ -302,11 +280,11 @@ def _reference_terms(
         else:
             terms += change
     of_coarsest = known if coarse == 0 else None
-    return terms + _grid_change(plan, coarsest, thickness_m, sun, views, of_coarsest, terms), nodes, known
+    return terms + _grid_change(plan, coarsest, thickness_m, suns, views, of_coarsest, terms), nodes, known
 
 
 def _grid_change(
-    plan: Plan, coarse: Assembly, thickness_m: Array, sun: Sun | None, views: Views, known: Array | None, terms: Array
+    plan: Plan, coarse: Assembly, thickness_m: Array, suns: Suns, views: Views, known: Array | None, terms: Array
 ) -> Array:
     """Return how terms (N, K, B) change on the next finer spectral grid.
 
@@ -320,16 +298,16 @@ def _grid_change(
     """
     grid, finer = plan.spectral_grid, plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
     every = np.arange(thickness_m.shape[0]), np.eye(thickness_m.shape[0])
-    some, shares = every if views else _few_clouds(thickness_m)
-    toward = [views[row] for row in some] if views else ()
+    some, shares = every if views else _few_clouds(thickness_m, suns)
+    settings = [suns[row] for row in some], [views[row] for row in some] if views else ()
     if known is None:
         known = np.empty((thickness_m.shape[0], terms.shape[1], grid.wavenumber_cm1.size))
-        known[some] = _spectra(coarse, grid.wavenumber_cm1, thickness_m[some], sun, toward)
+        known[some] = _spectra(coarse, grid.wavenumber_cm1, thickness_m[some], *settings)
     new = ~np.isin(finer.wavenumber_cm1, grid.wavenumber_cm1)
     weights, share = -grid.weights_cm1, finer.weights_cm1 * new
     weights[:, np.isin(grid.wavenumber_cm1, finer.wavenumber_cm1)] += finer.weights_cm1[:, ~new]
     new |= np.isin(finer.wavenumber_cm1, finer.ends_cm1)
-    between = _spectra(coarse, finer.wavenumber_cm1[new], thickness_m[some], sun, toward)
+    between = _spectra(coarse, finer.wavenumber_cm1[new], thickness_m[some], *settings)
     change = between @ share[:, new].T + known[some] @ weights.T
     total = np.sum(terms, axis=1, keepdims=True)
     relative = np.divide(change, total[some], out=np.zeros_like(change), where=total[some] > 0.0)
@@ -337,15 +315,16 @@ def _grid_change(
     return result
 
 
-def _few_clouds(thickness_m: Array) -> tuple[NDArray[np.intp], Array]:
+def _few_clouds(thickness_m: Array, suns: Suns) -> tuple[NDArray[np.intp], Array]:
     """Return rows (S,) of columns (N, L) that represent the others, and the weights (N, S) that interpolate them.
 
-    These are all columns, but of clouds of one layer alone only a few, evenly spaced in ln(thickness).
+    These are all columns, but of clouds of one layer alone under one sun only a few, evenly spaced in ln(thickness).
     """
     weights, kept = np.eye(thickness_m.shape[0]), np.ones(thickness_m.shape[0], dtype=np.bool_)
     alone = np.count_nonzero(thickness_m, axis=1) == 1
-    for thickness in thickness_m.T:
-        rows = np.flatnonzero(alone & (thickness > 0.0))
+    of_sun = np.array([list(dict.fromkeys(suns)).index(sun) for sun in suns])
+    for number, thickness in product(range(len(set(suns))), thickness_m.T):
+        rows = np.flatnonzero(alone & (thickness > 0.0) & (of_sun == number))
         rows = rows[np.argsort(thickness[rows])]
         if rows.size <= CLOUDS_ON_FINER_GRID:
             continue
@@ -354,12 +333,12 @@ def _few_clouds(thickness_m: Array) -> tuple[NDArray[np.intp], Array]:
         nodes = rows[np.unique(np.argmin(np.abs(ln_thickness[rows] - wanted[:, None]), axis=1))]
         kept[rows], kept[nodes] = False, True
         weights[rows] = 0.0
-        for number, node in enumerate(nodes):
-            weights[rows, node] = np.interp(ln_thickness[rows], ln_thickness[nodes], np.eye(nodes.size)[number])
+        for index, node in enumerate(nodes):
+            weights[rows, node] = np.interp(ln_thickness[rows], ln_thickness[nodes], np.eye(nodes.size)[index])
     return np.flatnonzero(kept), weights[:, kept]
 
 
-def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None, known: Array | None) -> Array:
+def _perturbed_terms(plan: Plan, thickness_m: Array, suns: Suns, views: Views, known: Array | None) -> Array:
     """Return terms (9, N, K, B) in the states of the texture, from spectra (N, K, V) of the scene if they are known."""
     from hcss_twin.plan.texture import EXPANSION_STATES, sea_factors  # not for scenes without texture
 
@@ -368,13 +347,13 @@ def _perturbed_terms(plan: Plan, thickness_m: Array, sun: Sun | None, known: Arr
     derived = texture.water_vapour == 0.0 and texture.sea_is_proportional(few)
     known, terms = known if derived else None, dict[tuple[float, float], Array]()
     for state in dict.fromkeys(map(texture.without_flat, EXPANSION_STATES)):  # that of the scene first
-        model = texture.perturbed(few, state).model if any(state) else few.model
+        scene = texture.perturbed(few, state) if any(state) else few
         if known is None:
-            expect(model, (sun,))
-            spectra = reference_spectra(model, grid.wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
+            spectra = _spectra(scene, grid.wavenumber_cm1, thickness_m, suns, views)
             known = spectra if derived else None
         else:
-            spectra = known * sea_factors(few.model, model, grid.wavenumber_cm1, sun)
+            factors = {sun: sea_factors(few, scene, grid.wavenumber_cm1, sun) for sun in dict.fromkeys(suns)}
+            spectra = known * np.stack([factors[sun] for sun in suns])
         terms[state] = spectra @ grid.weights_cm1.T
     return np.stack([terms[texture.without_flat(state)] for state in EXPANSION_STATES])
 
@@ -386,7 +365,7 @@ def level_change(
     nodes: SpectralNodes,
     known: Array,
     thickness_m: Array,
-    sun: Sun | None,
+    suns: Suns,
     views: Views = (),
 ) -> tuple[NDArray[np.intp], Array]:
     """Return how terms change from those of known spectra (N, K, V) to another level, from a few wavenumbers.
@@ -398,5 +377,5 @@ def level_change(
     change : ndarray (N, K, B)
     """
     places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
-    finer = _spectra(assembly.at_level(level), nodes.wavenumber_cm1, thickness_m, sun, views)
+    finer = _spectra(assembly.at_level(level), nodes.wavenumber_cm1, thickness_m, suns, views)
     return places, (finer - known[..., places]) @ nodes.weights_cm1.T

@@ -1,12 +1,13 @@
-"""Columns of a scene, integrated over the bands.
+"""Columns of a scene, integrated over the bands, in several settings at once.
 
-Columns for another sun differ little and smoothly from those for a first sun: the difference needs few nodes.
+A setting is a view, a sun and a state of sea and air. Columns in another one differ little and smoothly from those in a
+first one: the difference needs few nodes. Axes see the bands of all settings side by side.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,8 @@ from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, rel
 from hcss_twin.engine.tables.waves import probe_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun
+from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceModel, Sun
+from hcss_twin.providers.column_states import spectra_of
 
 Places = NDArray[np.intp]
 
@@ -158,114 +160,190 @@ class ExactColumns:
 
 
 class BandColumns:
-    """Columns of a plan's radiance model, integrated over its bands."""
+    """Columns of a plan's radiance model in some settings, integrated over its bands; each column is computed once.
 
-    def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
+    Parameters
+    ----------
+    plan : Plan
+    nodes : SpectralNodes
+        Wavenumbers of cloudy columns.
+    known : KnownColumns, optional
+        Columns that others compute, too.
+    """
+
+    def __init__(self, plan: Plan, nodes: SpectralNodes, known: KnownColumns | None = None) -> None:
         self.plan = plan
         self.nodes = nodes
         # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
         terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.computed}
-        self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
-        self._spectra: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
+        self._known = KnownColumns() if known is None else known
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
 
     def of(self, plan: Plan) -> BandColumns:
         """Return the columns of another plan at the same wavenumbers."""
-        return BandColumns(plan, self.nodes)
+        return BandColumns(plan, self.nodes, self._known)
 
-    def clear(self, sun: Sun | None) -> Array:
-        """Terms of the clear column, (K, B)."""
-        grid = self._clear_grid
-        return self._to_bands(self.plan.assembly.model.clear(grid.wavenumber_cm1, sun), grid)
+    def under(self, suns: Sequence[Sun | None]) -> list[ColumnSetting]:
+        """Return the settings of the scene under some suns."""
+        return [self.plan.assembly.setting(sun) for sun in suns]
 
-    def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms of cloudy columns (N, K, B) from the thickness of each layer (N, L); each column is computed once."""
-        keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
-        new = [row for row, key in enumerate(keys) if key not in self._known]
-        if new:
-            spectra = self.plan.assembly.model.cloudy(self.nodes.wavenumber_cm1, thickness_m[new], sun)
-            for row, terms in zip(new, self._to_bands(spectra, self.nodes), strict=True):
-                self._known[keys[row]] = terms
-            if self.plan.texture is not None:
-                stacked = np.stack([np.asarray(spectra[name]) for name in self.quantities.terms], axis=1)
-                self._spectra.update(zip([keys[row] for row in new], stacked, strict=True))
-        return np.stack([self._known[key] for key in keys])
+    def clear(self, settings: Sequence[ColumnSetting]) -> Array:
+        """Terms of clear sky in each setting, (S, K, B)."""
+        grid, cloudless = self._clear_grid, np.zeros((1, len(self.plan.layers)))
+        spectra = spectra_of(self.plan.assembly.model, settings, grid.wavenumber_cm1, cloudless)
+        return spectra[:, 0] @ grid.weights_cm1.T
 
-    def spectra(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms (N, K, V) of the same columns, which a plan with texture keeps."""
-        self.cloudy(thickness_m, sun)
-        return np.stack([self._spectra[sun, tuple(row)] for row in thickness_m.tolist()])
+    def cloudy(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> Array:
+        """Terms (S, N, K, B) of cloudy columns with layers of thickness (N, L) in each of S settings."""
+        self._compute(thickness_m, settings)
+        model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
+        return np.stack([np.stack([self._known.bands[model, one, row] for row in rows]) for one in settings])
 
-    def alone(self, index: int, sun: Sun | None) -> ColumnsAt:
-        """Function from thickness (N,) to columns with cloud in one layer only."""
+    def spectra(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> Array:
+        """Terms (S, N, K, V) of the same columns, which a plan with texture keeps."""
+        self._compute(thickness_m, settings)
+        model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
+        return np.stack([np.stack([self._known.spectra[model, one, row] for row in rows]) for one in settings])
+
+    def _compute(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> None:
+        """Compute the columns that are not known yet, together."""
+        model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
+        keys = [(model, setting, row) for setting in dict.fromkeys(settings) for row in dict.fromkeys(rows)]
+        new = [key for key in keys if key not in self._known.bands]
+        if not new:
+            return
+        different = tuple(dict.fromkeys(setting for _, setting, _ in new))
+        number = {setting: index for index, setting in enumerate(different)}
+        setting_of = np.array([number[setting] for _, setting, _ in new], dtype=np.intp)
+        states = ColumnStates(different, setting_of, np.array([row for *_, row in new]))
+        terms = model.columns(states, self.nodes.wavenumber_cm1)
+        spectra = np.stack([np.asarray(terms[name]) for name in self.quantities.terms], axis=1)
+        self._known.bands.update(zip(new, spectra @ self.nodes.weights_cm1.T, strict=True))
+        if self.plan.texture is not None:
+            self._known.spectra.update(zip(new, spectra, strict=True))
+
+    def alone(self, index: int, settings: Sequence[ColumnSetting]) -> ColumnsAt:
+        """Function from thickness (N,) to columns (N, K, S x B) with cloud in one layer only."""
 
         def columns(thickness_m: Array) -> Array:
             layers = np.zeros((thickness_m.size, len(self.plan.layers)))
             layers[:, index] = thickness_m
-            return self.cloudy(layers, sun)
+            return beside(self.cloudy(layers, settings))
 
         return columns
 
-    def probe(self, sun: Sun | None) -> Array:
-        """Total radiance (N, B) of a few columns that bound the scene."""
-        clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
+    def probe(self, settings: Sequence[ColumnSetting]) -> Array:
+        """Total radiance (S, N, B) of a few columns that bound the scene, in each setting."""
+        total: Array = np.sum(self.clear(settings), axis=1)[:, None]
         if self.plan.waves is not None:
-            clear = np.concatenate((clear, probe_waves(self.plan, self.plan.waves, sun)))
+            waves = [probe_waves(self.plan, self.plan.waves, setting.sun) for setting in settings]
+            total = np.concatenate((total, np.stack(waves)), axis=1)
         extremes = self.plan.assembly.extreme_thicknesses_m
         if extremes.shape[0] == 0:
-            return clear
-        cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)
-        return np.concatenate((clear, cloudy))
+            return total
+        return np.concatenate((total, np.sum(self.cloudy(extremes, settings), axis=2)), axis=1)
 
     def exact(
         self,
         axes: tuple[ThicknessAxis | None, ...],
         pair: LayerPair | None,
-        sun: Sun | None,
-        known: Sequence[ExactColumns] = (),
+        settings: Sequence[ColumnSetting],
+        known: Sequence[Sequence[ExactColumns]] = (),
         tolerance: float = 0.0,
-        few: ExactColumns | None = None,
-    ) -> ExactColumns:
-        """Columns at the exact nodes of all axes; derived from those for other suns or views, or ``few`` streams."""
-        nothing = np.empty((0, len(self.quantities.terms), len(self.plan.bands)))
-        near = known or (() if few is None else (few,))
+        smooth: bool = True,
+    ) -> list[ExactColumns]:
+        """Columns at the exact nodes of all axes, in each of S settings.
+
+        Parameters
+        ----------
+        known : sequence (A) of sequence (S) of ExactColumns
+            Columns from which those of each setting are derived: under other suns, toward other views or of few
+            streams; of several, their combination.
+        tolerance : float
+            For derived columns, of the total of any band.
+        smooth : bool
+            Whether their difference from these is smooth in both thicknesses, where two layers have cloud.
+        """
+        nothing = np.empty((len(settings), 0, len(self.quantities.terms), len(self.plan.bands)))
         alone: list[Array] = []
         for index, axis in enumerate(axes):
-            columns = self.alone(index, sun)
             if axis is None:
                 alone.append(nothing)
-            elif not near:
-                alone.append(columns(axis.exact_m))
+                continue
+            columns = self.alone(index, settings)
+            if known:
+                others = [beside(np.stack([exact.alone[index] for exact in of_settings])) for of_settings in known]
+                values = single_layer(columns, axis.exact_m, np.stack(others), tolerance)
             else:
-                others = np.stack([exact.alone[index] for exact in near])
-                alone.append(single_layer(columns, axis.exact_m, others, tolerance))
-
-        def both_layers(thickness_m: Array) -> Array:
-            return self.cloudy(thickness_m, sun)
-
-        both: Array | None = None
+                values = columns(axis.exact_m)
+            alone.append(apart(values, len(settings)))
+        pairs: Sequence[Array | None] = [None] * len(settings)
         if pair is not None:
-            if known and known[0].both is not None:
-                both = layer_pair(both_layers, pair.low.exact_m, pair.high.exact_m, known[0].both, tolerance)
-            if both is None:
-                both = pair.exact(both_layers, near[0].both if near else None)
-        return ExactColumns(tuple(alone), both)
+            pairs = self._both(pair, settings, known, tolerance if smooth else 0.0)
+        return [ExactColumns(tuple(values[n] for values in alone), both) for n, both in enumerate(pairs)]
 
-    def table(self, axes: tuple[ThicknessAxis | None, ...], exact: ExactColumns, sun: Sun | None) -> InstantTable:
-        """Radiance table at one instant."""
-        clear = self.quantities.of(self.clear(sun))
+    def _both(
+        self,
+        pair: LayerPair,
+        settings: Sequence[ColumnSetting],
+        known: Sequence[Sequence[ExactColumns]],
+        tolerance: float,
+    ) -> list[Array]:
+        """Columns (E, F, K, B) with cloud in two layers, in each setting; by splines if the tolerance is above 0."""
+        near: list[Array | None] = [None] * len(settings)
+        if known:
+            near = [exact.both for exact in known[0]]
+        if tolerance > 0.0:
+            others = beside(np.stack([values for values in near if values is not None]))
+            both = layer_pair(
+                lambda h: beside(self.cloudy(h, settings)), pair.low.exact_m, pair.high.exact_m, others, tolerance
+            )
+            if both is not None:
+                return list(apart(both, len(settings)))
+        return [
+            pair.exact(lambda h, one=setting: self.cloudy(h, [one])[0], values)  # type: ignore[misc]
+            for setting, values in zip(settings, near, strict=True)
+        ]
+
+    def table(self, axes: tuple[ThicknessAxis | None, ...], exact: ExactColumns, clear: Array) -> InstantTable:
+        """Radiance table of one setting, whose clear sky has terms (K, B)."""
+        quantities = self.quantities.of(clear)
         return InstantTable(
-            clear,
+            quantities,
             tuple(
-                np.empty((0, *clear.shape)) if axis is None else self.quantities.of(axis.interpolate(values))
+                np.empty((0, *quantities.shape)) if axis is None else self.quantities.of(axis.interpolate(values))
                 for axis, values in zip(axes, exact.alone, strict=True)
             ),
             exact.both,
         )
 
-    def _to_bands(self, terms: Mapping[str, Array], grid: SpectralNodes) -> Array:
-        """Integrate spectra (..., V) over the bands and stack the terms: (..., K, B)."""
-        weights = grid.weights_cm1.T
-        return np.stack([np.asarray(terms[name]) @ weights for name in self.quantities.terms], axis=-2)
+    def tables(
+        self, axes: tuple[ThicknessAxis | None, ...], exact: Sequence[ExactColumns], settings: Sequence[ColumnSetting]
+    ) -> tuple[InstantTable, ...]:
+        """Radiance tables of some settings."""
+        clear = self.clear(settings)
+        return tuple(self.table(axes, columns, of_clear) for columns, of_clear in zip(exact, clear, strict=True))
+
+
+ColumnKey = tuple[RadianceModel, ColumnSetting, tuple[float, ...]]
+
+
+@dataclass
+class KnownColumns:
+    """Columns that were computed, by model, setting and thicknesses: terms (K, B), and spectra (K, V) for texture."""
+
+    bands: dict[ColumnKey, Array] = field(default_factory=dict)
+    spectra: dict[ColumnKey, Array] = field(default_factory=dict)
+
+
+def beside(values: Array) -> Array:
+    """Put the bands of settings side by side: (S, ..., B) to (..., S x B)."""
+    moved = np.moveaxis(values, 0, -2)
+    return moved.reshape(*moved.shape[:-2], -1)
+
+
+def apart(values: Array, count: int) -> Array:
+    """Undo :func:`beside`: (..., S x B) to (S, ..., B)."""
+    return np.ascontiguousarray(np.moveaxis(values.reshape(*values.shape[:-1], count, -1), -2, 0))

@@ -17,30 +17,27 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, ShadowTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.providers import Sun
 
 FIRST_INTERVALS = 16
 
 
-def compile_shadows(
-    plan: Plan, quantities: Quantities, time_s: Sequence[float], clear: Callable[[Sun | None], Array]
-) -> ShadowTables | None:
+def compile_shadows(plan: Plan, quantities: Quantities, time_s: Sequence[float], clear: Array) -> ShadowTables | None:
     """Compute the shadow tables at the time nodes of the radiance tables; None if there are no shadows.
 
     Parameters
     ----------
-    clear : callable
-        Terms (K, B) of the clear column as in the radiance tables.
+    clear : ndarray (T, K, B)
+        Terms of the clear column as in the radiance tables.
     """
     if not plan.has_shadows:
         return None
     names = sea_sun_terms(plan.assembly.model)
     suns = [plan.sun_at(time) for time in time_s]
-    loss = np.stack([_loss(clear(sun), quantities, names) for sun in suns])
+    loss = np.stack([_loss(terms, quantities, names) for terms in clear])
     wavenumber, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
     spectra = [
         weights * np.sum([np.asarray(terms[name]) for name in names], axis=0)
-        for terms in (plan.assembly.model.clear(wavenumber, sun) for sun in suns)
+        for terms in (plan.assembly.clear(wavenumber, sun) for sun in suns)
     ]
     # Without sunlight there are no weights, and no loss.
     spectra = [

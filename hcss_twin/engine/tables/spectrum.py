@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.thickness_axis import breakpoints
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
-from hcss_twin.plan.assembly import expect, expect_views
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import RadianceModel, Sun, View
+from hcss_twin.providers import Sun, View
+from hcss_twin.providers.column_states import spectra_of
 
 _SEED = 2**17
 
@@ -102,9 +101,8 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     if plan.texture is not None and (plan.texture.water_vapour or not plan.texture.sea_is_proportional(plan.assembly)):
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, state)) for state in states]
-    spectra = partial(_spectra, (*views, *tested))
-    fitted = [partial(spectra, views=views, thickness_m=_first_columns(plan), suns=suns, skies=skies)]
-    known = np.concatenate([fitted[0](state) for state in plans])
+    first = _first_columns(plan)
+    known = np.concatenate([_spectra(in_state, views, first, suns, skies) for in_state in plans])
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
@@ -114,51 +112,29 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         count = TRIED_SUNS + trial
         between = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
         skies = _suns(plan, heights + 1 + trial)
-        fitted.append(partial(spectra, views=tested, thickness_m=thickness, suns=between, skies=skies))
-        tried = fitted[-1](plan)
+        tried = _spectra(plan, tested, thickness, between, skies)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
         away, lit = np.abs(total[:, places] @ nodes.weights_cm1.T - exact), exact > 0.0
         error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
         if error <= TRIAL_SHARE * tolerance:
-            if not views and len(plans) == 1:
-                _foresee(plan, fitted[:-1], CHOICE_SHARE * tolerance)
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))
     return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
 
 
-def _foresee(plan: Plan, fitted: Sequence[Callable[[Plan], Array]], tolerance: float) -> None:
-    """Tell a model that shares columns with other scenes which wavenumbers these will choose."""
-    foresee = getattr(plan.assembly.model, "foresee", None)
-    if foresee is None:
-        return
-
-    def chosen_by(model: RadianceModel) -> Array:
-        other = replace(plan, assembly=replace(plan.assembly, model=model))
-        spectra = np.concatenate([spectra_of(other) for spectra_of in fitted])
-        return choose_nodes(plan.spectral_grid, spectra, tolerance).wavenumber_cm1
-
-    foresee(("tables", plan.spectral_grid.wavenumber_cm1.size), chosen_by)
-
-
 def _spectra(
-    together: Sequence[View],
-    plan: Plan,
-    views: Sequence[View],
-    thickness_m: Array,
-    suns: Sequence[Sun | None],
-    skies: Sequence[Sun | None],
+    plan: Plan, views: Sequence[View], thickness_m: Array, suns: Sequence[Sun | None], skies: Sequence[Sun | None]
 ) -> Array:
     """Terms (N, K, V) of cloudy columns under some suns, and of clear sky under others, toward each view."""
-    spectra = []
-    # Generated one by one: the arrays of one view can take 50 MB.
-    for toward in (plan.toward(view) for view in views) if views else (plan,):
-        expect(toward.assembly.model, suns)
-        expect_views(toward.assembly.model, together)
-        spectra += [_cloudy_spectra(toward, thickness_m, sun) for sun in suns]
-        spectra += [_clear_spectra(toward, sun) for sun in skies]
+    scene, wavenumber = plan.assembly, plan.spectral_grid.wavenumber_cm1
+    cloudless, spectra = np.zeros((1, len(plan.layers))), []
+    for rows, under in ((thickness_m, suns), (cloudless, skies)):
+        for some in scene.together(views or (plan.view,)):
+            settings = [scene.setting(sun, view) for view in some for sun in under]
+            found = spectra_of(scene.model, settings, wavenumber, rows)
+            spectra.append(found.reshape(-1, *found.shape[2:]))
     return np.concatenate(spectra)
 
 
@@ -198,21 +174,6 @@ def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
     if plan.sun_zenith_deg[frame] >= 90.0:
         return others
     return [plan.sun_at(float(plan.frame_times_s[frame])), *(sun for sun in others if sun is None)]
-
-
-def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
-    """Terms of the clear column, (1, K, V)."""
-    spectra = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
-    return np.stack([np.asarray(spectra[name]) for name in plan.assembly.model.terms])[None]
-
-
-def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
-    """Terms of cloudy columns (N, L), (N, K, V)."""
-    wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.assembly.model.terms
-    if not thickness_m.size:
-        return np.empty((0, len(terms), wavenumber.size))
-    spectra = plan.assembly.model.cloudy(wavenumber, thickness_m, sun)
-    return np.stack([np.asarray(spectra[name]) for name in terms], axis=1)
 
 
 def _first_columns(plan: Plan) -> Array:

@@ -15,7 +15,7 @@ from hcss_twin.engine.tables.radiance_tables import InstantTable, TextureTables
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, State, Texture, sea_factors
-from hcss_twin.providers import Sun
+from hcss_twin.providers import ColumnSetting, Sun
 
 Thickness = NDArray[np.float32]
 
@@ -36,7 +36,7 @@ def compile_texture(
     axes: tuple[ThicknessAxis | None, ...],
     pair: LayerPair | None,
     exact: Sequence[ExactColumns],
-    suns: Sequence[Sun | None],
+    settings: Sequence[ColumnSetting],
 ) -> TextureTables | None:
     """Compute the tables of the perturbed states of a scene; None if it has no texture.
 
@@ -46,7 +46,7 @@ def compile_texture(
         Of the scene.
     exact : sequence of ExactColumns (T,)
         Those of the scene, at each time node.
-    suns : sequence of (Sun or None) (T,)
+    settings : sequence of ColumnSetting (T,)
     """
     plan = columns.plan
     texture: Texture | None = plan.texture
@@ -54,14 +54,17 @@ def compile_texture(
         return None
 
     columns_in: dict[State, BandColumns] = {(0.0, 0.0): columns}
-    middle, known, most = len(suns) // 2, dict[State, Array](), len(VAPOUR_PLACES)
+    middle, known, most = len(settings) // 2, dict[State, Array](), len(VAPOUR_PLACES)
+
+    def in_state(state: State, setting: ColumnSetting) -> ColumnSetting:
+        return columns_in[state].plan.assembly.setting(setting.sun, setting.view)
 
     def clear_in(state: State) -> Array:
         state = texture.without_flat(state)
         if state not in columns_in:
             columns_in[state] = columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
         if state not in known:
-            known[state] = columns.quantities.of(columns_in[state].clear(suns[middle]))
+            known[state] = columns.quantities.of(columns_in[state].clear([in_state(state, settings[middle])])[0])
         return known[state]
 
     clear = Expansion(np.stack([clear_in(state) for state in EXPANSION_STATES]))
@@ -73,15 +76,16 @@ def compile_texture(
     if texture.temperature_K > 0.0:
         warm = columns_in[1.0, 0.0]
         if texture.sea_is_proportional(plan.assembly):
-            warm = OverWarmerSea(columns, warm.plan, suns[middle])
-        first = warm.exact(axes, pair, suns[middle], [exact[middle]], tolerance)
+            warm = OverWarmerSea(columns, warm.plan, settings[middle].sun)
+        over_warm = [in_state((1.0, 0.0), setting) for setting in settings]
+        (first,) = warm.exact(axes, pair, [over_warm[middle]], [[exact[middle]]], tolerance)
         # What the sea emits does not depend on the sun.
         perturbed = [first if scene is exact[middle] else scene.plus(first, exact[middle]) for scene in exact]
-        tables.append(tuple(columns_in[1.0, 0.0].table(axes, *one) for one in zip(perturbed, suns, strict=True)))
+        tables.append(columns_in[1.0, 0.0].tables(axes, perturbed, over_warm))
     for vapour_place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
-        drier, scenes = columns_in[0.0, vapour_place], zip(suns, exact, strict=True)
-        perturbed = [drier.exact(axes, pair, sun, [scene], tolerance) for sun, scene in scenes]
-        tables.append(tuple(drier.table(axes, *one) for one in zip(perturbed, suns, strict=True)))
+        drier = columns_in[0.0, vapour_place]
+        in_drier = [in_state((0.0, vapour_place), setting) for setting in settings]
+        tables.append(drier.tables(axes, drier.exact(axes, pair, in_drier, [exact], tolerance), in_drier))
     mixed = np.stack([_ratio(mixed_terms, clear.warm) for mixed_terms in clear.mixed])
     return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, errors[places] + tolerance)
 
@@ -91,12 +95,13 @@ class OverWarmerSea(BandColumns):
 
     def __init__(self, scene: BandColumns, warmer: Plan, sun: Sun | None) -> None:
         super().__init__(warmer, scene.nodes)
-        models = scene.plan.assembly.model, warmer.assembly.model
-        self._scene, self._factors = scene, sea_factors(*models, self.nodes.wavenumber_cm1, sun)
+        scenes = scene.plan.assembly, warmer.assembly
+        self._scene, self._factors = scene, sea_factors(*scenes, self.nodes.wavenumber_cm1, sun)
 
-    def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms of cloudy columns (N, K, B); those of the scene are not solved again."""
-        terms: Array = (self._scene.spectra(thickness_m, sun) * self._factors) @ self.nodes.weights_cm1.T
+    def cloudy(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> Array:
+        """Terms of cloudy columns (S, N, K, B); those of the scene are not solved again."""
+        of_scene = [self._scene.plan.assembly.setting(setting.sun, setting.view) for setting in settings]
+        terms: Array = (self._scene.spectra(thickness_m, of_scene) * self._factors) @ self.nodes.weights_cm1.T
         return terms
 
 

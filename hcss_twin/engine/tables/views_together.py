@@ -10,24 +10,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TextureTables
 from hcss_twin.engine.tables.spectrum import choose_spectrum
-from hcss_twin.engine.tables.thickness_axis import ColumnsAt, Source, place_axis
-from hcss_twin.models.radiance.spectral_grid import SpectralNodes
+from hcss_twin.engine.tables.thickness_axis import Source, place_axis
 from hcss_twin.plan.accuracy import Budget
-from hcss_twin.plan.assembly import expect_views
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import ColumnSetting, Sun, View
 
 PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
 
-TimeNodes = Callable[[BandColumns, Plan, float], tuple[tuple[float, ...], float]]
+VIEWS_TOGETHER = 32
+"""Views whose columns are computed in one call; the memory grows with their number."""
+
+TimeNodes = Callable[[BandColumns, Sequence[View], float], tuple[tuple[float, ...], float]]
 
 
 def may_compile_together(plan: Plan) -> bool:
@@ -59,19 +58,20 @@ def tables_together(
     extreme, edges = views.at(EXTREMES), views.at(EDGES)
     few_streams = replace(plan, assembly=for_spectra(plan.assembly))
     spectrum = choose_spectrum(few_streams, allowed.wavenumbers, extreme, edges)
-    all_views = views.at(plan.views.places)
-    together = list(dict.fromkeys((*extreme, *edges, *all_views)))
-    toward = [_columns(plan, view, together, spectrum.nodes) for view in extreme]
-    times = [time_nodes(columns, columns.plan, allowed.time) for columns in toward]
-    frames, time_error = max((nodes for nodes, _ in times), key=len), max(error for _, error in times)
+    columns = BandColumns(plan, spectrum.nodes)
+    frames, time_error = time_nodes(columns, extreme, allowed.time)
     if len(frames) > 1 and plan.is_grid:
         return None
     suns = [plan.sun_at(time_s) for time_s in frames]
-    sun = suns[len(suns) // 2]
-    source = Source(plan.assembly.entries["radiance"].label, toward[0].quantities.terms)
+    middle = suns[len(suns) // 2]
+
+    def toward(some: Sequence[View], under: Sequence[Sun | None]) -> list[ColumnSetting]:
+        return [plan.assembly.setting(sun, view) for sun in under for view in some]
+
+    source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     levels, share = plan.assembly.profile.altitude_m, PLACED_SHARE * allowed.thickness
     axes = tuple(
-        place_axis(_beside(toward, index, sun), layer, levels, share, source) if cloudy else None
+        place_axis(columns.alone(index, toward(extreme, [middle])), layer, levels, share, source) if cloudy else None
         for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True))
     )
     placed = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
@@ -86,37 +86,24 @@ def tables_together(
         other_instants=allowed.other_instants if len(suns) > 1 else 0.0,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
-    toward += [_columns(plan, view, together, spectrum.nodes) for view in edges]
-    first = [columns.exact(axes, None, sun) for columns in toward]
-    known = [
-        first
-        if other == sun
-        else [
-            columns.exact(axes, None, other, [solved], allowed.other_instants)
-            for columns, solved in zip(toward, first, strict=True)
-        ]
-        for other in suns
-    ]
-    del toward  # and the arrays of their models
-    every = []
-    for view in all_views:
-        columns = _columns(plan, view, together, spectrum.nodes)
-        exact = [columns.exact(axes, None, other, near, derived) for other, near in zip(suns, known, strict=True)]
-        texture = None if plan.texture is None else texture_of(columns, axes, None, exact, suns)
-        tables = tuple(columns.table(axes, solved, other) for solved, other in zip(exact, suns, strict=True))
-        view_tables = RadianceTables(columns.quantities, frames, axes, None, tables, spectrum, errors, texture=texture)
-        every.append(view_tables)
+    near = (*extreme, *edges)
+    first = columns.exact(axes, None, toward(near, [middle]))
+    of_suns, others = {middle: first}, [sun for sun in suns if sun != middle]
+    if others:
+        away = columns.exact(axes, None, toward(near, others), [first * len(others)], allowed.other_instants)
+        of_suns |= {sun: away[n * len(near) : (n + 1) * len(near)] for n, sun in enumerate(others)}
+    all_views, every = views.at(plan.views.places), list[RadianceTables]()
+    for start in range(0, len(all_views), VIEWS_TOGETHER):
+        some = all_views[start : start + VIEWS_TOGETHER]
+        settings = toward(some, suns)
+        known = [[of_suns[sun][number] for sun in suns for _ in some] for number in range(len(near))]
+        exact = columns.exact(axes, None, settings, known, derived)
+        tables = columns.tables(axes, exact, settings)
+        for number, view in enumerate(some):
+            at = slice(number, None, len(some))
+            texture = None
+            if plan.texture is not None:
+                texture = texture_of(columns.of(plan.toward(view)), axes, None, exact[at], settings[at])
+            of_view = RadianceTables(columns.quantities, frames, axes, None, tables[at], spectrum, errors)
+            every.append(replace(of_view, texture=texture))
     return replace(every[0], over_views=tuple(every))
-
-
-def _columns(plan: Plan, view: View, together: Sequence[View], nodes: SpectralNodes) -> BandColumns:
-    """Return the columns toward one of several views."""
-    toward = plan.toward(view)
-    expect_views(toward.assembly.model, together)
-    return BandColumns(toward, nodes)
-
-
-def _beside(toward: Sequence[BandColumns], index: int, sun: Sun | None) -> ColumnsAt:
-    """Return columns (N, K, A x B) toward A views, with cloud in one layer."""
-    of_views = [columns.alone(index, sun) for columns in toward]
-    return lambda thickness_m: np.concatenate([columns(thickness_m) for columns in of_views], axis=-1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hcss_twin.core.arrays import Array
@@ -10,9 +12,11 @@ from hcss_twin.engine.tables.radiance_tables import Quantities, WaveTables
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import wind_sense
+from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves
-from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.providers import Sun
+from hcss_twin.providers.column_states import spectra_of
 
 FLOOR = 1e-6
 """Fraction of the total below which a term is not interpolated logarithmically."""
@@ -81,26 +85,29 @@ class _Columns:
 
     def __call__(self, upwind: Array, crosswind: Array) -> Array:
         """Terms (N, M, K, B) at slopes (N,) and (M,) relative to the table limits, crosswind clockwise from upwind."""
-        found = np.stack([self._at(float(u), float(c)) for u in upwind for c in crosswind])
-        return found.reshape(upwind.size, crosswind.size, *found.shape[1:])
+        keys = [(float(u), float(c)) for u in upwind for c in crosswind]
+        new = [key for key in dict.fromkeys(keys) if key not in self._known]
+        self._known.update(zip(new, self._clear([self._tilted(*key) for key in new]), strict=True))
+        found = np.stack([self._known[key] for key in keys])
+        terms: Array = found.reshape(upwind.size, crosswind.size, *found.shape[1:])
+        return terms
 
     def level(self) -> Array:
         """Terms (K, B) over the mean sea."""
-        return self._to_bands(self._plan.assembly.model)
+        return self._clear([self._plan.assembly])[0]
 
-    def _at(self, upwind: float, crosswind: float) -> Array:
-        key = upwind, crosswind
-        if key not in self._known:
-            assembly = self._plan.assembly
-            tilt = upwind * self._reach[0], self._sense * crosswind * self._reach[1]
-            sea = assembly.sea.tilted(*tilt, self._size_m)  # type: ignore[attr-defined]
-            self._known[key] = self._to_bands(assembly.model_over(sea))
-        return self._known[key]
+    def _tilted(self, upwind: float, crosswind: float) -> Assembly:
+        assembly = self._plan.assembly
+        tilt = upwind * self._reach[0], self._sense * crosswind * self._reach[1]
+        return assembly.over_sea(assembly.sea.tilted(*tilt, self._size_m))  # type: ignore[attr-defined]
 
-    def _to_bands(self, model: RadianceModel) -> Array:
-        grid = self._plan.spectral_grid
-        terms = model.clear(grid.wavenumber_cm1, self._sun)
-        return np.stack([np.asarray(terms[name]) @ grid.weights_cm1.T for name in model.terms])
+    def _clear(self, scenes: Sequence[Assembly]) -> Array:
+        """Terms (N, K, B) of clear sky over each sea."""
+        grid, assembly = self._plan.spectral_grid, self._plan.assembly
+        settings, cloudless = [scene.setting(self._sun) for scene in scenes], np.zeros((1, len(assembly.layers)))
+        spectra = spectra_of(assembly.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
+        terms: Array = spectra @ grid.weights_cm1.T
+        return terms
 
 
 def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]:

@@ -50,6 +50,9 @@ hundred times streams times azimuth modes between cloud and sea."""
 _VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
 
+_COLUMNS_AT_ONCE = 32
+"""Columns whose clouds are in memory at once."""
+
 _KEPT_BETWEEN_VIEWS = 2**18
 """Transmittances of legs in memory of an air that many views share: most legs are of one view."""
 
@@ -157,8 +160,10 @@ class SettingColumns:
             for name, values in self._clear(wavenumber_cm1, sun).items():
                 result[name][~cloudy] = values
         if np.any(cloudy):
-            for name, values in self._cloudy(wavenumber_cm1, thickness_m[cloudy], sun, suns, views).items():
-                result[name][cloudy] = values
+            rows = np.flatnonzero(cloudy)
+            for some in (rows[first : first + _COLUMNS_AT_ONCE] for first in range(0, rows.size, _COLUMNS_AT_ONCE)):
+                for name, values in self._cloudy(wavenumber_cm1, thickness_m[some], sun, suns, views).items():
+                    result[name][some] = values
         return result
 
     def _clear(self, wavenumber_cm1: Array, sun: Sun | None) -> dict[str, Array]:
