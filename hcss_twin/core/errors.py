@@ -38,10 +38,6 @@ class CubeError(HcssError):
     """A cube file cannot be written or read."""
 
 
-class SweepError(HcssError):
-    """A sweep cannot be written or computed."""
-
-
 class ImageError(HcssError):
     """An image cannot be evaluated because of its shape, type or values."""
 

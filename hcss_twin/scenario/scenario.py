@@ -39,7 +39,8 @@ UNCERTAIN = "uncertain"
 
 _NOT_ONE_SCENE = (
     "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes and `hcss validate FILE` checks; "
-    "allowed here: a file without this section"
+    f"allowed here: a file without this section. The command comes with {COMMANDS['sweep']}: "
+    f"{how_to_install(COMMANDS['sweep'])}"
 )
 
 _NOT_CERTAIN = (

@@ -11,6 +11,7 @@ from hcss_payload.live.supported import require_supported
 from payload_scenes import radiometer_of
 
 import hcss_twin
+from hcss_twin.core.errors import ScenarioError
 from hcss_twin.physics.geodesy import to_earth_centred
 
 SIZE = 96
@@ -198,17 +199,17 @@ def test_cloud_weakens_a_target_below_by_its_optical_thickness():
 
 def test_what_live_frames_cannot_show_is_refused_by_name():
     camera, orbit, track = of_orbit(16)
-    with pytest.raises(PayloadError, match="coverage_mode = 'frame', which has no meaning"):
+    with pytest.raises(ScenarioError, match=r"coverage_mode: .* cannot be computed with live frames; allowed: 'field'"):
         LiveTwin(scene(clouds={"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"}), camera)
     twin = LiveTwin(scene(), camera)
     assert twin.omissions[0].what == "texture of the sea's temperature"  # on by default in cubes
     assert 0.0 < twin.omissions[0].size < 0.01
     assert twin.omissions[0] in twin.plan.omissions
     assert twin.plan.texture is None
-    with pytest.raises(PayloadError, match=r"sea\.temperature_texture"):
+    with pytest.raises(ScenarioError, match=r"sea\.temperature_texture"):
         LiveTwin(scene(sea=SEA | {"temperature_texture": 0.3}), camera)
     for part, name in ({"light": object()}, "radiance.light"), ({"rays": object()}, "camera"):
-        with pytest.raises(PayloadError, match=name):
+        with pytest.raises(ScenarioError, match=name):
             require_supported(replace(twin.plan, **part))
     with pytest.raises(PayloadError, match="start_s, end_s: 0 to 31 s; allowed: within 0 to 30 s"):
         twin.prepare(orbit, track, 0.0, 31.0)

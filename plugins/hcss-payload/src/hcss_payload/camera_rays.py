@@ -35,6 +35,7 @@ from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.rays import NOWHERE, Range, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import reference_height_m
@@ -84,35 +85,28 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
 
 def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
     """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    _require_no_other_view(scenario)
+    require_none("[camera], which has its own view and parallax", excluded_beside_camera(scenario), "no [camera]")
     return CameraRays(scenario, payload, catalog)
 
 
-def _require_no_other_view(scenario: Scenario) -> None:
-    view, platform, motion = scenario.view, scenario.platform, scenario.motion
-    given = {
-        "view.zenith": view.zenith != 0.0,
-        "view.azimuth": view.azimuth != 0.0,
-        "motion.platform_speed": motion.platform_speed != 0.0,
-        "image.window": scenario.image.window is not None,
-        "slant.parallax": scenario.slant.parallax,
-        "slant.shadows": scenario.slant.shadows,
-        "output.derived": bool(scenario.output.derived),
-        **{f"platform.{name}": getattr(platform, name) is not None for name in type(platform).model_fields},
-    }
-    problems = [
-        Problem(
-            name,
-            "given together with [camera]; allowed: without it (the camera has its own view and parallax, and "
-            "cannot show shadows or derived variables)",
-        )
-        for name, present in given.items()
-        if present
-    ]
-    if scenario.sea.waves == "resolved":
-        problems.append(Problem("sea.waves", "'resolved' with [camera]; allowed: 'averaged'; closest is 'averaged'"))
-    if problems:
-        raise ScenarioError(problems)
+def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with a camera in orbit."""
+    view, platform, slant = scenario.view, scenario.platform, scenario.slant
+    speed, resolved = scenario.motion.platform_speed != 0.0, scenario.sea.waves == "resolved"
+    return (
+        Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
+        Excluded("view.azimuth", view.azimuth != 0.0, "another view", "to leave it out"),
+        *(
+            Excluded(f"platform.{name}", getattr(platform, name) is not None, "another view", "to leave it out")
+            for name in type(platform).model_fields
+        ),
+        Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
+        Excluded("image.window", scenario.image.window is not None, "a part of a grid", "to leave it out"),
+        Excluded("slant.parallax", slant.parallax, "parallax of flat layers", "false"),
+        Excluded("slant.shadows", slant.shadows, "shadows", "false"),
+        Excluded("output.derived", bool(scenario.output.derived), "a derived variable", "none"),
+        Excluded("sea.waves", resolved, "a sea of resolved waves", "'averaged'; closest is 'averaged'"),
+    )
 
 
 class CameraRays(Rays):

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.posterior_file import PARAMETERS, Posterior, read_posterior
+from hcss_sweep.axis import axis_of
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.sweeps.axis import axis_of
 
 _OF_POPULATION = ("mean_", "spread_")
 

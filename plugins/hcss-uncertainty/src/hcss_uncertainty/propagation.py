@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from hcss_sweep.points import sea_groups
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
@@ -24,7 +25,6 @@ from hcss_twin.engine.simulate import run
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.points import sea_groups
 from hcss_uncertainty.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,

@@ -82,8 +82,8 @@ class LiveTwin:
 
     Raises
     ------
-    PayloadError
-        If the scenario has what live frames cannot show.
+    ScenarioError
+        If the scenario has what live frames cannot show; names the fields.
     """
 
     def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
