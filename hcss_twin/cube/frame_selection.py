@@ -163,7 +163,7 @@ def _planes(dataset: xr.Dataset, name: str, kind: str, bands: Sequence[str]) -> 
         if bands:
             raise CubeError(f"band '{bands[0]}': {name} is the same for all bands; allowed: none")
         return tuple(range(dataset.sizes[kind])) if kind else (0,)
-    known = [str(each) for each in dataset["band"].to_numpy()]
+    known = [str(band) for band in dataset["band"].to_numpy()]
     for band in bands:
         if band not in known:
             raise CubeError(f"band '{band}': the cube has no such band; {choose_from(band, known)}")

@@ -153,7 +153,7 @@ def test_the_answer_in_json_names_the_files(cube):
 
 
 def test_the_only_image_of_a_cube_need_not_be_named(tmp_path):
-    spec = tuple(each for each in example_header().variables if each.name == "cloud_thickness")
+    spec = tuple(variable for variable in example_header().variables if variable.name == "cloud_thickness")
     cube = write(tmp_path / "t.nc", variables=spec)
     assert export_cube(cube, "fits").files[0].name == "t_cloud_thickness.fits"
 

@@ -198,7 +198,7 @@ def test_pixels_of_a_frame_lie_where_the_cube_says(cube, tmp_path, to, frame):
         assert shift == 3000.0 * (0.0, 0.5, 1.25)[frame]
         east, north = float(dataset["x"][5]) + shift, float(dataset["y"][-2])
         expected = to_geographic(np.array([east]), np.array([north]), -62.0, 135.0)
-    assert (latitude, longitude) == pytest.approx([float(each[0]) for each in expected], abs=1e-8)
+    assert (latitude, longitude) == pytest.approx([float(coordinate[0]) for coordinate in expected], abs=1e-8)
 
 
 def test_frames_in_several_places_have_none_in_one_envi_file(cube, tmp_path):

@@ -31,13 +31,13 @@ def computed(monkeypatch, count, work, warm_up_s=0.0, most=2):
 
 def test_long_points_are_shared_by_processes(monkeypatch):
     outcomes = list(computed(monkeypatch, 6, lambda _: time.sleep(0.2)))
-    assert sorted(each.point for each in outcomes) == list(range(6))
-    assert len({each.file for each in outcomes}) == 2
+    assert sorted(outcome.point for outcome in outcomes) == list(range(6))
+    assert len({outcome.file for outcome in outcomes}) == 2
 
 
 def test_points_that_take_less_than_a_start_stay_in_one_process(monkeypatch):
     outcomes = list(computed(monkeypatch, 20, lambda _: None, warm_up_s=60.0))
-    assert len({each.file for each in outcomes}) == 1
+    assert len({outcome.file for outcome in outcomes}) == 1
 
 
 def test_a_point_whose_process_dies_is_computed_once_more_alone(monkeypatch, tmp_path):
@@ -50,9 +50,9 @@ def test_a_point_whose_process_dies_is_computed_once_more_alone(monkeypatch, tmp
             os._exit(9)
 
     outcomes = list(computed(monkeypatch, 5, work))
-    assert sorted(each.point for each in outcomes) == list(range(5))
-    assert {each.point for each in outcomes[-2:]} == {1, 2}
-    assert [each.point for each in outcomes if each.error == local_workers.DIED_TWICE] == [1]
+    assert sorted(outcome.point for outcome in outcomes) == list(range(5))
+    assert {outcome.point for outcome in outcomes[-2:]} == {1, 2}
+    assert [outcome.point for outcome in outcomes if outcome.error == local_workers.DIED_TWICE] == [1]
 
 
 def test_processes_end_with_the_sweep(monkeypatch):
@@ -60,4 +60,4 @@ def test_processes_end_with_the_sweep(monkeypatch):
     seen = {int(next(outcomes).file) for _ in range(4)}
     outcomes.close()
     assert len(seen) == 2
-    assert not any(psutil.pid_exists(each) for each in seen)
+    assert not any(psutil.pid_exists(process) for process in seen)

@@ -22,12 +22,12 @@ def test_scenes_that_differ_in_more_than_the_sea_temperature_are_other_groups_an
     ]
     groups = sea_groups([*scenarios, Scenario.load("stratus", {"sea.wind_speed": 7.0})])
     assert groups[-1] is None
-    assert all(isinstance(each, SeaTemperatures) for each in groups[:-1])
+    assert all(isinstance(group, SeaTemperatures) for group in groups[:-1])
     assert groups[0].group == groups[7].group
-    assert len({groups[place].group for place in (0, 8, 16)}) == 3
+    assert len({groups[number].group for number in (0, 8, 16)}) == 3
     assert not groups[0].afresh
     assert groups[1].afresh == groups[17].afresh == ALL_COLUMNS
-    assert {each.afresh for each in groups[2:8]} <= {0, AFRESH_COLUMNS}
+    assert {group.afresh for group in groups[2:8]} <= {0, AFRESH_COLUMNS}
     without_certificates = sea_groups(scenarios, certified=False)
     assert without_certificates[0].group == without_certificates[8].group != without_certificates[16].group
-    assert not any(each.afresh for each in without_certificates)
+    assert not any(group.afresh for group in without_certificates)

@@ -98,18 +98,18 @@ def test_a_dataset_has_every_cube_at_its_place(tmp_path):
         assert data.radiance.dims == ("start_time", "clouds_coverage", "seed", "time", "band", "y", "x")
         for record in result.points:
             start, coverage, seed = record.values.values()
-            here = data.sel(clouds_coverage=coverage, seed=seed, start_time=np.datetime64(start[:-1]))
+            at_point = data.sel(clouds_coverage=coverage, seed=seed, start_time=np.datetime64(start[:-1]))
             with open_cube(result.cube(record.point)) as cube:
                 for name in ("radiance", "cloud_mask"):
-                    np.testing.assert_array_equal(here[name], cube[name])
-                    assert here[name].dtype == cube[name].dtype
+                    np.testing.assert_array_equal(at_point[name], cube[name])
+                    assert at_point[name].dtype == cube[name].dtype
                 for name in ("x", "y", "wavelength", "latitude", "solar_zenith_angle", "sensor_zenith_angle"):
-                    np.testing.assert_array_equal(here[name], cube[name])
-                np.testing.assert_array_equal(here.frame_time, cube.time)
-                np.testing.assert_array_equal(here.elapsed_time, [0.0, 1.0])
-                assert here.point_scenario.item() == cube.attrs["hcss_scenario"]
-                assert here.point_number.item() == record.point
-                assert here.point_state.item() == 0
+                    np.testing.assert_array_equal(at_point[name], cube[name])
+                np.testing.assert_array_equal(at_point.frame_time, cube.time)
+                np.testing.assert_array_equal(at_point.elapsed_time, [0.0, 1.0])
+                assert at_point.point_scenario.item() == cube.attrs["hcss_scenario"]
+                assert at_point.point_number.item() == record.point
+                assert at_point.point_state.item() == 0
                 assert data.attrs["hcss_versions"] == cube.attrs["hcss_versions"]
         assert data.radiance.sel(band="lwir-10.8").shape == (2, 2, 2, 2, 6, 8)
         # What does not differ has no dimension of the sweep.

@@ -17,7 +17,7 @@ def values(given, key="view.zenith"):
 def test_a_range_has_its_ends_and_equal_steps():
     assert values({"from": 0.1, "to": 0.9, "steps": 5}) == (0.1, 0.3, 0.5, 0.7, 0.9)
     assert values({"from": 60, "to": 0, "steps": 4}) == (60, 40, 20, 0)
-    assert all(isinstance(each, int) for each in values({"from": 0, "to": 60, "steps": 4}))
+    assert all(isinstance(value, int) for value in values({"from": 0, "to": 60, "steps": 4}))
     assert values({"from": 0, "to": 1, "steps": 3}) == (0, 0.5, 1)
 
 
@@ -33,7 +33,7 @@ def test_a_range_of_instants_keeps_their_zone():
     start = datetime.fromisoformat("2024-01-01T12:00:00+10:00")
     got = values({"from": start, "to": start + timedelta(days=90), "steps": 4}, "time")
     assert got == tuple(start + timedelta(days=30 * n) for n in range(4))
-    assert {each.utcoffset() for each in got} == {timedelta(hours=10)}
+    assert {moment.utcoffset() for moment in got} == {timedelta(hours=10)}
     assert values({"from": start.isoformat(), "to": "2024-01-03T12:00:00+10:00", "steps": 3}, "time")[1] == (
         start + timedelta(days=1)
     )
@@ -73,7 +73,7 @@ def test_draws_depend_on_seed_and_key_and_nothing_else():
 def test_drawn_instants_lie_between_their_ends():
     low, high = datetime(2024, 1, 1, tzinfo=UTC), datetime(2024, 12, 31, tzinfo=UTC)
     drawn = values({"distribution": "uniform", "from": low, "to": high, "samples": 50}, "time")
-    assert all(low <= each <= high for each in drawn)
+    assert all(low <= moment <= high for moment in drawn)
     assert len(set(drawn)) == 50
 
 

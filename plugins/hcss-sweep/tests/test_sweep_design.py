@@ -48,7 +48,7 @@ def test_quoted_and_nested_keys_are_the_same(tmp_path):
     for text in texts:
         (tmp_path / "sweep.toml").write_text(base + text)
         made = points_of(Design.load(tmp_path / "sweep.toml"))
-        assert [list(each.values.values()) for each in made] == [[0.1, 1], [0.1, 2], [0.9, 1], [0.9, 2]]
+        assert [list(point.values.values()) for point in made] == [[0.1, 1], [0.1, 2], [0.9, 1], [0.9, 2]]
         digests.add(digest_of(made))
     assert len(digests) == 1
 

@@ -19,13 +19,13 @@ from hcss_twin.engine.compile import table_key
 def test_everything_is_done_once_and_no_group_is_begun_twice_before_one_of_it_succeeded(
     groups, workers, opened, random
 ):
-    schedule = Schedule(list(enumerate(groups)), lambda each: each[1], opened)
+    schedule = Schedule(list(enumerate(groups)), lambda item: item[1], opened)
     under_way, done, succeeded = [], [], set(opened)
     while True:
         while len(under_way) < workers and (following := schedule.next()) is not None:
             index, (number, group) = following
             assert index == number
-            assert group in succeeded or group not in [groups[each] for each in under_way]
+            assert group in succeeded or group not in [groups[number] for number in under_way]
             under_way.append(number)
         if not under_way:
             break

@@ -153,10 +153,10 @@ class CameraRays(Rays):
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
         self.image = Grid(self.camera.rows, self.camera.columns, float(np.median(footprints)))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
-        own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
+        points_wanted = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
         self.integration_s, self.instants = self._shutter.integration_s, self._shutter.instants
         instants = self.instants
-        self.samples_per_pixel = -(-(payload.points or own) // instants) * instants
+        self.samples_per_pixel = -(-(payload.points or points_wanted) // instants) * instants
         self.notes = (
             *NOTES,
             *self.notes,
@@ -254,8 +254,8 @@ class CameraRays(Rays):
         """Return the positions of pixels in the rectangle of the pass; raises :class:`PayloadError` outside it."""
         rays = self._geometry(time_s).window(*window)
         ground = rays.kind == GROUND
-        seen = (np.where(ground[..., None], each, 1.0) for each in (rays.toward, rays.position_m))
-        x, y = (np.where(ground, each, np.nan) for each in self.directions.places(*seen))
+        seen = (np.where(ground[..., None], vector, 1.0) for vector in (rays.toward, rays.position_m))
+        x, y = (np.where(ground, coordinate, np.nan) for coordinate in self.directions.places(*seen))
         if np.any(np.abs(x) > 1.0 + OUTSIDE) or np.any(np.abs(y) > 1.0 + OUTSIDE):
             raise PayloadError(
                 f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; "
@@ -272,12 +272,12 @@ class CameraRays(Rays):
         toward, position_m = geometry.nodes()
         if not toward.size or geometry.sees_limb:
             return None
-        x, y = (_range(each) for each in self.directions.places(toward, position_m))
+        x, y = (_range(coordinate) for coordinate in self.directions.places(toward, position_m))
         return x, y
 
     def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
         """Return the exact view of pixels."""
-        row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
+        row, column = (np.asarray(numbers, dtype=np.float64) for numbers in (rows, columns))
         rays = self._geometry(time_s).exact(row, column)
         if isinstance(self.directions, Disk | ZonalDisk):
             return self.directions.views_of(rays.position_m)
@@ -318,11 +318,11 @@ class CameraRays(Rays):
         """Return the area of a pixel across its line of sight, at the distance of a point or else of the ground."""
         geometry, at = self._geometry(time_s), (np.float64(row - 0.5), np.float64(column - 0.5))
         ray = self.camera.directions(*at)  # type: ignore[arg-type]
-        axis = self.camera.directions(*(np.float64(each) for each in self.camera.centre))  # type: ignore[arg-type]
+        axis = self.camera.directions(*(np.float64(coordinate) for coordinate in self.camera.centre))  # type: ignore[arg-type]
         if point_m is None:
             seen = geometry.exact(*at).position_m  # type: ignore[arg-type]
         else:
-            seen = self._position_m(*(np.array(each) for each in point_m))[0]
+            seen = self._position_m(*(np.array(coordinate) for coordinate in point_m))[0]
         distance = float(np.linalg.norm(geometry.pose.position_m - seen))
         # A detector sees the solid angle pitch^2 cos^3 / focal length^2.
         return distance**2 * self.camera.pixel_rad**2 * float(ray @ axis) ** 3

@@ -91,16 +91,16 @@ def whole_disk(
             _require_night(scenario, seen, times_s)
         return None
     instants = np.unique(times_s[[0, times_s.size // 2, -1]])
-    below = tuple(float(each) for each in surface_place(camera))
+    below = tuple(float(degrees) for degrees in surface_place(camera))
     track = SunTrack(scenario.time, below[0], below[1])
     disk = disk_around(seen.toward, seen.limit_deg, (below[0], below[1]), camera, track, tuple(instants.tolist()))
     edge = np.linspace(-1.0, 1.0, 9).tolist()
     lit = any(sun is not None for view in disk.at([(x, y) for x in edge for y in edge]) for sun in disk.suns(view))
     if not (lit or climate):
         return None
-    place = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
+    centre_m = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
     under = camera / np.linalg.norm(camera)
-    apart = np.degrees(np.arccos(np.clip(place @ under / np.linalg.norm(place), -1.0, 1.0)))
+    apart = np.degrees(np.arccos(np.clip(centre_m @ under / np.linalg.norm(centre_m), -1.0, 1.0)))
     zenith = np.arccos(seen.toward[:, 2].min()) if seen.limit_deg is None else np.radians(seen.limit_deg)
     reach = np.degrees(zenith - np.arcsin(SEMI_MAJOR_AXIS_M / np.linalg.norm(camera) * np.sin(zenith)))
     if apart + reach > FARTHEST_DEG:

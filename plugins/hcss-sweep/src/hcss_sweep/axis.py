@@ -42,10 +42,10 @@ def span_of(*given: Any) -> Span:
     instants = tuple(map(_read_instant, given))
     if all(isinstance(instant, datetime) for instant in instants):
         return _instants(instants)
-    if all(isinstance(each, int | float) and not isinstance(each, bool) for each in given):
-        whole = all(isinstance(each, int) for each in given)
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in given):
+        whole = all(isinstance(value, int) for value in given)
         return Span(tuple(map(float, given)), lambda number: _plain(number, whole))
-    matches = [_WITH_UNIT.fullmatch(each) if isinstance(each, str) else None for each in given]
+    matches = [_WITH_UNIT.fullmatch(value) if isinstance(value, str) else None for value in given]
     units = {match.group(2) for match in matches if match is not None}
     if None in matches or len(units) != 1:
         listed = ", ".join(map(shown, given))
@@ -72,15 +72,15 @@ def _plain(number: float, whole: bool) -> float | int:
 
 def _instants(given: tuple[Any, ...]) -> Span:
     first: datetime = given[0]
-    for each in given:
-        if each.utcoffset() is None:
-            closest = f"{each.isoformat()}+00:00"
-            raise ValueError(f"{each.isoformat()} has no zone; closest valid choice is {closest}")
+    for moment in given:
+        if moment.utcoffset() is None:
+            closest = f"{moment.isoformat()}+00:00"
+            raise ValueError(f"{moment.isoformat()} has no zone; closest valid choice is {closest}")
 
     def instant(number: float) -> datetime:
         return first + timedelta(seconds=round(number, 6))
 
-    return Span(tuple((each - first).total_seconds() for each in given), instant, True)
+    return Span(tuple((moment - first).total_seconds() for moment in given), instant, True)
 
 
 MAX_VALUES = 100_000
@@ -158,11 +158,11 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
     _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
     samples = _whole(given, "samples", 1, MAX_VALUES)
     # Axes with the same seed must not be correlated.
-    own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
-    seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(own,))
+    key_of_axis = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
+    seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(key_of_axis,))
     share = np.random.default_rng(seed).random(samples)
     present = [parameter for parameter in parameters if parameter in given]
-    span = span_of(*(given[each] for each in present))
+    span = span_of(*(given[parameter] for parameter in present))
     numbers = _quantiles(name, dict(zip(present, span.numbers, strict=True)), share, span)
     return tuple(span.value(float(number)) for number in numbers)
 

@@ -48,9 +48,9 @@ class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no typ
 
 def compute_on_worker(task: PointTask) -> PointOutcome:
     """Compute a point when it is its turn."""
-    here = get_worker().plugins[PointWorker.name]
-    with here.turn:
-        return compute(task, here.cache)
+    worker = get_worker().plugins[PointWorker.name]
+    with worker.turn:
+        return compute(task, worker.cache)
 
 
 class SweepCluster:
@@ -84,9 +84,9 @@ class SweepCluster:
                     following = list(islice(iter(schedule.next, None), max(0, room)))
                 if not under_way and not following:
                     alone, following, suspects = True, suspects[:workers], suspects[workers:]
-                for each in following:
-                    future = self._submit(each[1])
-                    under_way[future] = each
+                for numbered_task in following:
+                    future = self._submit(numbered_task[1])
+                    under_way[future] = numbered_task
                     finished.add(future)
                 if not under_way:
                     return
@@ -137,7 +137,11 @@ class SweepCluster:
                 continue
             if isinstance(theirs, BaseException):
                 raise SweepError(f"the worker at {address} fails: {type(theirs).__name__}: {theirs}")
-            other = [f"{name} {theirs.get(name)}, here {own}" for name, own in mine.items() if theirs.get(name) != own]
+            other = [
+                f"{name} {theirs.get(name)}, here {version}"
+                for name, version in mine.items()
+                if theirs.get(name) != version
+            ]
             if other:
                 raise SweepError(
                     f"the worker at {address} has other versions, which may round differently: {'; '.join(other)}"

@@ -71,10 +71,10 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
 
     Raises SweepError if another file has this name, or its folder does not exist.
     """
-    own = path.absolute().parent == folder.absolute()
-    if own and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
+    is_in_folder = path.absolute().parent == folder.absolute()
+    if is_in_folder and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
         raise SweepError(f"cannot write {path}: the sweep has another file of that name; allowed: another name")
-    if not own and not path.absolute().parent.is_dir():
+    if not is_in_folder and not path.absolute().parent.is_dir():
         raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
     require_file(path, SweepError, "NetCDF")
     if not path.exists() or force:
@@ -151,8 +151,8 @@ class _Writer:
             target.createDimension(name, len(axis.values))
         for name, dimension in template.dimensions.items():
             target.createDimension(name, dimension.size)
-        for place, axis in enumerate(self._design.axes):
-            self._define_swept(place, axis.key)
+        for number, axis in enumerate(self._design.axes):
+            self._define_swept(number, axis.key)
         self._define_of_points("point_number", "i4", "number of the point")
         state = self._define_of_points("point_state", "i1", "outcome of the point")
         state.setncatts({"flag_values": np.array([0, 1], np.int8), "flag_meanings": "done failed"})
@@ -169,12 +169,12 @@ class _Writer:
         variable.setncatts({"long_name": long_name, "coverage_content_type": "auxiliaryInformation"})
         return variable
 
-    def _define_swept(self, place: int, key: str) -> None:
+    def _define_swept(self, axis_number: int, key: str) -> None:
         shape = self._design.shape
-        step = int(np.prod(shape[place + 1 :]))
-        values = [self._records[number * step].values[key] for number in range(shape[place])]
+        step = int(np.prod(shape[axis_number + 1 :]))
+        values = [self._records[number * step].values[key] for number in range(shape[axis_number])]
         numbers, kind, attributes = swept_coordinate(key, values)
-        name, fill = self._dims[place], None if kind is str else False
+        name, fill = self._dims[axis_number], None if kind is str else False
         coordinate = self._target.createVariable(name, kind, (name,), fill_value=fill)
         coordinate.setncatts(attributes)
         coordinate[:] = np.array(numbers, dtype=object if kind is str else kind)
@@ -350,7 +350,7 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
                 other.set_auto_maskandscale(False)
                 _require_same_layout(layout, _layout(other), numbers[0], number)
                 for name in sorted({*first.ncattrs(), *other.ncattrs()} - NOT_COMPARED):
-                    one, another = (getattr(each, name, None) for each in (first, other))
+                    one, another = (getattr(cube, name, None) for cube in (first, other))
                     if one != another:
                         known = another if one is None else one
                         attributes[name] = str if isinstance(known, str) else "f8"
@@ -368,10 +368,15 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
 
 def _layout(cube: Any) -> dict[str, tuple[str, tuple[str, ...], tuple[int, ...]]]:
     return {
-        name: (" ".join([str(each.dtype), *(f"{key} {getattr(each, key)}" for key in PACKING if hasattr(each, key))]),
-               each.dimensions, each.shape)
-        for name, each in cube.variables.items()
-    }  # fmt: skip
+        name: (
+            " ".join(
+                [str(variable.dtype), *(f"{key} {getattr(variable, key)}" for key in PACKING if hasattr(variable, key))]
+            ),
+            variable.dimensions,
+            variable.shape,
+        )
+        for name, variable in cube.variables.items()
+    }
 
 
 def _require_same_layout(first: Mapping[str, Any], other: Mapping[str, Any], one: int, another: int) -> None:

@@ -99,7 +99,7 @@ class Design:
         if not isinstance(section, Mapping):
             raise ScenarioError([Problem(SWEEP, f"{shown(section)} is not a table; {_ALLOWED}")], origin)
         options = {name: section[name] for name in _OPTIONS if name in section}
-        keys = {name: each for name, each in section.items() if name not in _OPTIONS}
+        keys = {name: content for name, content in section.items() if name not in _OPTIONS}
         given = {**joined_keys(keys, _is_nested), **over}
         problems = list(_option_problems(options))
         axes = []
@@ -132,7 +132,7 @@ _ALLOWED = f'allowed: keys of a scenario, for example "view.zenith", each with {
 
 def _is_nested(table: Mapping[str, Any]) -> bool:
     # Ranges, distributions and ensembles contain scalar values.
-    return all(isinstance(each, list | tuple | Mapping) for each in table.values())
+    return all(isinstance(item, list | tuple | Mapping) for item in table.values())
 
 
 def joined_keys(
@@ -140,11 +140,11 @@ def joined_keys(
 ) -> dict[str, Any]:
     """Join keys of nested tables by dots: TOML reads ``view.zenith = [...]`` as a table in a table."""
     joined: dict[str, Any] = {}
-    for name, each in section.items():
-        if isinstance(each, Mapping) and each and is_nested(each):
-            joined.update(joined_keys(each, is_nested, f"{path}{name}."))
+    for name, content in section.items():
+        if isinstance(content, Mapping) and content and is_nested(content):
+            joined.update(joined_keys(content, is_nested, f"{path}{name}."))
         else:
-            joined[f"{path}{name}"] = each
+            joined[f"{path}{name}"] = content
     return joined
 
 
@@ -194,8 +194,8 @@ def key_problems(
     options: Sequence[str] = (),
 ) -> Iterator[Problem]:
     """Yield an error for each unknown or overlapping key of ``[sweep]`` or ``[uncertain]``."""
-    for place, key in enumerate(keys):
-        for other in keys[:place]:
+    for number, key in enumerate(keys):
+        for other in keys[:number]:
             if keys_overlap(key, other):
                 yield Problem(f"{section}.{key}", f"overlaps {other}, which is {adjective}, too; allowed: one of them")
         for other in overrides:

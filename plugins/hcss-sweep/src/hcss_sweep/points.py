@@ -102,7 +102,7 @@ def _described(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]
 def ranges(numbers: Iterable[int]) -> str:
     """Format increasing numbers as ``0, 3 to 7, 9``, shortened if there are many."""
     texts = []
-    for _, group in groupby(enumerate(numbers), key=lambda each: each[1] - each[0]):
+    for _, group in groupby(enumerate(numbers), key=lambda numbered: numbered[1] - numbered[0]):
         members = [number for _, number in group]
         texts.append(f"{members[0]}" if len(members) == 1 else f"{members[0]} to {members[-1]}")
     more = f" and {len(texts) - _MAX_RANGES} more" if len(texts) > _MAX_RANGES else ""
@@ -181,7 +181,7 @@ def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) 
         members.setdefault(groups[point.number], []).append(point)
     for group in members.values():
         if len(group) >= FEWEST_WITH_CURVES:
-            chosen |= {point.number for place, point in enumerate(group) if place != 1}
+            chosen |= {point.number for position, point in enumerate(group) if position != 1}
     return chosen
 
 
@@ -197,7 +197,7 @@ def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[Se
     for number, scenario in enumerate(scenarios):
         plain = json.loads(scenario.to_json())
         if plain["sea"].pop("temperature") is not None and plain.get("surfaces") is None:
-            text = json.dumps({name: each for name, each in plain.items() if name not in left_out})
+            text = json.dumps({name: content for name, content in plain.items() if name not in left_out})
             groups.setdefault(hashlib.sha256(text.encode()).hexdigest(), []).append(number)
     found: list[SeaTemperatures | None] = [None] * len(scenarios)
     for group, members in groups.items():
@@ -205,10 +205,10 @@ def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[Se
         between = temperatures_between(
             sorted({temperature for temperature in kelvin.values() if temperature is not None}), group
         )
-        for place, number in enumerate(members):
+        for position, number in enumerate(members):
             if between is None:
                 break
-            afresh = ALL_COLUMNS if place == 1 else columns_afresh(scenarios[number]) if place else 0
+            afresh = ALL_COLUMNS if position == 1 else columns_afresh(scenarios[number]) if position else 0
             found[number] = replace(between, afresh=afresh if certified else 0)
     return found
 
@@ -221,7 +221,7 @@ class Schedule(Generic[_T]):
 
     def __init__(self, things: Sequence[_T], group_of: Callable[[_T], str], open_groups: Iterable[str] = ()) -> None:
         self._things = things
-        self._groups = [group_of(each) for each in things]
+        self._groups = [group_of(thing) for thing in things]
         self._open = set(open_groups)
         self._ready: list[int] = []
         self._waiting: dict[str, list[int]] = {}

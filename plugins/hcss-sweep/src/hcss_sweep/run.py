@@ -157,7 +157,7 @@ def sweep(
 
         require_replaceable(wanted, path, digest, force)
     computed: list[int] = []
-    with sweep_folder.open(versions() | plugin_code(each.scenario for each in points), force):
+    with sweep_folder.open(versions() | plugin_code(point.scenario for point in points), force):
         missing = [point for point in points if not sweep_folder.records[point.number].is_settled]
         schedule = _schedule(sweep_folder, points, missing)
         # Closed before the folder, so that no worker writes to it any more.
@@ -204,7 +204,9 @@ def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[S
     date, count = os.environ.get(DATE), len(folder.records)
     paths = [str((folder.path / cube_name(point.number, count)).resolve()) for point in missing]
     curves = points_with_curves(points, groups)
-    between = dict(zip((each.number for each in points), sea_groups([each.scenario for each in points]), strict=True))
+    between = dict(
+        zip((point.number for point in points), sea_groups([point.scenario for point in points]), strict=True)
+    )
     tasks = [
         PointTask(name.number, name.scenario, path, date, name.number in curves, between[name.number])
         for name, path in zip(missing, paths, strict=True)
