@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.catalog import Catalog
@@ -12,7 +13,6 @@ from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.assemble import assemble
-from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 

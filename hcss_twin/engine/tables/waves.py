@@ -94,7 +94,8 @@ class _Columns:
 
     def level(self) -> Array:
         """Terms (K, B) over the mean sea."""
-        return self._clear([self._plan.assembly])[0]
+        terms: Array = self._clear([self._plan.assembly])[0]
+        return terms
 
     def _tilted(self, upwind: float, crosswind: float) -> Assembly:
         assembly = self._plan.assembly

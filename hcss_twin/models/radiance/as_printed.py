@@ -81,7 +81,7 @@ class AsPrinted:
         result = states.empty(self.terms, wavenumber_cm1)
         for rows, setting, thickness_m in states.groups():
             columns, cloudy = (
-                _PrintedColumns(self._inputs, self._parameters, setting),
+                PrintedColumns(self._inputs, self._parameters, setting),
                 np.any(thickness_m > 0.0, axis=1),
             )
             clear = columns.clear(wavenumber_cm1)
@@ -93,7 +93,7 @@ class AsPrinted:
         return result
 
 
-class _PrintedColumns:
+class PrintedColumns:
     """Columns of one setting."""
 
     def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters, setting: ColumnSetting) -> None:

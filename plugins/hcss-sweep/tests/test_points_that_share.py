@@ -2,10 +2,10 @@
 
 import numpy as np
 from hcss_sweep.points import SweepPoint, points_with_curves, sea_groups
+from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures
 
 from hcss_twin import Scenario
 from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS
-from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures
 
 
 def test_the_second_point_of_a_group_and_small_groups_solve_all_columns():

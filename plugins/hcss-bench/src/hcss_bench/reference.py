@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.certificate.reference_columns import COLUMNS_AT_ONCE, level_change
+from hcss_twin.engine.certificate.reference_columns import level_change
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
 from hcss_twin.models.radiance.reference import reference_radiance, reference_spectra
@@ -121,13 +121,15 @@ def reference_of(
     factor = column_radiance(most, _finer(plan), columns) / column_radiance(lowest, grid, columns)
     assembly, sun, coarse = plan.assembly, plan.sun_at(float(plan.frame_times_s[0])), min(COARSE_LEVEL, level)
     say("all wavenumbers")
-    known = reference_spectra(assembly.at_level(coarse).model, grid.wavenumber_cm1, columns, sun, COLUMNS_AT_ONCE)
+    setting = assembly.setting(sun)
+    known = reference_spectra(assembly.at_level(coarse).model, setting, grid.wavenumber_cm1, columns, len(columns))
+    suns = [sun] * len(columns)
     radiance = np.sum(known, axis=1) @ grid.weights_cm1.T
     nodes = choose_nodes(grid, known, NODES_TOLERANCE)
     changes = []
     for numerical_level in (level, max(level - 1, 0)):
         say(f"numerical level {numerical_level}")
-        changes.append(np.sum(level_change(assembly, numerical_level, grid, nodes, known, columns, sun)[1], axis=1))
+        changes.append(np.sum(level_change(assembly, numerical_level, grid, nodes, known, columns, suns)[1], axis=1))
     radiance += changes[0]
     text = (
         f"physical at numerical level {level} of {last} ({nodes.wavenumber_cm1.size} of {grid.wavenumber_cm1.size} "
@@ -146,7 +148,7 @@ def _finer(plan: Plan) -> SpectralGrid:
 def column_radiance(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 24) -> Array:
     """Band radiance (N, B) of columns (N, L) in the first frame, without tables; so many cloudy ones at once."""
     sun = plan.sun_at(float(plan.frame_times_s[0]))
-    return reference_radiance(plan.assembly.model, grid, columns, sun, together)
+    return reference_radiance(plan.assembly.model, plan.assembly.setting(sun), grid, columns, together)
 
 
 def table_radiance(plan: Plan, tables: RadianceTables, columns: Array) -> Array | None:

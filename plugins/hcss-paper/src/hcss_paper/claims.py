@@ -178,7 +178,7 @@ def _needs_no_data() -> Check:
 
 def _has_terms() -> Check:
     plan = scene("physical", 20.0, tuple(BANDS.values()), {})
-    sunlight = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, None)
+    sunlight = plan.assembly.clear(plan.spectral_grid.wavenumber_cm1, None)
     dark = all(not np.any(sunlight[name]) for name in plan.assembly.model.solar_terms)
     return Check(
         f"physical interpretability: radiance has {len(plan.assembly.model.terms)} named terms, and the "

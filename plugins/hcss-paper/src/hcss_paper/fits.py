@@ -100,8 +100,8 @@ class ColumnTerms:
         self._thickness_m, self._share = low + 0.5 * (1.0 + nodes) * (high - low), 0.5 * weights
         passing, air, glint, black, above = [], [], [], [], []
         for plan in plans:
-            sun, model = plan.sun_track.at(0.0), plan.assembly.model
-            clear, cloudy = model.clear(nu, sun), model.cloudy(nu, self._thickness_m[:, None], sun)
+            sun, assembly = plan.sun_track.at(0.0), plan.assembly
+            clear, cloudy = assembly.clear(nu, sun), assembly.cloudy(nu, self._thickness_m[:, None], sun)
             sea = clear["sea_emission"]
             through = cloudy["sea_emission"] / sea
             passing.append(sea / planck(nu, plan.assembly.sea_temperature_K))
@@ -114,9 +114,7 @@ class ColumnTerms:
         self._absorption = -np.log(through[-1]) / (self._thickness_m[-1] * _WATER_G_M3)  # m2 g-1
         # Glint of suns at 1 au, seen from above: irradiance is proportional to the inverse square of the distance.
         self._glint_of_suns = {
-            name: np.array(
-                [sun.distance_au**2 * plans[0].assembly.model.clear(nu, sun)["sea_reflected_sun"] for sun in suns]
-            )
+            name: np.array([sun.distance_au**2 * plans[0].assembly.clear(nu, sun)["sea_reflected_sun"] for sun in suns])
             for name, suns in (("Table V", suns_of_table_5()), ("Table VI", suns_of_table_6()))
         }
         self.opaque = np.array(
@@ -178,8 +176,8 @@ def column_terms() -> ColumnTerms:
 
 def _opaque_column(plan: Plan) -> Array:
     """Return the radiance (bands,) of the thickest cloud."""
-    thickest, sun = [plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
-    result: Array = reference_radiance(plan.assembly.model, plan.spectral_grid, thickest, sun)[0]
+    thickest, setting = [plan.layers[0].thickness_max_m], plan.assembly.setting(plan.sun_track.at(0.0))
+    result: Array = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickest)[0]
     return result
 
 

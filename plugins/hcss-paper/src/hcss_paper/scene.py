@@ -92,5 +92,5 @@ def _clear_air() -> tuple[Array, Array, Array, Array]:
     nu, transmittance, path = grid.wavenumber_cm1, [], []
     for zenith, plan in zip(views, plans, strict=True):
         transmittance.append(plan.assembly.transmittance.transmittance(nu, [to_space(0.0, zenith)])[0])
-        path.append(plan.assembly.model.clear(nu, None)["path_emission"])
+        path.append(plan.assembly.clear(nu, None)["path_emission"])
     return grid.wavenumber_cm1, grid.weights_cm1, np.array(transmittance), np.array(path)

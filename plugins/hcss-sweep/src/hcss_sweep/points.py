@@ -18,9 +18,7 @@ from hcss_sweep.design import Design
 from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
-from hcss_twin.engine.certificate.reference_columns import columns_afresh
 from hcss_twin.engine.simulate import run
-from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures, temperatures_between
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.names import SECTIONS, provider_sections
@@ -185,34 +183,6 @@ def points_with_curves(points: Sequence[SweepPoint], groups: Mapping[int, str]) 
     return chosen
 
 
-def sea_groups(scenarios: Sequence[Scenario], certified: bool = True) -> list[SeaTemperatures | None]:
-    """Return, for each scenario, the temperatures of the sea between which its columns are interpolated, if any.
-
-    They depend on all scenarios of a sweep, not on their order. The second of a group solves the columns of its
-    certificate afresh, and a random tenth some of them. ``certified`` scenes of other seeds are other groups, because
-    certificates need columns of other thickness.
-    """
-    left_out = ("title", "output") if certified else ("title", "output", "seed")
-    groups: dict[str, list[int]] = {}
-    for number, scenario in enumerate(scenarios):
-        plain = json.loads(scenario.to_json())
-        if plain["sea"].pop("temperature") is not None and plain.get("surfaces") is None:
-            text = json.dumps({name: content for name, content in plain.items() if name not in left_out})
-            groups.setdefault(hashlib.sha256(text.encode()).hexdigest(), []).append(number)
-    found: list[SeaTemperatures | None] = [None] * len(scenarios)
-    for group, members in groups.items():
-        kelvin = {number: scenarios[number].sea.temperature for number in members}
-        between = temperatures_between(
-            sorted({temperature for temperature in kelvin.values() if temperature is not None}), group
-        )
-        for position, number in enumerate(members):
-            if between is None:
-                break
-            afresh = ALL_COLUMNS if position == 1 else columns_afresh(scenarios[number]) if position else 0
-            found[number] = replace(between, afresh=afresh if certified else 0)
-    return found
-
-
 class Schedule(Generic[_T]):
     """Queue in the given order; the rest of a group waits until its first item is done.
 
@@ -292,8 +262,7 @@ class PointTask:
     """Task description for a worker; it is sent to other processes and machines.
 
     ``path`` is the absolute path of the cube, ``date`` the ``SOURCE_DATE_EPOCH`` of the process that started the sweep,
-    ``from_curves`` whether the certificate may read its reference columns from curves that points share, ``between``
-    the temperatures of the sea between which columns are interpolated.
+    ``from_curves`` whether the certificate may read its reference columns from curves that points share.
     """
 
     point: int
@@ -301,7 +270,6 @@ class PointTask:
     path: str
     date: str | None
     from_curves: bool = False
-    between: SeaTemperatures | None = None
 
 
 def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
@@ -314,7 +282,7 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
     outcome = PointOutcome(task.point)
     try:
         with _date(task.date):
-            plan = make_plan(task.scenario, shelf=cache, between=task.between)
+            plan = make_plan(task.scenario, shelf=cache)
             path.unlink(missing_ok=True)  # a damaged cube of this sweep, which is no user's file
             run(plan, path, report=certificates.append, from_curves=task.from_curves)
         failed = [f"certificate {certificate.lines[0]}" for certificate in certificates if not certificate.passed]

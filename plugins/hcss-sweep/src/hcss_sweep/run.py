@@ -24,7 +24,6 @@ from hcss_sweep.points import (
     points_of,
     points_with_curves,
     require_one_layout,
-    sea_groups,
     shared_tables,
 )
 from hcss_twin.core.arguments import checked
@@ -204,16 +203,10 @@ def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[S
     date, count = os.environ.get(DATE), len(folder.records)
     paths = [str((folder.path / cube_name(point.number, count)).resolve()) for point in missing]
     curves = points_with_curves(points, groups)
-    between = dict(
-        zip((point.number for point in points), sea_groups([point.scenario for point in points]), strict=True)
-    )
     tasks = [
-        PointTask(name.number, name.scenario, path, date, name.number in curves, between[name.number])
-        for name, path in zip(missing, paths, strict=True)
+        PointTask(point.number, point.scenario, path, date, point.number in curves)
+        for point, path in zip(missing, paths, strict=True)
     ]
-    # Points of a group follow one another, because few groups fit in memory.
-    first: dict[str, int] = {}
-    tasks.sort(key=lambda task: first.setdefault(task.between.group, task.point) if task.between else task.point)
     return Schedule(tasks, lambda task: groups[task.point], compiled)
 
 

@@ -7,12 +7,10 @@ import logging
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from hcss_sweep.points import sea_groups
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
@@ -165,18 +163,16 @@ def propagate(
     if any(key.key.partition(".")[0] == "image" for key in keys) and maps:
         raise PropagationOptionError("maps: the image varies between draws; allowed: maps of one grid of pixels")
     of_draws = list(zip(*(scenarios[mixture.name] for mixture in sample.mixtures), strict=True))
-    groups = sea_groups([scenario for of_mixtures in of_draws for scenario in of_mixtures], certified=False)
     with announce_compilation(logging.getLogger(__name__).warning):
         try:
-            plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache, between=groups[0])
+            plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache)
             require_room(plan)
             if maps:
                 require_room_for_maps(plan)
         except ScenarioError as error:
             raise with_draw(error, sample, sample.mixtures[0], 0) from error
         collected = _Collected(sample)
-        between = iter(groups)
-        tasks = [DrawTask(of_mixtures, maps, tuple(islice(between, len(of_mixtures)))) for of_mixtures in of_draws]
+        tasks = [DrawTask(of_mixtures, maps) for of_mixtures in of_draws]
         with executor_of(min(workers, draws)) as (executor, count):
             made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
             for draw, result in made if progress is None else progress(made, draws):

@@ -17,7 +17,6 @@ from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.parts import in_order
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.between_sea_temperatures import SeaTemperatures
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
@@ -79,13 +78,11 @@ def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
 class DrawTask:
     """The scenes of one draw, one for each mixture, for any process with this package.
 
-    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps; ``between`` are the temperatures of
-    the sea between which the columns of each scene are interpolated.
+    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps.
     """
 
     scenarios: tuple[Scenario, ...]
     with_pixels: bool
-    between: tuple[SeaTemperatures | None, ...]
 
 
 @dataclass(frozen=True)
@@ -128,9 +125,9 @@ class DrawMaker:
         Raises ProviderError if a provider violates its contract.
         """
         statistics, pixels, names, keys, compiled = [], [], set(), set(), 0
-        for mixture_number, (scenario, between) in enumerate(zip(task.scenarios, task.between, strict=True)):
+        for mixture_number, scenario in enumerate(task.scenarios):
             try:
-                plan = make_plan(scenario, shelf=self._cache, between=between)
+                plan = make_plan(scenario, shelf=self._cache)
                 tables, key, is_new = self._tables.of(plan)
                 temperature = self._tables.temperature(plan)
                 of_scene, values = statistics_of(plan, tables, temperature, with_levels=mixture_number == 0)
