@@ -16,7 +16,7 @@ from scipy.stats import kstest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import read_entry, write_entry
-from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds, ScatteredClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import Sky, single_clouds
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
@@ -61,16 +61,27 @@ def _ramp():
     return np.linspace(0, 1, DRAWN.size).reshape(DRAWN.shape)
 
 
-def _clouds(folder, *, size=(40, 50), seed=0, motion=None, parameters=None, **layer):
-    inputs = CloudInputs(
+def _inputs(folder, *, size=(40, 50), seed=0, motion=None, **layer):
+    return CloudInputs(
         layer=dataclasses.replace(LAYER, **layer),
         grid=Grid(*size, 1000.0),
         motion=motion or Motion(0.0, (0.0, 0.0), math.inf, 1.0),
         seed=seed,
         catalog=Catalog(base=folder),
     )
-    options = {"entry": "drawn", "placement": "single-clouds", **(parameters or {})}
-    return ImageryClouds(inputs, ImageryParameters(**options))
+
+
+def _parameters(**options):
+    return ImageryParameters(**{"entry": "drawn", "placement": "single-clouds", **options})
+
+
+def _clouds(folder, *, parameters=None, **inputs):
+    return ImageryClouds(_inputs(folder, **inputs), _parameters(**(parameters or {})))
+
+
+def _scattered(folder, **inputs):
+    """The same clouds, which have windows anywhere in the plane and not only in the scene."""
+    return ScatteredClouds(_inputs(folder, **inputs), _parameters(), folder / "clouds" / "drawn.nc")
 
 
 def _sky(folder, seed=0, turned=True):
@@ -132,16 +143,17 @@ def test_two_pixels_are_clear_together_as_in_a_boolean_model(folder):
 
 def test_places_shapes_turns_and_arrivals_are_uniform(folder):
     sky, _ = _sky(folder, seed=11)
+    layer_density = sky.density(0.5)  # every layer of arrivals covers half of the sky
     placed = sky.placed(slice(0, 1500), slice(0, 1500), 0)
     count = placed.y.size
     assert count > 20_000
     inside = (placed.y >= 0) & (placed.y < 1500) & (placed.x >= 0) & (placed.x < 1500)
-    expected = 1500**2 * sky._layer_density
+    expected = 1500**2 * layer_density
     assert abs(np.count_nonzero(inside) - expected) < 4.0 * math.sqrt(expected)
     for values, kinds in ((placed.shape, 3), (placed.turn, 8)):
         counts = np.bincount(values, minlength=kinds)
         assert np.abs(counts - count / kinds).max() < 4.5 * math.sqrt(count / kinds)
-    for values in (placed.y[inside] / 1500, placed.x[inside] / 1500, placed.arrival / sky._layer_density):
+    for values in (placed.y[inside] / 1500, placed.x[inside] / 1500, placed.arrival / layer_density):
         assert kstest(values + 1e-4, "uniform").pvalue > 1e-3
 
 
@@ -203,14 +215,14 @@ def test_coverage_0_is_clear_and_coverage_1_has_no_gap(folder):
 
 @pytest.mark.parametrize("corner", [(0, 0), (10**9, -(10**9)), (-(2**59), 2**59)])
 def test_windows_agree_bit_for_bit_wherever_they_lie(folder, corner):
-    clouds = _clouds(folder, coverage=0.6, seed=4)
+    clouds = _scattered(folder, coverage=0.6, seed=4)
     row, column = corner
-    whole = clouds._clouds.field(slice(row, row + 90), slice(column, column + 70))
+    whole = clouds.field(slice(row, row + 90), slice(column, column + 70))
     assert 0 < np.count_nonzero(whole) < whole.size
     # Narrow ones at every place relative to the cells in which clouds are drawn.
     narrow = [(0, 90, left, left + 1) for left in range(70)] + [(top, top + 1, 0, 70) for top in range(90)]
     for top, bottom, left, right in ((13, 14, 5, 66), (50, 90, 31, 70), (7, 7, 0, 70), *narrow):
-        part = clouds._clouds.field(slice(row + top, row + bottom), slice(column + left, column + right))
+        part = clouds.field(slice(row + top, row + bottom), slice(column + left, column + right))
         np.testing.assert_array_equal(part, whole[top:bottom, left:right])
 
 
@@ -219,7 +231,7 @@ def test_windows_too_far_out_to_count_are_refused(folder):
     with pytest.raises(ScenarioError, match=r"motion: at 1 s the scene is .* pixels away"):
         _frame(clouds, 1.0)
     with pytest.raises(ValueError, match=r"rows: .* allowed: -2"):
-        clouds._clouds.field(slice(2**61, 2**61 + 1), slice(0, 1))
+        _scattered(folder).field(slice(2**61, 2**61 + 1), slice(0, 1))
 
 
 def test_push_broom_sees_the_same_bits_again(folder):
