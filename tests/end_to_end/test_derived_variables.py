@@ -56,9 +56,10 @@ class Place:
     }
 
     def __init__(self, inputs, parameters):
-        self.seen = []
+        self.seen = {}
 
     def values(self, fields, time_s):
+        self.seen = fields
         assert set(fields) == set(self.needs)
         assert not any(each.flags.writeable for each in fields.values())
         total = sum(fields[name].astype(float) for name in self.needs[:2])
@@ -143,8 +144,10 @@ def test_values_are_those_of_the_inputs(folder, whole):
 
 def test_geometry_is_that_of_the_pixels_without_an_altitude_of_the_image_centre():
     plan = planned(**{"platform.altitude": None, "motion.platform_speed": 100.0})
-    stage = DerivedStage(plan)
-    angles = stage._angles((slice(4, 6), slice(7, 10)), 3.0)
+    of_bands = np.full((2, 2, 3), 280.0, dtype=np.float32)
+    frame = dict.fromkeys(("brightness_temperature", "radiance_sea_emission", "cloud_optical_thickness"), of_bands)
+    DerivedStage(plan).values(frame, (slice(4, 6), slice(7, 10)), 3.0)
+    (angles,) = (each.seen for each in plan.assembly.derived if "latitude" in each.needs)
     assert np.all(angles["view_zenith"] == 30.0)
     x = (np.arange(7, 10) - 19.5) * 500.0 + 300.0
     latitude, longitude = to_geographic(x, np.full(3, (4 - 14.5) * 500.0), 35.0, 150.0)

@@ -152,12 +152,14 @@ def test_the_certificate_draws_from_each_class_and_passes(whole):
 
 
 def test_the_certificate_sees_a_wrong_surface(folder, monkeypatch):
-    other = over_points.PointLookUp._of_points
+    fill = over_points.PointLookUp.fill
 
-    def wrong(self, *arguments):
-        return other(self, *arguments) * np.float32(1.01)
+    def wrong(self, radiance, *arguments):
+        own = np.full_like(radiance, np.nan)
+        fill(self, own, *arguments)
+        np.copyto(radiance, own * np.float32(1.01), where=~np.isnan(own))
 
-    monkeypatch.setattr(over_points.PointLookUp, "_of_points", wrong)
+    monkeypatch.setattr(over_points.PointLookUp, "fill", wrong)
     with pytest.warns(match="FAILED"):
         written(folder, "wrong.nc")
 
