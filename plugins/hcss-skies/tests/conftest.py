@@ -36,9 +36,20 @@ def rough_field(side, density=2.9, seed=5):
 
 @pytest.fixture
 def make(tmp_path):
-    """Return a function that makes generators: pixel size, pixels, seed, motion, side of the example, parameters."""
+    """Return a function that makes generators: of an image, a scene, an example with so many pixels, parameters."""
 
-    def of(pixel_m=3000.0, size=64, *, seed=1, motion=FROZEN, side=256, least=1e-3, **parameters):
+    def of(
+        pixel_m=3000.0,
+        size=64,
+        *,
+        seed=1,
+        motion=FROZEN,
+        inversion=None,
+        side=256,
+        least=1e-3,
+        layer=None,
+        **parameters,
+    ):
         folder = tmp_path / "skies"
         folder.mkdir(exist_ok=True)
         if not (folder / f"own{side}.nc").exists():
@@ -48,8 +59,8 @@ def make(tmp_path):
             )
             write_example(folder / f"own{side}.nc", example)
         inputs = sample_cloud_inputs(seed=seed, catalog=Catalog(base=tmp_path))
-        layer = replace(inputs.layer, thickness_min_m=least)
-        inputs = replace(inputs, grid=Grid(size, size, pixel_m), motion=motion, layer=layer)
+        of_layer = replace(inputs.layer, thickness_min_m=least, **(layer or {}))
+        inputs = replace(inputs, grid=Grid(size, size, pixel_m), motion=motion, layer=of_layer, inversion=inversion)
         return ExampleClouds(inputs, ExampleParameters(**{"example": f"own{side}", **parameters}))
 
     return of
