@@ -85,7 +85,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monke
     given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 200.0}
     fit_dimension(2.4, 0.05, "whole.nc", **given)
 
-    monkeypatch.setattr("hcss_evaluate.posterior.fit_run._SECONDS_APART", 0.0)
+    monkeypatch.setattr("hcss_evaluate.posterior.fit_run.SECONDS_APART", 0.0)
     extend, calls = chains.extend, []
 
     def dies(*arguments):
