@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from surface_files import write_half
+from written_cubes import assert_same_bits
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import HcssError, ScenarioError
@@ -68,26 +69,20 @@ def halves(folder):
     return written(folder, "halves.nc")
 
 
-def same(one, other, window=()):
-    with open_cube(one) as first, open_cube(other) as second:
-        for name in first.data_vars:
-            np.testing.assert_array_equal(first[name].to_numpy()[..., *window], second[name].to_numpy(), name)
-
-
 def test_windows_tiles_and_workers_have_the_same_bits(folder, whole):
     again = partial(written, folder, **MIXED | {"output.certificate": 0})
     part = {"image.window": {"rows": [11, 19], "columns": [17, 26]}}
-    same(whole, again("part.nc", **part), (slice(11, 19), slice(17, 26)))
+    assert_same_bits(whole, again("part.nc", **part), (slice(11, 19), slice(17, 26)))
     # Patches of its own, on which no analysis of the scene depends: that of the whole serves.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stream, "windows", partial(windows, most_points=300))
         patch.setattr(over_points, "VALUES_AT_ONCE", 2000)
-        same(whole, again("strips.nc"))
+        assert_same_bits(whole, again("strips.nc"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
         patch.setattr(parts, "TILE_PIXELS", 90)
-        same(whole, again("tiles.nc"))
-        same(whole, again("workers.nc", workers=2))
+        assert_same_bits(whole, again("tiles.nc"))
+        assert_same_bits(whole, again("workers.nc", workers=2))
 
 
 def test_pixels_of_a_class_equal_the_scene_of_that_class_alone(folder, halves):

@@ -12,6 +12,7 @@ from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 from hcss_evaluate.database.segmentation import Cleaning
 from pydantic import ValidationError
 from scipy.stats import kstest
+from whole_frames import thickness_frame
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
@@ -87,10 +88,6 @@ def _scattered(folder, **inputs):
 def _sky(folder, seed=0, turned=True):
     clouds = single_clouds(read_entry(folder / "clouds" / "drawn.nc"), THINNEST, THICKEST)
     return Sky(clouds, seed, turned), clouds
-
-
-def _frame(clouds, time_s=0.0):
-    return clouds.thickness_m(time_s, slice(None), slice(None))
 
 
 def test_only_whole_clouds_are_taken_and_each_is_what_it_was(folder):
@@ -200,16 +197,16 @@ def test_the_thickest_of_overlapping_clouds_counts(folder):
 
 
 def test_more_coverage_only_adds_cloud(folder):
-    fields = [_frame(_clouds(folder, coverage=coverage)) for coverage in (0.0, 0.2, 0.5, 0.7, 0.99)]
+    fields = [thickness_frame(_clouds(folder, coverage=coverage)) for coverage in (0.0, 0.2, 0.5, 0.7, 0.99)]
     for thin, dense in itertools.pairwise(fields):
         assert np.all(dense >= thin)
         assert np.any(dense > thin)
 
 
 def test_coverage_0_is_clear_and_coverage_1_has_no_gap(folder):
-    assert not _frame(_clouds(folder, coverage=0.0)).any()
+    assert not thickness_frame(_clouds(folder, coverage=0.0)).any()
     overcast = _clouds(folder, coverage=1.0)
-    assert np.all(_frame(overcast) == _frame(overcast).max())
+    assert np.all(thickness_frame(overcast) == thickness_frame(overcast).max())
     assert any("limit of infinitely many" in note for note in overcast.declares.notes)
 
 
@@ -229,28 +226,28 @@ def test_windows_agree_bit_for_bit_wherever_they_lie(folder, corner):
 def test_windows_too_far_out_to_count_are_refused(folder):
     clouds = _clouds(folder, motion=Motion(1e30, (0.0, 0.0), math.inf, 1.0))
     with pytest.raises(ScenarioError, match=r"motion: at 1 s the scene is .* pixels away"):
-        _frame(clouds, 1.0)
+        thickness_frame(clouds, 1.0)
     with pytest.raises(ValueError, match=r"rows: .* allowed: -2"):
         _scattered(folder).field(slice(2**61, 2**61 + 1), slice(0, 1))
 
 
 def test_push_broom_sees_the_same_bits_again(folder):
     clouds = _clouds(folder, size=(30, 60), motion=Motion(3000.0, (0.0, -2000.0), math.inf, 1.0), seed=9)
-    start = _frame(clouds)
-    later = _frame(clouds, 4.0)
+    start = thickness_frame(clouds)
+    later = thickness_frame(clouds, 4.0)
     np.testing.assert_array_equal(later[:-8, :-12], start[8:, 12:])
     # It goes on for ever, and back: 3e9 pixels from here.
-    far = _frame(clouds, 1e9)
-    np.testing.assert_array_equal(_frame(clouds, 1e9 + 4.0)[:-8, :-12], far[8:, 12:])
+    far = thickness_frame(clouds, 1e9)
+    np.testing.assert_array_equal(thickness_frame(clouds, 1e9 + 4.0)[:-8, :-12], far[8:, 12:])
     assert 0.2 < np.mean(far > 0) < 0.6
-    assert np.any(_frame(clouds, -1e6) > 0)
+    assert np.any(thickness_frame(clouds, -1e6) > 0)
     assert clouds.declares.depends_on == {"time"}
 
 
 def test_frame_mode_comes_closest_in_the_first_frame(folder):
     for coverage in (0.003, 0.2, 0.5, 0.95):
         clouds = _clouds(folder, coverage=coverage, coverage_mode="frame", seed=6)
-        found = np.mean(_frame(clouds) > 0)
+        found = np.mean(thickness_frame(clouds) > 0)
         # One cloud more or less makes at most 51 pixels of 2000.
         assert abs(found - coverage) <= 0.5 * 51 / 2000
         assert any(f"{found:.4g} of the first frame's pixels" in note for note in clouds.declares.notes)
@@ -259,7 +256,7 @@ def test_frame_mode_comes_closest_in_the_first_frame(folder):
 
 def test_frame_mode_is_the_best_of_all_densities(folder):
     clouds = _clouds(folder, coverage=0.35, coverage_mode="frame", seed=8)
-    best = abs(np.mean(_frame(clouds) > 0) - 0.35)
+    best = abs(np.mean(thickness_frame(clouds) > 0) - 0.35)
     sky, _ = _sky(folder, seed=8)
     for density in np.linspace(0.0, 4.0 * sky.density(0.35), 400):
         window = sky.thickness_m(slice(0, 40), slice(0, 50), density)
@@ -293,11 +290,11 @@ def test_an_image_whose_clouds_are_all_cut_is_refused(tmp_path):
 
 def test_the_whole_scene_of_an_entry_is_that_of_its_image(folder):
     whole = {"placement": "scene", "missing": "clear"}
-    entry = _frame(_clouds(folder, size=DRAWN.shape, parameters=whole))
+    entry = thickness_frame(_clouds(folder, size=DRAWN.shape, parameters=whole))
     inputs = CloudInputs(
         LAYER, Grid(*DRAWN.shape, 1000.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), 0, Catalog(base=folder)
     )
-    image = _frame(ImageryClouds(inputs, ImageryParameters(image="image.npy", missing="clear")))
+    image = thickness_frame(ImageryClouds(inputs, ImageryParameters(image="image.npy", missing="clear")))
     np.testing.assert_array_equal(entry > 0, image > 0)
     # An entry has 255 grey levels.
     assert np.abs(entry - image).max() <= 0.5 / 254 * (THICKEST - THINNEST) + 1e-3
@@ -314,9 +311,9 @@ def test_a_whole_scene_ends_where_its_image_ends(folder):
     clouds = _clouds(
         folder, size=(20, 20), motion=motion, parameters={"placement": "scene", "column_origin": 0, "row_origin": 0}
     )
-    np.testing.assert_array_equal(_frame(clouds, 7.0)[::-1] > 0, DRAWN[:20, 7:27] > 0)
+    np.testing.assert_array_equal(thickness_frame(clouds, 7.0)[::-1] > 0, DRAWN[:20, 7:27] > 0)
     with pytest.raises(ScenarioError, match="lies outside the image"):
-        _frame(clouds, 41.0)
+        thickness_frame(clouds, 41.0)
 
 
 # --- what does not fit ------------------------------------------------------------------

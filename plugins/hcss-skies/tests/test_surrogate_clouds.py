@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from conftest import octave_power, power_law
 from hcss_skies.surrogate.evolution import EvolvingNoise
 from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
@@ -43,15 +44,6 @@ LAYER = CloudLayer(
 )
 
 
-def power_law(shape, beta=3.0, seed=0, stretch=1.0):
-    """Periodic normal field whose power falls as k^-beta; stretched structures along x."""
-    frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], stretch * np.fft.rfftfreq(shape[1])[None, :])
-    frequency[0, 0] = np.inf
-    white = np.fft.rfft2(np.random.default_rng(seed).normal(size=shape))
-    field = np.fft.irfft2(white * frequency ** (-beta / 2), s=shape)
-    return field / field.std()
-
-
 def make(
     folder,
     image=None,
@@ -84,16 +76,6 @@ def make(
 
 def frame(clouds, time_s=0.0):
     return clouds.thickness_m(time_s, slice(None), slice(None))
-
-
-def octave_power(field):
-    """Power in octaves of the wavenumber, in units of the variance: 1-2, 2-4, ... cycles."""
-    rows, columns = field.shape
-    ky, kx = np.fft.fftfreq(rows) * rows, np.fft.fftfreq(columns) * columns
-    wavenumber = np.hypot(ky[:, None], kx[None, :])
-    power = np.abs(np.fft.fft2(field - field.mean())) ** 2
-    edges = 2.0 ** np.arange(int(np.log2(min(rows, columns))))
-    return np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
 
 
 def rms_log_error(field, template):
