@@ -144,5 +144,5 @@ def test_wrong_parameters_name_field_and_what_is_allowed(folder, parameters, fie
 
 
 def test_variables_of_elements_need_elements(folder):
-    with pytest.raises(ScenarioError, match=r"the scene has no elements; allowed: with a section \[\[elements\]\]"):
+    with pytest.raises(ScenarioError, match=r"output\.variables.*allowed: .*\[\[elements\]\]"):
         Scenario.from_toml(SCENE, {"elements": []}, base=folder)

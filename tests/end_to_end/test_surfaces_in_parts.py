@@ -235,14 +235,12 @@ def test_wrong_sections_name_field_and_what_is_allowed(folder, changes, field, m
 
 
 def test_outside_the_raster_is_an_error_that_names_it(folder):
-    with pytest.raises(
-        HcssError, match=r"raster 'half.nc' covers latitude 34.9799 to 35.0201.*points of the scene lie outs"
-    ):
+    with pytest.raises(HcssError, match=r"'half.nc' covers .*34.9799 to 35.0201"):
         planned(folder, **{"image.pixel_size": 500.0})
-    with pytest.raises(HcssError, match=r"has the class 1, which parameters.classes does not name; allowed: 0"):
+    with pytest.raises(HcssError, match=r"class 1, .*parameters.classes .*allowed: 0"):
         planned(folder, **{"surfaces.parameters": {"file": "half.nc", "classes": {0: "sea"}}})
 
 
 def test_variables_of_surfaces_need_surfaces(folder):
-    with pytest.raises(ScenarioError, match=r"the scene is sea everywhere; allowed: with a section \[surfaces\]"):
+    with pytest.raises(ScenarioError, match=r"output\.variables.*allowed: .*\[surfaces\]"):
         Scenario.from_toml(SCENE, {"surfaces": None, "output.variables": ["surface_class"]}, base=folder)

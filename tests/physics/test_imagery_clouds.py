@@ -200,8 +200,8 @@ def test_all_that_does_not_fit_is_said_at_once(tmp_path):
     with pytest.raises(ScenarioError) as caught:
         _clouds(tmp_path, image, size=(800, 20), column_origin=41)
     text = str(caught.value)
-    assert "image.rows: 800 is more than the image has (40 rows, 60 columns); closest is 40" in text
-    assert "column_origin: 41 puts 20 columns beyond the image's 60; allowed: 0 to 40, closest is 40" in text
+    assert re.search(r"image\.rows: 800 .*closest is 40", text)
+    assert re.search(r"column_origin: 41 .*allowed: 0 to 40, closest is 40", text)
 
 
 def test_coverage_is_of_the_visible_pixels_and_the_missing_ones_are_counted(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -348,7 +349,7 @@ def test_tapered_edges_are_refused(tmp_path):
 def test_crop_and_period_that_do_not_fit_are_refused_together(tmp_path):
     with pytest.raises(ScenarioError) as caught:
         make(tmp_path, crop_rows=97, crop_columns=200)
-    assert "crop_rows: 97 is more than the image has (96 rows, 128 columns); closest is 96" in str(caught.value)
+    assert re.search(r"crop_rows: 97 .*closest is 96", str(caught.value))
     assert "crop_columns: 200" in str(caught.value)
     with pytest.raises(ScenarioError, match=r"period_columns: 100 is less than the 128 columns of the scene"):
         make(tmp_path, period_columns=100)
